@@ -1,0 +1,203 @@
+"""The Elman network as a classifier: checks, prepares and hands over to the compiled judge."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any
+
+import numpy as np
+
+from turing_learning.kernels.elman import ElmanKernels, load_elman
+from turing_learning.kernels.elman_source import LANES, LARGEST_SUM, LIMIT
+from turing_learning.kernels.parallel import run_range
+
+_SMALLEST_SCALE, _LARGEST_SCALE = 1e-50, 1e50
+
+
+@dataclass(frozen=True)
+class ElmanClassifier:
+    """Judge samples of motion by Elman networks with logistic neurons and one output.
+
+    With inputs x_t, hidden activations h_t = sig(W x_t + U h_(t-1) + b) and h_0 = 0, the output after the last step is
+    sig(v . h_T + c). A genome holds, in this order:
+
+    1. input weights W (H, D), row by row (a row belongs to one hidden neuron),
+    2. recurrent weights U (H, H), row by row,
+    3. hidden biases b (H),
+    4. output weights v (H),
+    5. output bias c,
+
+    so that Q = (D + 1) H + H^2 + H + 1, 46 for two inputs and five hidden neurons.
+
+    Computed in single precision; activations are off by less than 2e-6. Any finite numbers are judged, none gives NaN:
+    where the largest input of a step or the largest weight of a neuron (W, U and b together; v and c) exceeds 1e8 in
+    magnitude, all of that step's inputs or that neuron's weights are shortened by one factor, to 1e8.
+
+    Parameters
+    ----------
+    inputs
+        Signals per time step, D >= 1.
+    hidden
+        Hidden neurons, H >= 1; D + H at most 255. The judge is compiled for the two sizes on first use, within seconds,
+        and kept in the user's cache folder.
+    scale : (D,)
+        What the signals are divided by, in their units, each between 1e-50 and 1e50; None divides by nothing.
+    threads
+        Number of threads, >= 1; None takes every processor. The outputs do not depend on it.
+
+    Raises
+    ------
+    ValueError
+        If a field breaks its rule.
+
+    Source
+    ------
+    Paper, section "Classifiers"; the scale is explained in the method notes on classifier inputs.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> ElmanClassifier().judge(np.zeros((1, 46)), np.zeros((3, 100, 2)))
+    array([[0.5, 0.5, 0.5]], dtype=float32)
+    """
+
+    inputs: int = 2
+    hidden: int = 5
+    scale: Sequence[float] | None = None
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        _check_count("inputs", self.inputs)
+        _check_count("hidden", self.hidden)
+        if self.inputs + self.hidden >= LARGEST_SUM:
+            raise ValueError(
+                f"`inputs` + `hidden` must be at most {LARGEST_SUM - 1}; got {self.inputs} + {self.hidden}."
+            )
+        if self.threads is not None:
+            _check_count("threads", self.threads)
+        if self.scale is not None:
+            object.__setattr__(self, "scale", _checked_scale(self.scale, self.inputs))
+
+    @property
+    def parameters(self) -> int:
+        """Length of a genome, Q."""
+        return (self.inputs + 1) * self.hidden + self.hidden**2 + self.hidden + 1
+
+    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return the output of every classifier for every sample.
+
+        Parameters
+        ----------
+        genomes : (N, Q)
+            Finite, laid out as described for the class.
+        samples : (S, T, D)
+            Finite, T >= 1, in the units of `scale`.
+
+        Returns
+        -------
+        (N, S) float32
+            Between 1e-7 and 1 - 1e-7; 0.5 and above means judged genuine. Empty if there is no genome or no sample.
+
+        Raises
+        ------
+        ValueError
+            If a shape does not fit or a value is not finite.
+        """
+        genomes = _checked_genomes(genomes, self.parameters)
+        samples = _checked_samples(samples, self.inputs)
+        weights = self._weights(genomes)
+        outputs = np.empty((len(genomes), len(samples)), np.float32)
+        if outputs.size:
+            kernels = load_elman(int(self.inputs), int(self.hidden))
+            blocks = self._pack(kernels, samples)
+            run_range(kernels.judge, len(blocks) * len(genomes), self.threads, blocks, weights, outputs)
+        return outputs
+
+    def _pack(self, kernels: ElmanKernels, samples: np.ndarray) -> np.ndarray:
+        count, steps, signals = samples.shape
+        blocks = _aligned((-(-count // LANES), steps, signals, LANES))
+        faults = np.empty(len(blocks), np.int64)
+        scale = np.ones(signals) if self.scale is None else np.array(self.scale)
+        run_range(kernels.pack, len(blocks), self.threads, samples, 1.0 / scale, blocks, faults)
+        if faults.max() >= 0:
+            _refuse_sample(samples, int(faults[faults >= 0][0]))
+        return blocks
+
+    def _weights(self, genomes: np.ndarray) -> np.ndarray:
+        if not genomes.size or np.abs(genomes).max() <= LIMIT:
+            return genomes.astype(np.float32)
+        if not np.isfinite(genomes).all():
+            n, q = (int(k) for k in np.argwhere(~np.isfinite(genomes))[0])
+            raise ValueError(f"`genomes` must be finite; got {genomes[n, q]} [genome {n}, parameter {q}].")
+        return self._shortened(genomes).astype(np.float32)
+
+    def _shortened(self, genomes: np.ndarray) -> np.ndarray:
+        count, (d, h) = len(genomes), (self.inputs, self.hidden)
+        weights, recurrent, biases, output = np.split(genomes, np.cumsum([h * d, h * h, h]), axis=1)
+        parts = (weights.reshape(count, h, d), recurrent.reshape(count, h, h), biases.reshape(count, h, 1))
+        hidden = _limited(np.concatenate(parts, axis=2))
+        blocks = (hidden[..., :d], hidden[..., d : d + h], hidden[..., -1], _limited(output))
+        return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1)
+
+
+def _limited(vectors: np.ndarray) -> np.ndarray:
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)
+    return vectors * (LIMIT / np.maximum(largest, LIMIT))
+
+
+def _aligned(shape: tuple[int, ...]) -> np.ndarray:
+    # NumPy aligns to 16 bytes; a vector load of 64 bytes that crosses a cache line costs twice.
+    size = 4 * math.prod(shape)
+    memory = np.empty(size + 64, np.uint8)
+    start = -memory.ctypes.data % 64
+    return memory[start : start + size].view(np.float32).reshape(shape)
+
+
+def _checked_genomes(genomes: np.ndarray, parameters: int) -> np.ndarray:
+    genomes = _as_float64("genomes", genomes)
+    if genomes.ndim != 2 or genomes.shape[1] != parameters:
+        raise ValueError(f"`genomes` must have the shape (N, Q) with Q = {parameters}; got {genomes.shape}.")
+    return genomes
+
+
+def _checked_samples(samples: np.ndarray, inputs: int) -> np.ndarray:
+    samples = _as_float64("samples", samples)
+    if samples.ndim != 3 or samples.shape[2] != inputs or samples.shape[1] < 1:
+        raise ValueError(
+            f"`samples` must have the shape (S, T, D) with T >= 1 and D = {inputs}; got {samples.shape}. "
+            "Set `inputs` to the number of signals per time step."
+        )
+    return samples
+
+
+def _as_float64(name: str, values: np.ndarray) -> np.ndarray:
+    values = np.asarray(values)
+    if values.dtype.kind not in "fiub":
+        raise ValueError(f"`{name}` must hold real numbers; got {values.dtype}.")
+    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite and is refused below
+        return np.require(values, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
+
+
+def _refuse_sample(samples: np.ndarray, fault: int) -> None:
+    s, t, d = (int(k) for k in np.unravel_index(fault, samples.shape))
+    raise ValueError(
+        f"`samples` must be finite; got {samples[s, t, d]} [sample {s}, step {t}, signal {d}]. Remove or repair it."
+    )
+
+
+def _check_count(name: str, value: Any) -> None:
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < 1:
+        raise ValueError(f"`{name}` must be an integer >= 1; got {value!r}.")
+
+
+def _checked_scale(scale: Sequence[float], inputs: int) -> tuple[float, ...]:
+    scale = tuple(scale)
+    if len(scale) != inputs or not all(
+        isinstance(value, Real) and _SMALLEST_SCALE <= value <= _LARGEST_SCALE for value in scale
+    ):
+        raise ValueError(
+            f"`scale` must be {inputs} numbers between {_SMALLEST_SCALE:g} and {_LARGEST_SCALE:g}, one per input; "
+            f"got {scale}."
+        )
+    return tuple(float(value) for value in scale)

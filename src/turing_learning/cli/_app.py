@@ -1,0 +1,228 @@
+"""The commands."""
+
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ._main import Interrupted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turing_learning.runs import Result
+
+app = typer.Typer(
+    help="Infer the rules that individuals follow from nothing but their motion, without a metric.",
+    epilog="Begin with: turing-learning infer aggregation",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+ThreadsOption = Annotated[
+    int | None,
+    typer.Option("--threads", metavar="N", help="Number of threads; all by default. The result does not depend on it."),
+]
+ForceOption = Annotated[bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")]
+RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from turing_learning import __version__
+
+        typer.echo(f"turing-learning {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    version: Annotated[
+        bool,
+        typer.Option("--version", metavar="", callback=_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  turing-learning infer aggregation\n\n"
+    "  turing-learning infer aggregation --generations 200 --seed 7 --out runs/short\n\n"
+    "  turing-learning infer --config my.toml --set classifiers.hidden=8\n\n"
+    "Ctrl-C stops after the present generation; `turing-learning resume RUN` goes on."
+)
+def infer(
+    scenario: Annotated[
+        str | None, typer.Argument(metavar="SCENARIO", help="Name of a scenario, see `scenarios`; or in the file.")
+    ] = None,
+    config: Annotated[
+        Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting of a configuration.")
+    ] = None,
+    preset: Annotated[
+        str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
+    ] = "default",
+    generations: Annotated[
+        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default.")
+    ] = None,
+    seed: Annotated[
+        str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers; 1 by default.")
+    ] = None,
+    threads: Annotated[
+        str | None, typer.Option("--threads", metavar="N", help="Number of threads, or all; the result is the same.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
+    ] = None,
+    force: ForceOption = False,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
+    ] = None,
+) -> None:
+    """Infer the behavior of a swarm by Turing Learning, and leave a run folder with a report."""
+    from turing_learning.config import ConfigurationError, load_configuration
+    from turing_learning.runs import new_run_path, start
+    from turing_learning.swarm import SCENARIOS
+
+    if scenario is None and config is None:
+        names = ", ".join(SCENARIOS)
+        raise ConfigurationError(
+            f"`SCENARIO` must be given, or a file with --config; got neither. Choose from: {names}."
+        )
+    options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
+    given = {key: _value(text) for key, text in options.items() if text is not None}
+    overrides = _parsed(settings or []) | given
+    labels = {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in overrides}
+    configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+    path = out or new_run_path(configuration)
+    _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
+
+
+@app.command(epilog="Example: turing-learning resume runs/aggregation-20261121-093015-seed1")
+def resume(run: RunArgument, threads: ThreadsOption = None) -> None:
+    """Go on with a run that was stopped or killed; the result is as if it never had been."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.runs import resume as resume_run
+
+    if threads is not None and threads < 1:
+        raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
+    _execute(lambda **watch: resume_run(run, threads=threads, **watch), run)
+
+
+@app.command(epilog="Example: turing-learning show runs/aggregation-20261121-093015-seed1")
+def show(run: RunArgument) -> None:
+    """Print what a run has inferred so far."""
+    from rich.console import Console
+
+    from turing_learning.runs import load_run
+
+    from ._tables import print_result
+
+    print_result(Console(), load_run(run))
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  turing-learning simulate aggregation\n\n"
+    "  turing-learning simulate aggregation --robots 50 --duration 300 --out fifty.gif\n\n"
+    "  turing-learning simulate aggregation --controller=-0.7,-1,1,-1 --out agents.mp4"
+)
+def simulate(
+    scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="Name of a scenario, see `scenarios`.")],
+    controller: Annotated[
+        str | None,
+        typer.Option(
+            "--controller", metavar="V,V,...", help="Wheel speeds for each sensor state; the agents' by default."
+        ),
+    ] = None,
+    robots: Annotated[
+        int | None, typer.Option("--robots", metavar="A", help="Number of robots; the scenario's by default.")
+    ] = None,
+    duration: Annotated[float, typer.Option("--duration", metavar="SECONDS", help="Duration of the trial.")] = 180.0,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of initial poses and noise.")] = 1,
+    threads: ThreadsOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="FILE", help="Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", metavar="", help="Replace a file that exists.")] = False,
+) -> None:
+    """Simulate one trial and write it as a page, a GIF, or a film."""
+    from turing_learning.runs import refuse_film_path, scenario_named, trial_replay, write_trial
+
+    chosen = scenario_named(scenario)
+    path = out or Path(f"{scenario}.html")
+    refuse_film_path(path, force=force)
+    speeds = None if controller is None else _numbers(controller)
+    replay = trial_replay(chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads)
+    typer.echo(write_trial(replay, path, force=force))
+
+
+@app.command()
+def scenarios() -> None:
+    """List the scenarios."""
+    from rich.console import Console
+
+    from turing_learning.swarm import SCENARIOS
+
+    from ._tables import print_scenarios
+
+    print_scenarios(Console(), SCENARIOS)
+
+
+def _execute(run: "Callable[..., Result]", path: Path) -> None:
+    """Run with a live view; print the result, or how to go on."""
+    from rich.console import Console
+
+    from ._live import watching
+    from ._signals import stop_on_signals
+    from ._tables import print_result
+
+    console = Console()
+    ahead = f"go on with: turing-learning resume {path}"
+    try:
+        with stop_on_signals() as should_stop, watching(console) as view:
+            result = run(observer=view, should_stop=should_stop)
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"interrupted; {ahead}") from error
+    if not result.complete:
+        raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
+    print_result(console, result)
+
+
+def _parsed(settings: list[str]) -> dict[str, Any]:
+    """Return dotted key -> value of KEY=VALUE texts; a value that is not TOML is a text."""
+    from turing_learning.config import ConfigurationError
+
+    values: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        if not equals or not key.strip():
+            raise ConfigurationError(
+                f"`--set` must be KEY=VALUE; got {setting!r}. For example: --set models.parents=20"
+            )
+        values[key.strip()] = _value(text)
+    return values
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _numbers(text: str) -> list[float]:
+    from turing_learning.config import ConfigurationError
+
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise ConfigurationError(f"`controller` must be numbers with commas between them; got {text!r}.") from error

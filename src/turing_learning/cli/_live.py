@@ -1,0 +1,172 @@
+"""What is seen while a run goes on: a live view on a terminal, a line now and then elsewhere."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from turing_learning.runs import Progress
+
+INTERVAL_S = 0.2  # between two pictures
+LINE_EVERY = 100  # generations between two lines
+LARGEST_SHOWN = 1e4  # beyond it numbers are shown with an exponent
+
+
+class View(Protocol):
+    """What is told of every generation."""
+
+    def __call__(self, progress: "Progress") -> None:
+        """Show a generation, or not."""
+        ...
+
+
+@contextmanager
+def watching(console: Console) -> Iterator[View]:
+    """Show the run inside the block.
+
+    Parameters
+    ----------
+    console
+        Where; a terminal gets a live view, anything else lines.
+    """
+    if not console.is_terminal:
+        yield LineView(console)
+        return
+    waiting = Text("getting ready; the first run of an installation compiles for some seconds", style="dim")
+    with Live(waiting, console=console, auto_refresh=False, transient=True) as live:
+        yield LiveView(live)
+
+
+class _Stops:
+    """Generations since the last picture in which selection stopped."""
+
+    def __init__(self) -> None:
+        self._seen = self._stopped = 0
+        self._how = ""
+
+    def add(self, selection: str) -> None:
+        """Count a generation."""
+        self._seen += 1
+        if selection != "active":
+            self._stopped += 1
+            self._how = selection
+
+    def take(self) -> str:
+        """Return what to say of the generations since the last call, nothing if selection was active in all."""
+        text = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
+        stopped, self._seen, self._stopped = self._stopped, 0, 0
+        return text if stopped else ""
+
+
+class LineView:
+    """A line every 100 generations, and one for the last."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._stops = _Stops()
+
+    def __call__(self, progress: "Progress") -> None:
+        """Print a line if it is time."""
+        self._stops.add(progress.generation.selection)
+        if progress.completed % LINE_EVERY and progress.completed != progress.total:
+            return
+        text = "  ".join(part for part in (_line(progress), self._stops.take()) if part)
+        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+class LiveView:
+    """Tables that are drawn again a few times a second."""
+
+    def __init__(self, live: Live) -> None:
+        self._live = live
+        self._next = 0.0
+        self._stops = _Stops()
+
+    def __call__(self, progress: "Progress") -> None:
+        """Draw if it is time."""
+        self._stops.add(progress.generation.selection)
+        now = time.monotonic()
+        if now < self._next and progress.completed != progress.total:
+            return
+        self._next = now + INTERVAL_S
+        self._live.update(picture(progress, self._stops.take()), refresh=True)
+
+
+def _line(progress: "Progress") -> str:
+    models = " ".join(
+        f"{name} {number(value)}"
+        for name, value in zip(progress.parameter_names, progress.generation.best_model, strict=True)
+    )
+    generation = progress.generation
+    fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
+    return f"generation {progress.completed}/{progress.total}  {_rate(progress)}  {models}  {fitness}"
+
+
+def picture(progress: "Progress", alarm: str = "") -> Group:
+    """Return the live view of a generation, with an alarm in red below it."""
+    parts: list[Table | Text] = [_header(progress), _parameters(progress), _fitness(progress)]
+    if alarm:
+        parts.append(Text(f" {alarm} ", style="bold white on red"))
+    return Group(*parts)
+
+
+def _header(progress: "Progress") -> Table:
+    grid = Table.grid(padding=(0, 2))
+    grid.add_row(
+        Text(f"generation {progress.completed}/{progress.total}", style="bold"),
+        ProgressBar(total=progress.total, completed=progress.completed, width=30),
+        Text(_rate(progress)),
+        Text(f"{_clock(progress.seconds_left)} left"),
+    )
+    return grid
+
+
+def _parameters(progress: "Progress") -> Table:
+    table = Table(box=None, padding=(0, 2), header_style="dim")
+    table.add_column("")
+    for name in progress.parameter_names:
+        table.add_column(name, justify="right")
+    table.add_row("best model", *map(number, progress.generation.best_model))
+    table.add_row("typical model", *map(number, progress.generation.typical_model))
+    if progress.truth is not None:
+        table.add_row("truth", *map(number, progress.truth), style="dim")
+    return table
+
+
+def _fitness(progress: "Progress") -> Table:
+    table = Table(box=None, padding=(0, 2), header_style="dim")
+    for name in ("fitness", "median", "best"):
+        table.add_column(name, justify="left" if name == "fitness" else "right")
+    for name, values in (
+        ("models", progress.generation.model_fitness),
+        ("classifiers", progress.generation.classifier_fitness),
+    ):
+        table.add_row(name, _median(values), f"{values.max():.3f}")
+    return table
+
+
+def number(value: float) -> str:
+    """Return a parameter in a few characters, whatever its size."""
+    return f"{value:.3f}" if abs(value) < LARGEST_SHOWN else f"{value:.2e}"
+
+
+def _median(values: np.ndarray) -> str:
+    return f"{np.median(values):.3f}"
+
+
+def _rate(progress: "Progress") -> str:
+    return f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -1,0 +1,71 @@
+"""The entry point: run a command, and turn what a user can cause into one line and an exit code."""
+
+import os
+import sys
+from collections.abc import Sequence
+
+DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
+
+
+class Interrupted(Exception):
+    """A run was stopped and can be resumed."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit.
+
+    Parameters
+    ----------
+    arguments
+        Without the program's name; None takes those of the process.
+
+    Raises
+    ------
+    SystemExit
+        Always, with the exit code.
+    """
+    sys.exit(_run(sys.argv[1:] if arguments is None else list(arguments)))
+
+
+def _run(arguments: list[str]) -> int:
+    from ._app import app
+
+    try:
+        outcome = app(arguments, prog_name="turing-learning", standalone_mode=False)
+    except Interrupted as stop:
+        return _say(str(stop), INTERRUPTED)
+    except KeyboardInterrupt:
+        return _say("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - nobody reads on
+        return FAILED
+    except Exception as error:
+        return _say(f"error: {_message(error)}", _code(error))
+    return outcome if isinstance(outcome, int) else DONE
+
+
+def _say(text: str, code: int) -> int:
+    sys.stderr.write(f"{text}\n")
+    return code
+
+
+def _code(error: Exception) -> int:
+    """Return the exit code of an error that a user can cause; others are bugs, and are raised again."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.runs import RunFolderError, RunStorageError
+
+    if isinstance(error, RunStorageError):
+        return FAILED
+    if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
+        return REFUSED
+    raise error
+
+
+def _is_usage_error(error: Exception) -> bool:
+    # typer has its own copy of click in newer versions, so that the class has several homes
+    return any(kind.__name__ in ("UsageError", "ClickException", "TyperException") for kind in type(error).__mro__)
+
+
+def _message(error: Exception) -> str:
+    text = error.format_message() if hasattr(error, "format_message") else str(error)
+    return " ".join(text.split()) if _is_usage_error(error) else text

@@ -1,0 +1,45 @@
+"""The Turing Learning loop: models and classifiers compete. It knows no robots and no networks.
+
+In the order of the data:
+
+=============================================  ================================================================
+`SampleSource`, `Classifier`, `Interrogation`  Protocols: the doors to systems, simulations and judges.
+`InteractiveSampleSource`                      A source that each classifier influences.
+`Samples`                                      Genuine and counterfeit samples of one generation.
+`PassiveInterrogation`                         Collect once, let every classifier judge the same samples.
+`InteractiveInterrogation`                     Collect separate samples for each classifier.
+`Judgments`                                    All classifiers' outputs for all samples, and the decisions.
+`model_reward`, `classifier_reward`            Equations 1 and 2 of the paper: functions of `Judgments`.
+`specificity`, `sensitivity`                   Equations 3 and 4.
+`Coevolution`                                  The loop: one `step` is one generation.
+`Generation`                                   What a step leaves: both populations, scored.
+=============================================  ================================================================
+
+Other rewards are functions of `Judgments` that return an array with one number for each model or classifier.
+"""
+
+from ._generation import Generation
+from ._interrogation import InteractiveInterrogation, PassiveInterrogation
+from ._judgments import Judgments
+from ._loop import Coevolution
+from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
+from ._rewards import Reward, classifier_reward, model_reward, sensitivity, specificity
+from ._samples import Samples
+
+__all__ = [
+    "Classifier",
+    "Coevolution",
+    "Generation",
+    "InteractiveInterrogation",
+    "InteractiveSampleSource",
+    "Interrogation",
+    "Judgments",
+    "PassiveInterrogation",
+    "Reward",
+    "SampleSource",
+    "Samples",
+    "classifier_reward",
+    "model_reward",
+    "sensitivity",
+    "specificity",
+]

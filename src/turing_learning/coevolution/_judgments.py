@@ -1,0 +1,68 @@
+"""What the classifiers say about the samples."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+THRESHOLD = 0.5
+"""From this output on, a sample is judged genuine (paper, section 3.2.3)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Judgments:
+    """The outputs of N classifiers for all samples of a generation.
+
+    Attributes
+    ----------
+    genuine_outputs : (N, K)
+        Outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine).
+    counterfeit_outputs : (N, M, C)
+        Outputs for C samples of each of the M models.
+
+    Raises
+    ------
+    ValueError
+        If a shape is wrong or empty, the two disagree in N, or an output is NaN or not within 0 and 1.
+    """
+
+    genuine_outputs: np.ndarray
+    counterfeit_outputs: np.ndarray
+
+    def __post_init__(self) -> None:
+        _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)
+        _check("counterfeit_outputs", self.counterfeit_outputs, "(N, M, C)", 3)
+        if len(self.genuine_outputs) != len(self.counterfeit_outputs):
+            raise ValueError(
+                "`genuine_outputs` and `counterfeit_outputs` must agree in the number of classifiers N; "
+                f"got {self.genuine_outputs.shape} and {self.counterfeit_outputs.shape}."
+            )
+
+    @cached_property
+    def genuine(self) -> np.ndarray:
+        """Whether each classifier judges each genuine sample genuine, as it should; (N, K) bool."""
+        return self.genuine_outputs >= THRESHOLD
+
+    @cached_property
+    def counterfeit(self) -> np.ndarray:
+        """Whether each classifier is misled: judges a model's sample genuine; (N, M, C) bool, m_ij in the paper."""
+        return self.counterfeit_outputs >= THRESHOLD
+
+    @property
+    def selection(self) -> str:
+        """Whether the models are under selection.
+
+        "all accepted" if every classifier accepts every model, "all rejected" if every classifier rejects every
+        model, "active" otherwise. In the first two, all models are equally fit.
+        """
+        if self.counterfeit.all():
+            return "all accepted"
+        return "active" if self.counterfeit.any() else "all rejected"
+
+
+def _check(name: str, outputs: np.ndarray, symbols: str, dimensions: int) -> None:
+    if outputs.ndim != dimensions or outputs.size == 0:
+        raise ValueError(f"`{name}` must be of shape {symbols} and not empty; got {outputs.shape}.")
+    if not (outputs.min() >= 0 and outputs.max() <= 1):  # so that NaN, too, is refused
+        place = tuple(int(k) for k in np.argwhere(~((outputs >= 0) & (outputs <= 1)))[0])
+        raise ValueError(f"`{name}` must be from 0 to 1; got {outputs[place]} at {place} of {symbols}.")

@@ -1,0 +1,167 @@
+"""The Turing Learning loop."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
+
+from ._generation import Generation
+from ._judgments import Judgments
+from ._protocols import Interrogation
+from ._rewards import Reward, classifier_reward, model_reward
+
+
+class Coevolution:
+    """Coevolve models that imitate a system with classifiers that tell system and models apart.
+
+    Parameters
+    ----------
+    interrogation
+        Lets all classifiers judge the system and all models.
+    models, classifiers
+        Optimizers of the two populations. Give them different seeds.
+    seed
+        Entropy of the interrogations: a non-negative integer or a sequence of them. In generation g they draw from
+        ``default_rng(SeedSequence(seed, spawn_key=(g,)))``.
+    reward_models, reward_classifiers
+        What the optimizers are told: functions of the judgments that return (M,) and (N,) finite numbers, larger
+        being better. By default equations 1 and 2 of the paper.
+
+    Attributes
+    ----------
+    generation
+        Number of completed generations.
+
+    Raises
+    ------
+    ValueError
+        If `seed` is not a non-negative integer or a sequence of them.
+
+    Source
+    ------
+    Paper, section 3.1, algorithm 1.
+    """
+
+    def __init__(
+        self,
+        interrogation: Interrogation,
+        models: Optimizer,
+        classifiers: Optimizer,
+        *,
+        seed: Seed,
+        reward_models: Reward = model_reward,
+        reward_classifiers: Reward = classifier_reward,
+    ) -> None:
+        self.generation = 0
+        self._interrogation = interrogation
+        self._models = models
+        self._classifiers = classifiers
+        self._seed = check_seed(seed)
+        self._reward_models = reward_models
+        self._reward_classifiers = reward_classifiers
+
+    def step(self) -> Generation:
+        """Run one generation: let the classifiers judge, reward both populations, improve both.
+
+        Returns
+        -------
+        Generation
+            Both populations as they were judged.
+
+        Raises
+        ------
+        RuntimeError
+            If the step before this one failed. Call `restore` with the last state to go on.
+        ValueError
+            If the interrogation or a reward returns something of the wrong shape, or a reward is not finite.
+        """
+        models, classifiers = self._models.ask(), self._classifiers.ask()
+        judgments = self._interrogation(models, classifiers, generation_rng(self._seed, self.generation))
+        _check_judgments(judgments, len(models), len(classifiers))
+        model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
+        classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
+        generation = Generation(
+            number=self.generation,
+            models=models,
+            model_step_sizes=self._models.step_sizes,
+            model_fitness=model_reward(judgments),
+            classifiers=classifiers,
+            classifier_step_sizes=self._classifiers.step_sizes,
+            classifier_fitness=classifier_reward(judgments),
+            selection=judgments.selection,
+        )
+        self._models.tell(model_rewards)
+        self._classifiers.tell(classifier_rewards)
+        self.generation += 1
+        return generation
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to go on from here, as arrays.
+
+        Returns
+        -------
+        dict
+            "generation", and the states of the optimizers as "models/..." and "classifiers/...".
+
+        Raises
+        ------
+        RuntimeError
+            If the last step failed.
+        """
+        return {
+            "generation": np.array(self.generation, dtype=np.int64),
+            **{f"models/{name}": array for name, array in self._models.state().items()},
+            **{f"classifiers/{name}": array for name, array in self._classifiers.state().items()},
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state; allowed at any time, also after a step that failed.
+
+        Parameters
+        ----------
+        state
+            What `state` returned, from a coevolution with the same settings.
+
+        Raises
+        ------
+        ValueError
+            If the state lacks an array, or does not fit the settings of the optimizers. Restore another one to go on.
+        """
+        generation = _stored_generation(state)
+        self._models.restore(_part(state, "models/"))
+        self._classifiers.restore(_part(state, "classifiers/"))
+        self.generation = generation
+
+
+def _reward(name: str, reward: Reward, judgments: Judgments, size: int) -> np.ndarray:
+    rewards = np.asarray(reward(judgments), dtype=np.float64)
+    if rewards.shape != (size,):
+        raise ValueError(f"`{name}` must return an array of shape ({size},); got {rewards.shape}.")
+    if not np.isfinite(rewards).all():
+        k = int(np.argmin(np.isfinite(rewards)))
+        raise ValueError(f"`{name}` must return finite numbers; got {rewards[k]} at {k}.")
+    return rewards
+
+
+def _check_judgments(judgments: Judgments, models: int, classifiers: int) -> None:
+    received = judgments.counterfeit_outputs.shape[:2]
+    if received != (classifiers, models):
+        raise ValueError(
+            f"`interrogation` must return judgments of N = {classifiers} classifiers on M = {models} models; "
+            f"got {received[0]} and {received[1]}."
+        )
+
+
+def _stored_generation(state: Mapping[str, np.ndarray]) -> int:
+    generation = np.asarray(state.get("generation", np.nan), dtype=np.float64)
+    if generation.shape != () or not generation >= 0 or generation != np.floor(generation):
+        raise ValueError(
+            "`state` must hold the number of completed generations as 'generation'; "
+            f"got {state.get('generation', 'no such entry')}."
+        )
+    return int(generation)
+
+
+def _part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}

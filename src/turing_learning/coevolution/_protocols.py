@@ -1,0 +1,75 @@
+"""The doors of the loop."""
+
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from ._judgments import Judgments
+from ._samples import Samples
+
+
+@runtime_checkable
+class SampleSource(Protocol):
+    """Anything that yields genuine samples of a system and counterfeit samples of models of it."""
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Collect the samples of one generation.
+
+        Parameters
+        ----------
+        models : (M, P)
+            Parameters of each model.
+        rng
+            The only source of randomness: the same models and generator state give the same samples.
+
+        Returns
+        -------
+        Samples
+            Genuine (K, T, D) and counterfeit (M, C, T, D), in the order of the models.
+        """
+
+
+@runtime_checkable
+class InteractiveSampleSource(SampleSource, Protocol):
+    """A source that each classifier influences, for example by choosing stimuli while it observes."""
+
+    def facing(self, classifier: np.ndarray) -> SampleSource:
+        """Return the source as one classifier meets it.
+
+        Parameters
+        ----------
+        classifier : (Q,)
+            Parameters of the classifier.
+        """
+
+
+@runtime_checkable
+class Classifier(Protocol):
+    """A judge whose behavior is a vector of parameters."""
+
+    @property
+    def parameters(self) -> int:
+        """Number of parameters Q."""
+
+    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Let each of N classifiers judge each of S samples.
+
+        Parameters
+        ----------
+        genomes : (N, Q)
+            Parameters of each classifier.
+        samples : (S, T, D)
+            Genuine or counterfeit; the classifier is not told which.
+
+        Returns
+        -------
+        (N, S)
+            Outputs from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
+        """
+
+
+class Interrogation(Protocol):
+    """Let all classifiers judge the system and all models."""
+
+    def __call__(self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator) -> Judgments:
+        """Return the judgments of N classifiers (N, Q) on M models (M, P)."""

@@ -1,0 +1,73 @@
+"""Rewards of models and classifiers: equations 1 to 4 of the paper."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ._judgments import Judgments
+
+Reward = Callable[[Judgments], np.ndarray]
+"""A function of the judgments that returns one finite number for each model (M,), or for each classifier (N,)."""
+
+
+def model_reward(judgments: Judgments) -> np.ndarray:
+    """Compute the quality of each model: how often it misleads the classifiers.
+
+    Returns
+    -------
+    (M,)
+        Share of the judgments, over all N classifiers and C samples of a model, that are "genuine"; 0 to 1.
+
+    Source
+    ------
+    Paper, equation 1; with several samples of each model, each has equal weight.
+    """
+    misled = judgments.counterfeit
+    return np.count_nonzero(misled, axis=(0, 2)) / (misled.shape[0] * misled.shape[2])
+
+
+def classifier_reward(judgments: Judgments) -> np.ndarray:
+    """Compute the quality of each classifier: the mean of its specificity and its sensitivity.
+
+    Returns
+    -------
+    (N,)
+        0 to 1; 0.5 for a classifier that gives all samples the same answer.
+
+    Source
+    ------
+    Paper, equation 2.
+    """
+    return 0.5 * (specificity(judgments) + sensitivity(judgments))
+
+
+def specificity(judgments: Judgments) -> np.ndarray:
+    """Compute the share of the genuine samples that each classifier judges genuine.
+
+    Returns
+    -------
+    (N,)
+        True-negative rate, 0 to 1.
+
+    Source
+    ------
+    Paper, equation 3.
+    """
+    return np.count_nonzero(judgments.genuine, axis=1) / judgments.genuine.shape[1]
+
+
+def sensitivity(judgments: Judgments) -> np.ndarray:
+    """Compute the share of the counterfeit samples that each classifier judges counterfeit.
+
+    Returns
+    -------
+    (N,)
+        True-positive rate, 0 to 1.
+
+    Source
+    ------
+    Paper, equation 4; with several samples of each model, each has equal weight.
+    """
+    misled = judgments.counterfeit
+    total = misled.shape[1] * misled.shape[2]
+    return (total - np.count_nonzero(misled, axis=(1, 2))) / total

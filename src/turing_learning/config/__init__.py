@@ -1,0 +1,35 @@
+"""The configuration of a run as validated, frozen data.
+
+`Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, `CoevolutionSection`, `RunSection`) hold every
+setting of a run; `load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and
+refuses what is wrong in one message (`ConfigurationError`); `to_toml` writes it back with every field explicit.
+"""
+
+from ._errors import ConfigurationError, nearest
+from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
+from ._sections import (
+    LARGEST_SEED,
+    ClassifiersSection,
+    CoevolutionSection,
+    Configuration,
+    ModelsSection,
+    PopulationSection,
+    RunSection,
+)
+from ._toml import to_toml
+
+__all__ = [
+    "DEFAULT_SCENARIO",
+    "LARGEST_SEED",
+    "PRESETS",
+    "ClassifiersSection",
+    "CoevolutionSection",
+    "Configuration",
+    "ConfigurationError",
+    "ModelsSection",
+    "PopulationSection",
+    "RunSection",
+    "load_configuration",
+    "nearest",
+    "to_toml",
+]

@@ -1,0 +1,282 @@
+"""Resolve a configuration from a preset, a file and single settings; every refusal is one message."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from pydantic import BaseModel, ValidationError
+
+from turing_learning.swarm import SCENARIOS, Scenario
+
+from ._errors import ConfigurationError, nearest
+from ._sections import Configuration, PopulationSection
+from ._toml import UNBOUNDED, line_of, read_toml
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "paper": {"models": {"minimum_step_size": 0.0}, "classifiers": {"minimum_step_size": 0.0}},
+}
+"""What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes."""
+
+DEFAULT_SCENARIO = "aggregation"
+
+_RULES = {
+    "run.threads": '"all" or an integer of at least 1',
+    "classifiers.input_scale": '"robot" or a list of positive numbers',
+}  # settings of several types: what to say instead of the first type's complaint
+
+
+@dataclass(frozen=True)
+class _Origins:
+    """Where each setting comes from, for messages."""
+
+    path: Path | None = None
+    text: str = ""
+    labels: Mapping[str, str] = field(default_factory=dict)
+
+    def where(self, key: str) -> str:
+        for label_key in _ancestors(key):
+            if label_key in self.labels:
+                return f" [{self.labels[label_key]}]"
+        for label_key, label in self.labels.items():
+            if label_key.startswith(f"{key}."):
+                return f" [{label}]"
+        line = line_of(self.text, key)
+        return f" [{self.path}:{line}]" if line else ""
+
+
+def load_configuration(
+    path: str | Path | None = None,
+    preset: str = "default",
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    scenario: str | Scenario | None = None,
+    labels: Mapping[str, str] | None = None,
+) -> Configuration:
+    """Resolve a configuration: the preset, over it the file, over that single settings.
+
+    Parameters
+    ----------
+    path
+        A TOML file; see `to_toml` for all it may say.
+    preset
+        One of `PRESETS`.
+    overrides
+        Dotted key -> value, for example ``{"run.generations": 100}``.
+    scenario
+        A scenario or the name of one; where the file names one as well, both must agree. Without any: "aggregation".
+    labels
+        Dotted key -> where an override comes from, for messages, for example ``{"run.seed": "--seed"}``.
+
+    Returns
+    -------
+    Configuration
+        Every field explicit and valid.
+
+    Raises
+    ------
+    ConfigurationError
+        If anything is refused; one message that says what, where, the value and what to do.
+    """
+    if preset not in PRESETS:
+        raise ConfigurationError(f"`preset` must be a known preset; got {preset!r}. {nearest(preset, PRESETS)}")
+    text, document = ("", {}) if path is None else read_toml(Path(path))
+    origins = _Origins(None if path is None else Path(path), text, _labels(overrides, labels))
+    data = _merged(_merged(PRESETS[preset], document), _nested(overrides or {}))
+    data["scenario"] = _scenario_data(data.get("scenario"), scenario, origins)
+    _refuse_unknown_keys(data, origins)
+    for section in ("models", "classifiers"):
+        if isinstance(data.get(section), Mapping) and "population" in data[section]:
+            data[section] = _split_population(data[section], section, origins)
+    return _validated(data, origins)
+
+
+def _labels(overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None) -> dict[str, str]:
+    return {key: f"override {key}" for key in overrides or {}} | dict(labels or {})
+
+
+def _ancestors(key: str) -> Iterator[str]:
+    while key:
+        yield key
+        key = key.rpartition(".")[0]
+
+
+def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in flat.items():
+        *tables, name = key.split(".")
+        table = result
+        for part in tables:
+            table = table.setdefault(part, {})
+            if not isinstance(table, dict):
+                raise ConfigurationError(
+                    f"`{key}` must be a setting of its own; got {part!r} both as a table and as a value. Leave one out."
+                )
+        table[name] = value
+    return result
+
+
+def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    result = dict(base)
+    for key, value in over.items():
+        below = result.get(key)
+        if key == "scenario" and isinstance(below, str) and isinstance(value, Mapping):
+            below = {"preset": below}
+        both = isinstance(below, Mapping) and isinstance(value, Mapping)
+        result[key] = _merged(below, value) if both else value  # type: ignore[arg-type]
+    return result
+
+
+def _scenario_data(given: Any, asked: str | Scenario | None, origins: _Origins) -> Any:
+    if not isinstance(given, str | Mapping | None):
+        raise ConfigurationError(
+            f"`scenario` must be a name or a table; got {given!r}{origins.where('scenario')}. "
+            f'Write scenario = "{DEFAULT_SCENARIO}", for example.'
+        )
+    table = {"preset": given} if isinstance(given, str) else dict(given or {})
+    named = table.pop("preset", None)
+    base = _base_scenario(named, table.get("name"), asked, origins)
+    return _without_unbounded(_merged(base, table))
+
+
+def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins: _Origins) -> dict[str, Any]:
+    if named is not None:
+        _known_scenario(named, origins.where("scenario.preset"))
+    if isinstance(asked, Scenario):
+        return asdict(asked)
+    if asked is not None:
+        _known_scenario(asked, origins.where("scenario"))
+        other = named or name
+        if other not in (None, asked):
+            raise ConfigurationError(
+                f"`scenario` must be the same everywhere; got {asked!r} as an argument and {other!r}"
+                f"{origins.where('scenario.preset')}. Leave one of them out."
+            )
+    if asked is None and named is None and name is not None:
+        return {}
+    return asdict(SCENARIOS[named or asked or DEFAULT_SCENARIO])
+
+
+def _known_scenario(name: Any, where: str) -> None:
+    if not isinstance(name, str) or name not in SCENARIOS:
+        raise ConfigurationError(
+            f"`scenario` must be a known scenario; got {name!r}{where}. {nearest(str(name), SCENARIOS)}"
+        )
+
+
+def _without_unbounded(scenario: dict[str, Any]) -> dict[str, Any]:
+    arena = scenario.get("arena")
+    if not isinstance(arena, Mapping):
+        return scenario
+    return {**scenario, "arena": {key: None if side == UNBOUNDED else side for key, side in arena.items()}}
+
+
+def _children(kind: Any) -> dict[str, Any]:
+    """Return the keys a section may have, each with its type."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel):
+        known = {name: info.annotation for name, info in kind.model_fields.items()}
+        return known | ({"population": int} if issubclass(kind, PopulationSection) else {})
+    if isinstance(kind, type) and is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return {item.name: hints[item.name] for item in fields(kind)}
+    return {}
+
+
+def _all_keys(kind: Any, prefix: str = "") -> Iterator[str]:
+    for name, child in _children(kind).items():
+        yield prefix + name
+        yield from _all_keys(child, f"{prefix}{name}.")
+
+
+def _refuse_unknown_keys(
+    data: Mapping[str, Any], origins: _Origins, kind: Any = Configuration, prefix: str = ""
+) -> None:
+    known = _children(kind)
+    for name, value in data.items():
+        if name not in known:
+            raise ConfigurationError(
+                f"`{prefix}{name}` must be a known setting; got {_shown(value)}{origins.where(prefix + name)}. "
+                f"{_advice(name, prefix, known)}"
+            )
+        if isinstance(value, Mapping) and _children(known[name]):
+            _refuse_unknown_keys(value, origins, known[name], f"{prefix}{name}.")
+
+
+def _advice(name: str, prefix: str, known: Mapping[str, Any]) -> str:
+    elsewhere = [key for key in _all_keys(Configuration) if key.rpartition(".")[2] == name]
+    if elsewhere:
+        return f"Did you mean `{elsewhere[0]}`?"
+    extra = ["scenario.preset"] if prefix == "scenario." else []
+    return nearest(prefix + name, [prefix + key for key in known] + extra)
+
+
+def _shown(value: Any) -> str:
+    return "a table" if isinstance(value, Mapping) else repr(value)
+
+
+def _split_population(values: Mapping[str, Any], section: str, origins: _Origins) -> dict[str, Any]:
+    key = f"{section}.population"
+    rest = {name: value for name, value in values.items() if name != "population"}
+    population = values["population"]
+    if {"parents", "offspring"} & set(rest):
+        raise ConfigurationError(
+            f"`{key}` must be given without parents and offspring; got {population!r} beside them{origins.where(key)}. "
+            "Remove one or the other."
+        )
+    if type(population) is not int or population < 2 or population % 2:
+        raise ConfigurationError(
+            f"`{key}` must be an even number of at least 2, as it is split into as many parents as offspring; "
+            f"got {population!r}{origins.where(key)}. For an uneven split give parents and offspring."
+        )
+    return {**rest, "parents": population // 2, "offspring": population // 2}
+
+
+def _validated(data: dict[str, Any], origins: _Origins) -> Configuration:
+    try:
+        return Configuration.model_validate_json(json.dumps(data, default=str), strict=True)
+    except ValidationError as error:
+        raise ConfigurationError(_message(error, data, origins)) from error
+
+
+def _message(error: ValidationError, data: Mapping[str, Any], origins: _Origins) -> str:
+    first = error.errors(include_url=False)[0]
+    key = _key_of(first["loc"])
+    if first["type"] == "value_error":
+        return _placed(str(first["ctx"]["error"]), key, origins)
+    if first["type"] == "missing":
+        return f"`{key}` must be given; got nothing{origins.where(key)}. Set it, or name a preset scenario."
+    value = _looked_up(data, key) if key in _RULES else first["input"]
+    rule = _RULES.get(key) or _rule(first["msg"])
+    return f"`{key}` must be {rule}; got {_shown(value)}{origins.where(key)}."
+
+
+def _key_of(location: tuple[int | str, ...]) -> str:
+    known = set(_all_keys(Configuration))
+    key = ".".join(part for part in map(str, location))
+    return next((name for name in _ancestors(key) if name in known), key)
+
+
+def _rule(message: str) -> str:
+    rule = message.removeprefix("Input should be ").replace("a valid ", "a ").replace("an object", "a table")
+    return re.sub(r"\ba (?=[aeiou])", "an ", rule)
+
+
+def _looked_up(data: Mapping[str, Any], key: str) -> Any:
+    value: Any = data
+    for part in key.split("."):
+        value = value[part]
+    return value
+
+
+def _placed(message: str, section: str, origins: _Origins) -> str:
+    """Name the setting in full and say where it comes from, in a finished message."""
+    named = re.match(r"`([\w.]+)", message)
+    name = named[1] if named else ""
+    known = set(_all_keys(Configuration))
+    choices = (name, f"scenario.{name}", f"{section}.{name.rpartition('.')[2]}")
+    key = next((choice for choice in choices if choice in known), section)
+    message = message.replace(f"`{name}", f"`{key}", 1)
+    return re.sub(r"(; got .*?)(\.(?: |$))", lambda found: found[1] + origins.where(key) + found[2], message, count=1)

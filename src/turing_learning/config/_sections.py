@@ -1,0 +1,111 @@
+"""The sections of a configuration as validated, frozen data."""
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from turing_learning.swarm import Scenario
+
+LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
+LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
+LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
+
+Count = Annotated[int, Field(ge=1)]
+Positive = Annotated[float, Field(gt=0)]
+
+
+class Section(BaseModel):
+    """What all sections share: frozen, no unknown keys, only finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+class PopulationSection(Section):
+    """A population and its evolution strategy.
+
+    A file may give `population` instead of `parents` and `offspring`; it must be even and is split into halves.
+    """
+
+    parents: Count = 50
+    offspring: Count = 50
+    initial_low: float = -1.0
+    initial_high: float = 1.0
+    initial_step_size: Positive = 1.0
+    minimum_step_size: Annotated[float, Field(ge=0)] = 0.01
+
+    @model_validator(mode="after")
+    def _check_range(self) -> "PopulationSection":
+        if self.initial_low > self.initial_high:
+            raise ValueError(
+                f"`initial_low` must be at most initial_high; got {self.initial_low} and {self.initial_high}."
+            )
+        if not self.minimum_step_size <= self.initial_step_size <= LARGEST_STEP_SIZE:
+            raise ValueError(
+                f"`initial_step_size` must be between minimum_step_size ({self.minimum_step_size}) and "
+                f"{LARGEST_STEP_SIZE:g}; got {self.initial_step_size}."
+            )
+        return self
+
+
+class ModelsSection(PopulationSection):
+    """The population of models."""
+
+
+class ClassifiersSection(PopulationSection):
+    """The population of classifiers and their networks.
+
+    `input_scale` divides the inputs of the networks: "robot" takes the largest speeds of the scenario's robot, a list
+    gives one positive number (cm/s, rad/s) for each signal.
+    """
+
+    hidden: Count = 5
+    input_scale: Literal["robot"] | tuple[Positive, ...] = "robot"
+
+
+class CoevolutionSection(Section):
+    """The interplay of the two populations. No options yet."""
+
+
+class RunSection(Section):
+    """How long and with what to run.
+
+    `threads` is "all" or a number; the results do not depend on it. The run is saved after every `checkpoint_every`
+    generations. The estimate is a median over the last `estimate_window` generations.
+    """
+
+    generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 1
+    threads: Literal["all"] | Count = "all"
+    checkpoint_every: Count = 50
+    estimate_window: Count = 100
+
+
+class Configuration(Section):
+    """Everything that determines a run, resolved: no field is left to a default elsewhere."""
+
+    scenario: Scenario
+    models: ModelsSection = ModelsSection()
+    classifiers: ClassifiersSection = ClassifiersSection()
+    coevolution: CoevolutionSection = CoevolutionSection()
+    run: RunSection = RunSection()
+
+    @model_validator(mode="after")
+    def _check_scale(self) -> "Configuration":
+        scale = self.classifiers.input_scale
+        if scale != "robot" and len(scale) != len(self.scenario.input_scale):
+            raise ValueError(
+                f'`classifiers.input_scale` must be "robot" or {len(self.scenario.input_scale)} positive numbers, '
+                f"one for each signal; got {list(scale)}."
+            )
+        return self
+
+    @property
+    def input_scale(self) -> tuple[float, ...]:
+        """What the classifiers' inputs are divided by, one number for each signal (cm/s, rad/s)."""
+        scale = self.classifiers.input_scale
+        return self.scenario.input_scale if scale == "robot" else scale
+
+    @property
+    def threads(self) -> int | None:
+        """Number of threads, None for all processors."""
+        return None if self.run.threads == "all" else self.run.threads

@@ -1,0 +1,126 @@
+"""Read TOML with positions, and write a resolved configuration."""
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from ._errors import ConfigurationError
+from ._sections import Configuration
+
+UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of an arena
+
+_HEADER = re.compile(r"^\s*\[\[?([^\]]+)\]")
+_ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_\-.\"' ]+?)\s*=")
+
+
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    tuple[str, dict]
+        The text and what it says.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file cannot be read or is not TOML.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+        raise ConfigurationError(f"`config` must be a readable TOML file; got {path} ({reason}).") from error
+    try:
+        return text, tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(_syntax_message(path, text, error)) from error
+
+
+def _syntax_message(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
+    found = re.search(r"^(.*) \(at line (\d+), column \d+\)$", str(error), re.DOTALL)
+    reason, line = (found[1], int(found[2])) if found else (str(error).replace(" (at end of document)", ""), 0)
+    lines = text.splitlines()
+    line = line or len(lines)
+    content = lines[line - 1].strip() if 0 < line <= len(lines) else ""
+    return f"`config` must be valid TOML; got {content!r} [{path}:{line}]. The reader says: {reason}."
+
+
+def line_of(text: str, key: str) -> int | None:
+    """Return the line (from 1) that sets a dotted key, or opens its table; None if there is none.
+
+    Parameters
+    ----------
+    text
+        A TOML document.
+    key
+        For example "scenario.robot.wheel_noise".
+    """
+    lines = dict(_positions(text))
+    while key:
+        if key in lines:
+            return lines[key]
+        key = key.rpartition(".")[0]
+    return None
+
+
+def _positions(text: str) -> Iterator[tuple[str, int]]:
+    table = ""
+    for number, line in enumerate(text.splitlines(), start=1):
+        if header := _HEADER.match(line):
+            table = _plain(header[1])
+            yield table, number
+        elif assignment := _ASSIGNMENT.match(line):
+            name = _plain(assignment[1])
+            yield (f"{table}.{name}" if table else name), number
+
+
+def _plain(name: str) -> str:
+    return ".".join(part.strip().strip("\"'") for part in name.split("."))
+
+
+def to_toml(configuration: Configuration) -> str:
+    """Write a configuration with every field explicit; reading it back gives the same configuration.
+
+    Parameters
+    ----------
+    configuration
+        A resolved configuration.
+
+    Returns
+    -------
+    str
+        A TOML document.
+    """
+    data = configuration.model_dump(mode="python")
+    return "\n".join(line for name, table in data.items() for line in _table(name, table)).rstrip() + "\n"
+
+
+def _table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
+    yield f"[{name}]"
+    yield from (f"{key} = {_value(value)}" for key, value in values.items() if not isinstance(value, Mapping))
+    yield ""
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _table(f"{name}.{key}", value)
+
+
+def _value(value: Any) -> str:
+    match value:
+        case None:
+            return f'"{UNBOUNDED}"'
+        case bool():
+            return "true" if value else "false"
+        case float() | int():
+            return repr(value)
+        case str():
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+    return "[" + ", ".join(_value(item) for item in value) + "]"

@@ -1,0 +1,19 @@
+"""Population-based optimizers with one interface: `ask` for the population to score, `tell` its fitness.
+
+The room knows no robots, no models and no classifiers; it imports nothing but numpy.
+
+===========================  ===============================================================================
+`Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
+`EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
+`CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``baselines``), behind the same protocol.
+`Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
+`generation_rng`             The random generator of one generation.
+===========================  ===============================================================================
+"""
+
+from ._cma import CMAEvolutionStrategy
+from ._evolution_strategy import EvolutionStrategy
+from ._optimizer import Optimizer
+from ._randomness import Seed, check_seed, generation_rng
+
+__all__ = ["CMAEvolutionStrategy", "EvolutionStrategy", "Optimizer", "Seed", "check_seed", "generation_rng"]

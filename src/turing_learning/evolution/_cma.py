@@ -1,0 +1,237 @@
+"""CMA-ES behind the protocol: any population-based optimizer can be used."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from ._checks import (
+    check_count,
+    check_fitness,
+    check_range,
+    check_state_array,
+    check_vector,
+)
+from ._randomness import Seed, check_seed, generation_rng
+from ._turns import Turns
+
+PARAMETER_LIMIT = 1e12
+"""Largest magnitude of a parameter that `ask` returns."""
+
+SPREAD_LIMIT = 1e6
+"""Largest standard deviation, in units of the initial one."""
+
+
+class CMAEvolutionStrategy:
+    """Covariance matrix adaptation evolution strategy: an adapter for ``cma.CMAEvolutionStrategy``.
+
+    The first population is normal, with the mean and the standard deviation of the uniform distribution between
+    `initial_low` and `initial_high`. CMA-ES keeps a distribution, no parents: every candidate is new.
+
+    The state is the history of all fitness values, and `restore` replays it, so that nothing of the inside of `cma`
+    has to be stored; restoring takes as long as the generations' `ask` and `tell` did. Random numbers come from
+    this object alone: numpy's global random state is neither read nor changed. `cma` writes no files here and prints
+    nothing.
+
+    Parameters
+    ----------
+    dimension
+        Number of parameters, >= 2 (what `cma` supports).
+    size
+        Candidates in each generation, >= 4.
+    seed
+        Entropy: a non-negative integer or a sequence of them.
+    initial_low, initial_high : () or (dimension,)
+        The range that the first distribution is made for.
+    minimum_step_size : () or (dimension,)
+        The distribution shrinks no further once all its standard deviations are down to it; >= 0. Fitness is
+        subjective: a distribution that has collapsed cannot follow when the opponents move.
+
+    Raises
+    ------
+    ImportError
+        If `cma` is not installed.
+    ValueError
+        If an argument breaks the rules above.
+
+    Source
+    ------
+    N. Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772.
+    """
+
+    def __init__(
+        self,
+        dimension: int,
+        *,
+        size: int = 100,
+        seed: Seed = 0,
+        initial_low: np.typing.ArrayLike = -1.0,
+        initial_high: np.typing.ArrayLike = 1.0,
+        minimum_step_size: np.typing.ArrayLike = 0.01,
+    ) -> None:
+        self.dimension = check_count("dimension", dimension, 2)
+        self.size = check_count("size", size, 4)
+        self._seed = check_seed(seed)
+        low = check_vector("initial_low", initial_low, dimension)
+        high = check_vector("initial_high", initial_high, dimension)
+        check_range(low, high)
+        minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
+        if not (minimum >= 0).all():
+            raise ValueError(f"`minimum_step_size` must not be negative; got {minimum.min()}.")
+        self._center = low / 2 + high / 2
+        self._scale = high / np.sqrt(12) - low / np.sqrt(12)  # standard deviation of a uniform distribution
+        self._minimum = minimum / self._scale
+        self._turns = Turns()
+        self._distribution = self._new_distribution()
+        self._asked_steps = self._next_steps()
+
+    @property
+    def step_sizes(self) -> np.ndarray:
+        """Standard deviations (size, dimension), the same in every row, of the population last asked for."""
+        return self._asked_steps.copy()
+
+    def ask(self) -> np.ndarray:
+        """Return the population (size, dimension) to be scored.
+
+        Raises
+        ------
+        RuntimeError
+            If the population asked for before has not been told its fitness.
+        """
+        self._turns.ask()
+        self._asked_steps = self._next_steps()
+        population = self._center + self._scale * np.array(self._distribution.solutions)
+        return np.clip(population, -PARAMETER_LIMIT, PARAMETER_LIMIT)
+
+    def tell(self, fitness: np.ndarray) -> None:
+        """Adapt the distribution and sample the next population.
+
+        Parameters
+        ----------
+        fitness : (size,)
+            Larger is better.
+
+        Raises
+        ------
+        RuntimeError
+            If no population has been asked for since the last call.
+        ValueError
+            If `fitness` has another shape or is not finite.
+        """
+        self._turns.tell()
+        self._distribution.tell(check_fitness(fitness, self.size))
+        self._turns.reset()
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the fitness told in each generation (G, size) and the mean of the distribution (dimension,).
+
+        Raises
+        ------
+        RuntimeError
+            If a population has been asked for and not been told its fitness.
+        """
+        self._turns.pause()
+        history = np.array(self._distribution.history, dtype=np.float64).reshape(-1, self.size)
+        return {"history": history, "mean": self._mean(self._distribution)}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Tell a fresh distribution all that the stored one was told; allowed at any time.
+
+        Parameters
+        ----------
+        state
+            What `state` returned, from a strategy with the same settings.
+
+        Raises
+        ------
+        ValueError
+            If the state lacks an array or does not fit the settings, or if the replay ends elsewhere. The strategy
+            is then what it was before.
+        """
+        history = check_state_array(state, "history", (None, self.size))
+        mean = check_state_array(state, "mean", (self.dimension,))
+        distribution = self._new_distribution()
+        for fitness in history:
+            distribution.tell(fitness)
+        _check_replay(self._mean(distribution), mean)
+        self._distribution = distribution
+        self._asked_steps = self._next_steps()
+        self._turns.reset()
+
+    def _new_distribution(self) -> "_Distribution":
+        return _Distribution(self.dimension, self.size, self._seed, self._minimum)
+
+    def _next_steps(self) -> np.ndarray:
+        return np.tile(self._scale * self._distribution.standard_deviations, (self.size, 1))
+
+    def _mean(self, distribution: "_Distribution") -> np.ndarray:
+        return self._center + self._scale * distribution.mean
+
+
+class _Distribution:
+    """The distribution of `cma` in units of the initial one, and the population drawn from it."""
+
+    def __init__(self, dimension: int, size: int, seed: Seed, minimum: np.ndarray) -> None:
+        self.history: list[np.ndarray] = []
+        self._seed = seed
+        self._minimum = np.minimum(minimum, SPREAD_LIMIT)
+        self._strategy = _import_cma().CMAEvolutionStrategy(np.zeros(dimension), 1.0, self._options(size))
+        self._draw()
+
+    def _options(self, size: int) -> dict[str, Any]:
+        return {
+            "popsize": size,
+            "randn": self._standard_normal,
+            "seed": np.nan,  # leaves the global random state of numpy alone
+            "verbose": -10,  # no print, no log file
+            "signals_filename": "",  # no options from a file in the working directory
+        }
+
+    def _standard_normal(self, *shape: int) -> np.ndarray:
+        return self._rng.standard_normal(shape)
+
+    def _draw(self) -> None:
+        self._rng = generation_rng(self._seed, len(self.history))
+        self.solutions: list[np.ndarray] = self._strategy.ask()
+
+    @property
+    def mean(self) -> np.ndarray:
+        return np.array(self._strategy.mean)
+
+    @property
+    def standard_deviations(self) -> np.ndarray:
+        return np.array(self._strategy.stds)
+
+    def tell(self, fitness: np.ndarray) -> None:
+        with np.errstate(over="ignore"):  # of a record that cma keeps of all past changes of the step size
+            self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
+        self._limit_spread()
+        self.history.append(fitness.copy())
+        self._draw()
+
+    def _limit_spread(self) -> None:
+        """Scale the whole distribution, so that its shape stays what `cma` made it."""
+        deviations = self.standard_deviations
+        widen = (self._minimum / deviations).min()
+        narrow = SPREAD_LIMIT / deviations.max()
+        self._strategy.sigma *= float(min(max(1.0, widen), narrow))
+
+
+def _import_cma() -> Any:
+    try:
+        import cma
+    except ImportError as error:
+        raise ImportError(
+            "`CMAEvolutionStrategy` needs the package cma; got an error on its import. "
+            "Install it with: pip install 'turing-learning[baselines]'"
+        ) from error
+    return cma
+
+
+def _check_replay(mean: np.ndarray, stored: np.ndarray) -> None:
+    if not np.array_equal(mean, stored):
+        k = int(np.argmax(mean != stored))
+        raise ValueError(
+            f"`state` must lead back to the mean it was stored with, {stored[k]} for parameter {k}; got {mean[k]}. "
+            "Restore it with the settings, the seed, and the versions of cma and numpy it was written with."
+        )

@@ -1,0 +1,203 @@
+"""The (mu + lambda) evolution strategy of the paper."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ._checks import (
+    check_count,
+    check_fitness,
+    check_generation,
+    check_range,
+    check_state_array,
+    check_vector,
+)
+from ._randomness import Seed, check_seed, generation_rng
+from ._turns import Turns
+
+PARAMETER_LIMIT = 1e12
+"""Largest magnitude of a parameter: nothing becomes infinite where selection has stopped or rewards growth."""
+
+STEP_SIZE_LIMIT = 1e6
+"""Largest step size, for the same reason; far above all that a useful search reaches."""
+
+
+class EvolutionStrategy:
+    """(mu + lambda) evolution strategy with self-adaptive mutation strengths, one for each parameter.
+
+    In each generation all mu + lambda individuals are scored, parents too, because fitness is subjective. The mu best
+    are the parents of lambda children. A child has two parents, drawn uniformly with replacement; each of its
+    parameters comes from one of the two with equal probability, and its step sizes are the means of theirs. Then::
+
+        sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)      tau' = 1 / (2 sqrt(2 n))
+        x_i     <- x_i + sigma_i N_i(0, 1)                                                tau  = 1 / (2 sqrt(2 sqrt(n)))
+
+    with n parameters, one N(0, 1) for all parameters of a child and one N_i(0, 1) for each. Among equally fit
+    individuals the older come first; a population in which all are equally fit keeps its parents and does not drift.
+
+    Parameters
+    ----------
+    dimension
+        Number of parameters n, >= 1.
+    parents, offspring
+        mu and lambda, >= 1 each; `size` is their sum.
+    seed
+        Entropy: a non-negative integer or a sequence of them.
+    initial_low, initial_high : () or (dimension,)
+        The first mu + lambda individuals are drawn uniformly from this range.
+    initial_step_size : () or (dimension,)
+        Step sizes of the first individuals, from `minimum_step_size` to 1e6.
+    minimum_step_size : () or (dimension,)
+        No step size falls below it; >= 0.
+
+    Raises
+    ------
+    ValueError
+        If an argument breaks the rules above.
+
+    Source
+    ------
+    Paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those used here are
+    the ones published in follow-up work.
+    """
+
+    def __init__(
+        self,
+        dimension: int,
+        *,
+        parents: int = 50,
+        offspring: int = 50,
+        seed: Seed = 0,
+        initial_low: np.typing.ArrayLike = -1.0,
+        initial_high: np.typing.ArrayLike = 1.0,
+        initial_step_size: np.typing.ArrayLike = 1.0,
+        minimum_step_size: np.typing.ArrayLike = 0.01,
+    ) -> None:
+        self.dimension = check_count("dimension", dimension, 1)
+        self.parents = check_count("parents", parents, 1)
+        self.offspring = check_count("offspring", offspring, 1)
+        self.size = self.parents + self.offspring
+        self._seed = check_seed(seed)
+        self._minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
+        steps = check_vector("initial_step_size", initial_step_size, dimension)
+        _check_step_sizes(self._minimum, steps)
+        low = check_vector("initial_low", initial_low, dimension)
+        high = check_vector("initial_high", initial_high, dimension)
+        check_range(low, high)
+        self._common_rate = 1 / (2 * np.sqrt(2 * dimension))
+        self._own_rate = 1 / (2 * np.sqrt(2 * np.sqrt(dimension)))
+        self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
+        self._steps = np.tile(steps, (self.size, 1))
+        self._asked_steps = self._steps
+        self._generation = 0
+        self._turns = Turns()
+
+    @property
+    def step_sizes(self) -> np.ndarray:
+        """Step sizes (size, dimension) of the population last asked for; before that, of the one to come."""
+        return self._asked_steps.copy()
+
+    def ask(self) -> np.ndarray:
+        """Return the population (size, dimension) to be scored: the parents, the fittest first, then the children.
+
+        Raises
+        ------
+        RuntimeError
+            If the population asked for before has not been told its fitness.
+        """
+        self._turns.ask()
+        self._asked_steps = self._steps
+        return self._population.copy()
+
+    def tell(self, fitness: np.ndarray) -> None:
+        """Keep the mu fittest as parents and let them have lambda children.
+
+        Parameters
+        ----------
+        fitness : (size,)
+            Larger is better.
+
+        Raises
+        ------
+        RuntimeError
+            If no population has been asked for since the last call.
+        ValueError
+            If `fitness` has another shape or is not finite.
+        """
+        self._turns.tell()
+        best = fittest(check_fitness(fitness, self.size), self.parents)
+        rng = generation_rng(self._seed, self._generation + 1)
+        parents, steps = self._population[best], self._steps[best]
+        pairs = rng.integers(self.parents, size=(2, self.offspring))
+        child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
+        children = self._mutate(_recombine(parents, pairs, rng), child_steps, rng)
+        self._population = np.concatenate((parents, children))
+        self._steps = np.concatenate((steps, child_steps))
+        self._generation += 1
+        self._turns.reset()
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the number of completed generations, the population to be asked for next, and its step sizes.
+
+        Raises
+        ------
+        RuntimeError
+            If a population has been asked for and not been told its fitness.
+        """
+        self._turns.pause()
+        return {
+            "generation": np.array(self._generation, dtype=np.int64),
+            "population": self._population.copy(),
+            "step_sizes": self._steps.copy(),
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state; allowed at any time, also between `ask` and `tell`.
+
+        Parameters
+        ----------
+        state
+            What `state` returned, from a strategy with the same settings.
+
+        Raises
+        ------
+        ValueError
+            If the state lacks an array, or does not fit the settings of this strategy.
+        """
+        shape = (self.size, self.dimension)
+        generation = check_generation(state)
+        population = check_state_array(state, "population", shape)
+        steps = check_state_array(state, "step_sizes", shape)
+        self._generation, self._population, self._steps = generation, population, steps
+        self._asked_steps = steps
+        self._turns.reset()
+
+    def _mutate_steps(self, steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        common = self._common_rate * rng.standard_normal((self.offspring, 1))
+        own = self._own_rate * rng.standard_normal(steps.shape)
+        mutated = steps * np.exp(common + own)
+        return np.minimum(np.maximum(mutated, self._minimum), STEP_SIZE_LIMIT)
+
+    def _mutate(self, parameters: np.ndarray, steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        mutated = parameters + steps * rng.standard_normal(steps.shape)
+        return np.minimum(np.maximum(mutated, -PARAMETER_LIMIT), PARAMETER_LIMIT)
+
+
+def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
+    """Return the indices (count,) of the fittest, the fittest first; of equals the first come first."""
+    return np.argsort(-fitness, kind="stable")[:count]
+
+
+def _recombine(parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    first, second = parents[pairs[0]], parents[pairs[1]]
+    return np.where(rng.integers(2, size=first.shape, dtype=np.bool_), first, second)
+
+
+def _check_step_sizes(minimum: np.ndarray, initial: np.ndarray) -> None:
+    if not (minimum >= 0).all():
+        raise ValueError(f"`minimum_step_size` must not be negative; got {minimum.min()}.")
+    if not ((initial >= minimum) & (initial > 0) & (initial <= STEP_SIZE_LIMIT)).all():
+        raise ValueError(
+            "`initial_step_size` must be above 0, at least `minimum_step_size`, and at most "
+            f"{STEP_SIZE_LIMIT:g}; got {initial.min()} to {initial.max()}."
+        )

@@ -1,0 +1,36 @@
+"""Figures: arrays in, pictures out. Nothing is computed here beyond the medians and quartiles that a picture shows.
+
+`parameters_figure`
+    Inferred parameters over generations, one panel each, the truth dashed.
+`error_figure`
+    Mean absolute error over generations.
+`fitness_figure`
+    Fitness of models and classifiers over generations, with the spans in which selection stopped.
+`step_sizes_figure`
+    Mutation strengths over generations.
+`swarm_frame`
+    One moment of a swarm, drawn on given axes.
+`save_figure`, `svg_markup`
+    A figure as PNG and SVG files, and as SVG markup for a page.
+
+Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib is imported when the
+first one is made.
+"""
+
+from ._error import error_figure
+from ._fitness import fitness_figure
+from ._parameters import parameters_figure
+from ._save import save_figure
+from ._step_sizes import step_sizes_figure
+from ._svg import svg_markup
+from ._swarm import swarm_frame
+
+__all__ = [
+    "error_figure",
+    "fitness_figure",
+    "parameters_figure",
+    "save_figure",
+    "step_sizes_figure",
+    "svg_markup",
+    "swarm_frame",
+]

@@ -1,0 +1,203 @@
+"""Write the source of the Elman judge for one network size.
+
+Numba vectorizes the judge only if the sizes of the network are constants and nothing is sliced in the inner loop, so
+the source is generated. Its two functions work on blocks of `LANES` samples, one sample per lane.
+
+``pack(start, stop, samples, inverse_scale, blocks, faults)``
+    Fills ``blocks[start:stop]``, (block, T, D, lane) float32, from samples (S, T, D) float64; lanes without a sample
+    are zero. ``faults`` (block,) receives the flat index of the first value in the block that is not finite, or -1.
+``judge(start, stop, blocks, weights, outputs)``
+    Judges the units ``start`` to ``stop``; unit = block * N + classifier. Fills ``outputs`` (N, S) float32.
+
+The arithmetic, and why nothing can overflow or become NaN:
+
+* the largest input of a time step and the largest weight of a neuron are at most `LIMIT`, so with at most `LARGEST_SUM`
+  terms a weighted sum stays below 3e18 and its square below 1e37 (float32 ends at 3.4e38);
+* sigmoid(z) = 1/2 + z P(u) / Q(u), u = min(z^2, `SATURATION`^2), cut to [0, 1]. P / Q is a minimax fit of
+  tanh(z / 2) / (2 z); all coefficients are positive, so Q has no zero. Errors stay below `SIGMOID_ERROR`. At
+  |z| = `SATURATION` the fit passes 0 and 1, so that saturated neurons are exactly 0 or 1, as in double precision.
+
+Floating point flags: everything of fast math except reassociation. The order of a sum is the one in the source.
+"""
+
+LANES = 64
+LIMIT = 1e8
+LARGEST_SUM = 256
+SATURATION = 15.5
+SIGMOID_ERROR = 2e-6
+SMALLEST_OUTPUT = 1e-7
+NUMERATOR = (121135.524, 3691.29448, 16.5006596, 0.00662529804)
+DENOMINATOR = (484547.081, 55140.13, 624.060641, 1.0)
+UNROLLED_WEIGHTS = 200  # beyond, writing out every weight takes the compiler more than two seconds
+
+_CUT = "min(max(y, F(0)), F(1))"
+
+_HEADER = '''"""Judge of Elman networks with {inputs} inputs and {hidden} hidden neurons. Generated: do not edit."""
+
+import numpy as np
+from numba import float32, float64, int64, njit, types, void
+
+F = np.float32
+FAST = {{"nnan", "ninf", "nsz", "arcp", "contract", "afn"}}
+SAMPLES = types.Array(float64, 3, "C", readonly=True)
+BLOCKS = float32[:, :, :, ::1]
+'''
+
+_PACK = """
+@njit(types.void(float64[::1], BLOCKS, int64, int64, int64), cache={cache})
+def store_limited(step, blocks, block, t, lane):
+    largest = 0.0
+    for d in range({inputs}):
+        largest = max(largest, abs(step[d]))
+    for d in range({inputs}):
+        blocks[block, t, d, lane] = step[d] * ({limit!r} / largest)
+
+
+@njit(void(int64, int64, SAMPLES, float64[::1], BLOCKS, int64[::1]), nogil=True, cache={cache})
+def pack(start, stop, samples, inverse_scale, blocks, faults):
+    step = np.empty({inputs})
+    steps = samples.shape[1]
+    for block in range(start, stop):
+        faults[block] = -1
+        first = block * {lanes}
+        filled = min({lanes}, samples.shape[0] - first)
+        for lane in range(filled):
+            for t in range(steps):
+                within = True
+                for d in range({inputs}):
+                    value = samples[first + lane, t, d] * inverse_scale[d]
+                    within = within and abs(value) <= {limit!r}
+                    blocks[block, t, d, lane] = value
+                if within:
+                    continue
+                finite = True
+                for d in range({inputs}):
+                    value = samples[first + lane, t, d]
+                    if not np.isfinite(value):
+                        finite = False
+                        if faults[block] < 0:
+                            faults[block] = ((first + lane) * steps + t) * {inputs} + d
+                    step[d] = value * 1e-160 * inverse_scale[d]
+                if finite:
+                    store_limited(step, blocks, block, t, lane)
+        for t in range(steps):
+            for d in range({inputs}):
+                for lane in range(filled, {lanes}):
+                    blocks[block, t, d, lane] = F(0)
+"""
+
+_JUDGE = """
+@njit(
+    void(int64, int64, BLOCKS, float32[:, ::1], float32[:, ::1]),
+    fastmath=FAST,
+    error_model="numpy",
+    nogil=True,
+    cache={cache},
+)
+def judge(start, stop, blocks, weights, outputs):
+    state = np.empty({state}, np.float32)
+    fresh = np.empty({state}, np.float32)
+    classifiers = weights.shape[0]
+    for unit in range(start, stop):
+        block = unit // classifiers
+        n = unit - block * classifiers
+{load}
+        for k in range({state}):
+            state[k] = F(0)
+        for t in range(blocks.shape[1]):
+{step}
+        for lane in range({lanes}):
+{output}
+        first = block * {lanes}
+        for lane in range(min({lanes}, outputs.shape[1] - first)):
+            outputs[n, first + lane] = state[lane]
+"""
+
+
+def elman_source(inputs: int, hidden: int, *, cache: bool) -> str:
+    """Return the source of the judge for a network of ``inputs`` inputs and ``hidden`` hidden neurons."""
+    sizes = {"inputs": inputs, "hidden": hidden, "lanes": LANES, "limit": LIMIT, "cache": cache}
+    small = hidden * (inputs + hidden + 1) <= UNROLLED_WEIGHTS
+    judge = _JUDGE.format(
+        **sizes,
+        state=hidden * LANES,
+        load=_indent(8, _load(inputs, hidden, small)),
+        step=_indent(12, _small_step(inputs, hidden) if small else _large_step(inputs, hidden)),
+        output=_indent(12, _output(hidden)),
+    )
+    return "\n".join([_HEADER.format(**sizes), _PACK.format(**sizes), judge])
+
+
+def _indent(spaces: int, lines: list[str]) -> str:
+    return "\n".join(" " * spaces + line for line in lines)
+
+
+def _load(inputs: int, hidden: int, small: bool) -> list[str]:
+    names = [f"w{i}_{d}" for i in range(hidden) for d in range(inputs)]
+    names += [f"u{i}_{j}" for i in range(hidden) for j in range(hidden)]
+    names += [f"b{i}" for i in range(hidden)] + [f"v{i}" for i in range(hidden)] + ["c"]
+    lines = [f"{name} = weights[n, {k}]" for k, name in enumerate(names)]
+    return lines if small else lines[-hidden - 1 :]
+
+
+def _small_step(inputs: int, hidden: int) -> list[str]:
+    """Write out all neurons of a lane: every input and activation is read once."""
+    body = [f"x{d} = blocks[block, t, {d}, lane]" for d in range(inputs)]
+    body += [f"h{j} = state[{j * LANES} + lane]" for j in range(hidden)]
+    for i in range(hidden):
+        terms = [f"w{i}_{d} * x{d}" for d in range(inputs)] + [f"u{i}_{j} * h{j}" for j in range(hidden)]
+        body += [f"z = {_sum(f'b{i}', terms)}", *_sigmoid(), f"state[{i * LANES} + lane] = {_CUT}"]
+    return [f"for lane in range({LANES}):", *_inner(body)]
+
+
+def _large_step(inputs: int, hidden: int) -> list[str]:
+    """Write out one neuron and loop over them: slower, but the compilation of large networks stays within seconds."""
+    recurrent, biases = hidden * inputs, hidden * (inputs + hidden)
+    row = [f"w{d} = weights[n, i * {inputs} + {d}]" for d in range(inputs)]
+    row += [f"u{j} = weights[n, {recurrent} + i * {hidden} + {j}]" for j in range(hidden)]
+    terms = [f"w{d} * blocks[block, t, {d}, lane]" for d in range(inputs)]
+    terms += [f"u{j} * state[{j * LANES} + lane]" for j in range(hidden)]
+    body = [f"z = {_sum('b', terms)}", *_sigmoid(), f"fresh[i * {LANES} + lane] = {_CUT}"]
+    neuron = [*row, f"b = weights[n, {biases} + i]", f"for lane in range({LANES}):", *_inner(body)]
+    copy = [f"for k in range({hidden * LANES}):", *_inner(["state[k] = fresh[k]"])]
+    return [f"for i in range({hidden}):", *_inner(neuron), *copy]
+
+
+def _inner(lines: list[str]) -> list[str]:
+    return [f"    {line}" for line in lines]
+
+
+def _output(hidden: int) -> list[str]:
+    # The sign of z alone decides: rounding must not lift a negative z to 1/2.
+    below_half = 0.5 - 2.0**-25
+    terms = [f"v{j} * state[{j * LANES} + lane]" for j in range(hidden)]
+    return [
+        f"z = {_sum('c', terms)}",
+        *_sigmoid(),
+        f"y = min(max(y, F({SMALLEST_OUTPUT!r})), F({1 - SMALLEST_OUTPUT!r}))",
+        f"state[lane] = min(y, F({below_half!r})) if z < F(0) else y",
+    ]
+
+
+def _sum(bias: str, terms: list[str]) -> str:
+    # Two chains of half the length: the multiply-adds of one need not wait for those of the other.
+    middle = (len(terms) + 1) // 2
+    first, second = " + ".join([bias, *terms[:middle]]), " + ".join(terms[middle:])
+    return f"({first}) + ({second})" if second else first
+
+
+def _sigmoid() -> list[str]:
+    return [
+        f"u = min(z * z, F({SATURATION**2!r}))",
+        f"p = {_horner(NUMERATOR)}",
+        f"q = {_horner(DENOMINATOR)}",
+        "y = F(0.5) + (z * p) * (F(1) / q)",
+    ]
+
+
+def _horner(coefficients: tuple[float, ...]) -> str:
+    text = f"F({coefficients[-1]!r})"
+    for coefficient in coefficients[-2::-1]:
+        factor = "u" if text == "F(1.0)" else f"{text} * u"
+        text = f"({factor} + F({coefficient!r}))"
+    return text

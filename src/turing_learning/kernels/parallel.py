@@ -1,0 +1,47 @@
+"""Run a compiled range function on several threads; the results do not depend on how many."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+CHUNKS_PER_THREAD = 4
+
+
+def default_threads() -> int:
+    """Return the number of processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@lru_cache(maxsize=8)
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix=f"turing-learning-{process}")
+
+
+def run_range(
+    function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1
+) -> None:
+    """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
+
+    Parameters
+    ----------
+    function
+        A compiled function that releases the interpreter lock and whose iterations are independent.
+    count
+        Number of iterations.
+    threads
+        Number of threads, >= 1; None takes every processor that the process may use.
+    grain
+        Pieces are not made smaller than this unless a thread would have nothing to do.
+    """
+    threads = default_threads() if threads is None else threads
+    if threads == 1 or count < 2:
+        function(0, count, *arguments)
+        return
+    chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
+    bounds = [count * k // chunks for k in range(chunks + 1)]
+    pool = _pool(threads, os.getpid())
+    futures = [pool.submit(function, bounds[k], bounds[k + 1], *arguments) for k in range(chunks)]
+    for future in futures:
+        future.result()

@@ -1,0 +1,71 @@
+"""What is constant during a trial (`World`) and what changes (`State`).
+
+A thread advances several trials side by side: ``state.x[i, w]`` belongs to body i of the trial in slot w, robots first, and
+loops over the slots are the inner ones, because they vectorize.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class World(NamedTuple):
+    """Constants of a trial; arrays have one entry for each body."""
+
+    robots: int
+    bodies: int
+    radius: np.ndarray  # cm
+    inverse_mass: np.ndarray  # 1/g
+    inverse_inertia: np.ndarray  # 1/(g cm^2)
+    sight_radius: np.ndarray  # cm; negative: the ray passes through
+    reading: np.ndarray  # int64, sensor state that the body gives
+    deceleration: float  # of objects by dry friction, cm/s^2
+    wheel_distance: float  # cm
+    maximum_speed: float  # cm/s
+    wheel_noise: float
+    clamp: bool
+    interval: float  # of control, s
+    substeps: int  # physics steps in a control interval
+    width: float  # of the arena, cm; 0: unbounded
+    height: float
+
+
+class State(NamedTuple):
+    """Bodies in motion and room to work in, one for each thread; arrays are (bodies, slots) unless said otherwise."""
+
+    x: np.ndarray  # cm
+    y: np.ndarray
+    heading: np.ndarray  # rad, in [-pi, pi)
+    vx: np.ndarray  # cm/s
+    vy: np.ndarray
+    turn: np.ndarray  # rad/s
+    forward: np.ndarray  # commanded forward speed, cm/s; 0 for objects
+    command: np.ndarray  # commanded turn rate, rad/s; 0 for objects
+    sine: np.ndarray  # of the heading
+    cosine: np.ndarray
+    reach: np.ndarray  # radius and the farthest a body is expected to move in a control cycle, cm
+    start_x: np.ndarray  # at the start of the cycle, cm
+    start_y: np.ndarray
+    seen: np.ndarray  # float, number of items in the line of sight
+    crowd: np.ndarray  # (slots,) float, number of (robot, body) pairs within reach of each other
+    reading: np.ndarray  # int64, sensor state
+    near: np.ndarray  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
+    involved: np.ndarray  # (bodies,) int64, the bodies of one trial with near = 1, in order
+    pairs: np.ndarray  # (pairs, 2) int64, bodies of one trial that are near each other, in order
+    saved: np.ndarray  # (6, bodies) motion of the bodies involved at the start of the cycle
+    work: np.ndarray  # (9, bodies, slots) angles, sines and cosines
+
+
+def new_state(slots: int, bodies: int) -> State:
+    """Allocate the state of `slots` trials of `bodies` bodies."""
+    motion = np.zeros((14, bodies, slots))
+    marks = np.zeros((2, bodies, slots), np.int64)
+    return State(
+        *motion,
+        np.zeros(slots),
+        *marks,
+        involved=np.zeros(bodies, np.int64),
+        pairs=np.empty((max(bodies * (bodies - 1) // 2, 1), 2), np.int64),
+        saved=np.empty((6, bodies)),
+        work=np.zeros((9, bodies, slots)),
+    )

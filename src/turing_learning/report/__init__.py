@@ -1,0 +1,34 @@
+"""Reports: a run, or a single trial, as a page or film that anybody can open. Nothing is computed here.
+
+`report_page`
+    A whole run as one HTML file without outside parts, from a `RunReport`: its `RunTable` of `ParameterRow`, its
+    `Picture` figures, configuration, manifest, and replay.
+`replay_page`
+    A page with nothing but a `Replay`: one or more `Swarm`, side by side.
+`write_gif`, `write_mp4`
+    A `Replay` as film.
+`write_page`
+    Write a page so that it appears whole or not at all.
+`describe_selection`
+    In words, in which generations selection stopped.
+"""
+
+from ._film import write_gif, write_mp4
+from ._page import replay_page, report_page, write_page
+from ._replay import Replay, Swarm
+from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
+
+__all__ = [
+    "ParameterRow",
+    "Picture",
+    "Replay",
+    "RunReport",
+    "RunTable",
+    "Swarm",
+    "describe_selection",
+    "replay_page",
+    "report_page",
+    "write_gif",
+    "write_mp4",
+    "write_page",
+]

@@ -1,0 +1,78 @@
+"""Runs: execute a configuration, keep what happens, and open it again.
+
+`infer`
+    One run from Python or the command line, kept in memory or in a run folder.
+`start`, `resume`, `load_run`
+    Run a resolved configuration in a folder; go on with a run; open one.
+`Result`
+    What a run has inferred, with its history and report.
+`Progress`
+    What an observer is told after every generation.
+`trial_replay`, `write_trial`
+    One trial of a scenario, as page or film.
+`RunFolder`
+    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock.
+`RunFolderError`, `RunStorageError`
+    A folder that is refused before anything runs; a run that cannot be written any further.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from ._errors import RunFolderError, RunStorageError
+
+if TYPE_CHECKING:
+    from ._folder import RunFolder
+    from ._infer import infer, load_run, new_run_path, resume, start
+    from ._paper import paper_absolute_errors
+    from ._present import run_table, swarm_replay
+    from ._result import TIMINGS, Result
+    from ._session import Progress
+    from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
+
+__all__ = [
+    "TIMINGS",
+    "Progress",
+    "Result",
+    "RunFolder",
+    "RunFolderError",
+    "RunStorageError",
+    "infer",
+    "load_run",
+    "new_run_path",
+    "paper_absolute_errors",
+    "refuse_film_path",
+    "resume",
+    "run_table",
+    "scenario_named",
+    "start",
+    "swarm_replay",
+    "trial_replay",
+    "write_trial",
+]
+
+_LAZY = {
+    "TIMINGS": "_result",
+    "Progress": "_session",
+    "Result": "_result",
+    "RunFolder": "_folder",
+    "infer": "_infer",
+    "load_run": "_infer",
+    "new_run_path": "_infer",
+    "paper_absolute_errors": "_paper",
+    "refuse_film_path": "_trial",
+    "resume": "_infer",
+    "run_table": "_present",
+    "scenario_named": "_trial",
+    "start": "_infer",
+    "swarm_replay": "_present",
+    "trial_replay": "_trial",
+    "write_trial": "_trial",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs the compiled kernels on first use."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

@@ -1,0 +1,52 @@
+"""From a configuration to the loop that it describes."""
+
+from turing_learning.classifiers import ElmanClassifier
+from turing_learning.coevolution import Coevolution, PassiveInterrogation
+from turing_learning.config import Configuration, PopulationSection
+from turing_learning.evolution import EvolutionStrategy
+from turing_learning.swarm import MixedSwarm
+
+MODELS, CLASSIFIERS, INTERROGATION, REPLAY = range(1, 5)
+"""Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet."""
+
+
+def assemble(configuration: Configuration) -> Coevolution:
+    """Build the coevolution that a configuration describes.
+
+    Parameters
+    ----------
+    configuration
+        A resolved configuration.
+    """
+    scenario, seed = configuration.scenario, configuration.run.seed
+    classifier = classifier_of(configuration)
+    interrogation = PassiveInterrogation(MixedSwarm(scenario, configuration.threads), classifier)
+    return Coevolution(
+        interrogation,
+        _optimizer(configuration.models, len(scenario.parameter_names), (MODELS, seed)),
+        _optimizer(configuration.classifiers, classifier.parameters, (CLASSIFIERS, seed)),
+        seed=(INTERROGATION, seed),
+    )
+
+
+def classifier_of(configuration: Configuration) -> ElmanClassifier:
+    """Return the classifiers' network."""
+    return ElmanClassifier(
+        inputs=len(configuration.input_scale),
+        hidden=configuration.classifiers.hidden,
+        scale=configuration.input_scale,
+        threads=configuration.threads,
+    )
+
+
+def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, int]) -> EvolutionStrategy:
+    return EvolutionStrategy(
+        dimension,
+        parents=section.parents,
+        offspring=section.offspring,
+        seed=seed,
+        initial_low=section.initial_low,
+        initial_high=section.initial_high,
+        initial_step_size=section.initial_step_size,
+        minimum_step_size=section.minimum_step_size,
+    )

@@ -1,0 +1,127 @@
+"""Checkpoints: plain arrays in a file whose name holds the digest of its bytes."""
+
+import hashlib
+import io
+import re
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ._files import write_atomically
+
+KEPT = 2
+_NAME = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """The state of a run after some generations.
+
+    Parameters
+    ----------
+    generation
+        Number of completed generations.
+    arrays
+        Name -> array.
+    """
+
+    generation: int
+    arrays: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Latest:
+    """The newest usable checkpoint, None if there is none, and the files that had to be passed over."""
+
+    checkpoint: Checkpoint | None
+    damaged: tuple[Path, ...]
+
+
+def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> Path:
+    """Write a checkpoint, atomically, and remove all but the last `KEPT`.
+
+    Parameters
+    ----------
+    folder
+        Made if it does not exist.
+    checkpoint
+        No array may hold Python objects.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written; the earlier checkpoints are left as they were.
+    """
+    folder.mkdir(exist_ok=True)
+    content = _packed(checkpoint.arrays)
+    path = folder / f"generation-{checkpoint.generation:06d}-{_digest(content)}.npz"
+    write_atomically(path, content)
+    for old in [other for other in _newest_first(folder) if other != path][KEPT - 1 :]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def latest_checkpoint(folder: Path) -> Latest:
+    """Read the newest checkpoint that is as it was written.
+
+    Parameters
+    ----------
+    folder
+        May be missing.
+    """
+    damaged: list[Path] = []
+    for path in _newest_first(folder):
+        arrays = _read(path)
+        if arrays is not None:
+            return Latest(Checkpoint(_generation_of(path), arrays), tuple(damaged))
+        damaged.append(path)
+    return Latest(None, tuple(damaged))
+
+
+def discard_checkpoints(folder: Path, above: int) -> None:
+    """Remove checkpoints of more than `above` generations."""
+    for path in _newest_first(folder):
+        if _generation_of(path) > above:
+            path.unlink(missing_ok=True)
+
+
+def _newest_first(folder: Path) -> list[Path]:
+    found = [path for path in folder.glob("generation-*.npz") if _NAME.match(path.name)]
+    return sorted(found, key=lambda path: (_generation_of(path), path.stat().st_mtime_ns), reverse=True)
+
+
+def _generation_of(path: Path) -> int:
+    found = _NAME.match(path.name)
+    return int(found[1]) if found else 0
+
+
+def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _read(path: Path) -> dict[str, np.ndarray] | None:
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return None
+    if _digest(content) != _NAME.match(path.name)[2]:  # type: ignore[index]
+        return None
+    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files}
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]

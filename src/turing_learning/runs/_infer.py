@@ -1,0 +1,334 @@
+"""The doors: infer, resume, load a run."""
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.config import Configuration, load_configuration, to_toml
+from turing_learning.swarm import Scenario
+
+from ._checkpoints import Checkpoint, latest_checkpoint
+from ._errors import RunFolderError
+from ._files import remove_partial, write_json
+from ._folder import RunFolder
+from ._history import dataset_in_memory, dataset_on_disk
+from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
+from ._result import Attachments, Result, result_from_json, summarize
+from ._session import Observer, Session, part, storage
+from ._traces import Traces
+
+if TYPE_CHECKING:
+    import xarray
+
+RUNS = Path("runs")
+
+
+def infer(
+    scenario: str | Scenario | None = None,
+    *,
+    generations: int | None = None,
+    seed: int | None = None,
+    preset: str = "default",
+    config: str | Path | Configuration | None = None,
+    threads: int | None = None,
+    out: str | Path | None = None,
+    force: bool = False,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Result:
+    """Infer the behavior of a swarm by Turing Learning.
+
+    Parameters
+    ----------
+    scenario
+        Name of a preset scenario, or a scenario; by default that of the configuration, else "aggregation".
+    generations
+        Number of generations, >= 1.
+    seed
+        Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
+    preset
+        "default", or "paper" to keep to the text of the paper.
+    config
+        A TOML file, or a resolved configuration. The arguments above come before it.
+    threads
+        Number of threads; None takes the configuration's, which is all by default.
+    out
+        A new or empty folder for the run; None keeps it in memory.
+    force
+        Whether a run that is in the folder already may be replaced.
+    observer
+        Called with a `Progress` after every generation.
+    should_stop
+        Called after every generation; if it returns True, the run stops there and can be resumed.
+
+    Returns
+    -------
+    Result
+        What was inferred, with the whole history.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting is refused.
+    RunFolderError
+        If the folder is refused.
+    RunStorageError
+        If the folder cannot be written any more; the run can be resumed.
+
+    Examples
+    --------
+    >>> import turing_learning as tl
+    >>> result = tl.infer("aggregation", generations=1000, seed=1)  # doctest: +SKIP
+    >>> result.estimate  # doctest: +SKIP
+    {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
+    """
+    given = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
+    overrides = {key: value for key, value in given.items() if value is not None}
+    configuration = _resolved(scenario, preset, config, overrides)
+    if out is None:
+        return _infer_in_memory(configuration, observer, should_stop)
+    return start(configuration, out, force=force, observer=observer, should_stop=should_stop)
+
+
+def _resolved(
+    scenario: str | Scenario | None,
+    preset: str,
+    config: str | Path | Configuration | None,
+    overrides: Mapping[str, Any],
+) -> Configuration:
+    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides}
+    if isinstance(config, Configuration):
+        flat = {
+            f"{name}.{key}": value for name, section in config.model_dump().items() for key, value in section.items()
+        }
+        known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
+        return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
+    return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+
+
+def _infer_in_memory(
+    configuration: Configuration, observer: Observer | None, should_stop: Callable[[], bool] | None
+) -> Result:
+    manifest = new_manifest(to_toml(configuration), configuration.run.seed)
+    session = Session(configuration)
+    session.run(observer, should_stop)
+    completed = session.traces.completed
+
+    def history() -> "xarray.Dataset":
+        return dataset_in_memory(session.layout, session.arrays, completed)
+
+    manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
+    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None))
+    return summarize(configuration, session.traces, session.seconds, attachments=attachments)
+
+
+def start(
+    configuration: Configuration,
+    out: str | Path,
+    *,
+    force: bool = False,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Result:
+    """Run a configuration from generation 0 in a folder of its own; see `infer`."""
+    folder = RunFolder(Path(out))
+    with ExitStack() as lock:
+        with _writable(folder):
+            folder.refuse_if_taken(force=force)
+            folder.path.mkdir(parents=True, exist_ok=True)
+            lock.enter_context(folder.locked())
+            folder.create(configuration, force=force)
+            session = Session(configuration, folder)
+        return _run(session, folder, configuration, observer, should_stop)
+
+
+def resume(
+    path: str | Path,
+    *,
+    threads: int | None = None,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Result:
+    """Go on with a run that was stopped or killed; the result is that of a run that never was.
+
+    Parameters
+    ----------
+    path
+        The run folder. One that is finished is left as it is.
+    threads
+        Number of threads; None takes that of the configuration.
+    observer, should_stop
+        As in `infer`.
+
+    Returns
+    -------
+    Result
+        What was inferred.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a run, has been changed, or is in use.
+    RunStorageError
+        If the folder cannot be written; the run can be resumed.
+    """
+    folder = RunFolder(Path(path))
+    configuration = folder.configuration()
+    if folder.manifest()["state"] == FINISHED:
+        return load_run(path)
+    here = configuration if threads is None else _resolved(None, "default", configuration, {"run.threads": threads})
+    with ExitStack() as lock:
+        with _writable(folder):
+            lock.enter_context(folder.locked())
+            remove_partial(folder.path)
+            folder.update_manifest(state=RUNNING, process=this_process())
+            session = Session(here, folder)
+        return _run(session, folder, configuration, observer, should_stop)
+
+
+def _run(
+    session: Session,
+    folder: RunFolder,
+    configuration: Configuration,
+    observer: Observer | None,
+    should_stop: Callable[[], bool] | None,
+) -> Result:
+    session.run(observer, should_stop)
+    result = summarize(
+        configuration,
+        session.traces,
+        session.seconds,
+        path=folder.path,
+        attachments=_attachments(folder, configuration, session.traces.completed),
+    )
+    with storage(folder):
+        write_json(folder.result_path, result.to_json())
+        folder.update_manifest(state=RUNNING if session.complete else STOPPED, seconds=session.seconds)
+        if session.complete:
+            _finish(result, folder, configuration)
+    return result
+
+
+def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> None:
+    """Draw and write everything; the state comes last, so that a run that was killed here does it again."""
+    from turing_learning.report import write_page
+
+    from ._present import draw, report_page, save_figures
+
+    history = result.history.load()
+    drawings = draw(history, configuration)
+    save_figures(drawings, folder.figures_path)
+    closed = {"state": FINISHED, "finished": now()}
+    rows = manifest_rows(folder.manifest() | closed)
+    write_page(report_page(result, history, configuration, drawings, rows), folder.report_path)
+    folder.update_manifest(**closed)
+
+
+def _attachments(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
+    return Attachments(
+        history=lambda: dataset_on_disk(folder.history_path, completed),
+        report=_reporter(configuration, folder.manifest, folder.report_path),
+    )
+
+
+def _reporter(
+    configuration: Configuration, manifest: Callable[[], dict[str, Any]], default: Path | None
+) -> Callable[[Result, Path | None], Path]:
+    def write(result: Result, path: Path | None) -> Path:
+        from turing_learning.report import write_page
+
+        from ._present import draw, report_page
+
+        target = path or default
+        assert target is not None
+        history = result.history.load()
+        drawings = draw(history, configuration)
+        return write_page(report_page(result, history, configuration, drawings, manifest_rows(manifest())), target)
+
+    return write
+
+
+def load_run(path: str | Path) -> Result:
+    """Open a run that is finished, stopped, killed, or still running.
+
+    Parameters
+    ----------
+    path
+        The run folder.
+
+    Returns
+    -------
+    Result
+        What was inferred up to the last checkpoint.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a run, or has not been saved for the first time.
+    """
+    folder = RunFolder(Path(path))
+    configuration = folder.configuration()
+    finished = folder.manifest()["state"] == FINISHED
+    stored = _stored_result(folder, configuration) if finished else None
+    if stored is not None:
+        return stored
+    checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
+    if checkpoint is None:
+        raise RunFolderError(
+            f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
+            f"Begin it with `turing-learning resume {folder.path}`."
+        )
+    return _result_of(checkpoint, folder, configuration)
+
+
+def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
+    try:
+        content = json.loads(folder.result_path.read_text(encoding="utf-8"))
+        attachments = _attachments(folder, configuration, content["generations"])
+        return result_from_json(content, path=folder.path, attachments=attachments)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
+    traces = Traces(configuration.run.generations, len(configuration.scenario.parameter_names))
+    traces.restore(part(checkpoint.arrays, "traces/"))
+    return summarize(
+        configuration,
+        traces,
+        float(checkpoint.arrays["seconds"]),
+        path=folder.path,
+        attachments=_attachments(folder, configuration, traces.completed),
+    )
+
+
+def new_run_path(configuration: Configuration, parent: Path = RUNS) -> Path:
+    """Return a folder for a run that does not exist, named after scenario, time and seed.
+
+    Parameters
+    ----------
+    configuration
+        What will run.
+    parent
+        The folder of all runs.
+    """
+    name = f"{configuration.scenario.name}-{time.strftime('%Y%m%d-%H%M%S')}-seed{configuration.run.seed}"
+    path, number = parent / name, 2
+    while path.exists():
+        path, number = parent / f"{name}-{number}", number + 1
+    return path
+
+
+@contextmanager
+def _writable(folder: RunFolder) -> Iterator[None]:
+    """Turn what the operating system says before generation 0 into one message."""
+    try:
+        yield
+    except OSError as error:
+        raise RunFolderError(
+            f"`out` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
+            "Choose another folder, or make room."
+        ) from error

@@ -1,0 +1,25 @@
+"""The paper's figures, to stand beside what a run infers."""
+
+from turing_learning.swarm import SCENARIOS, Scenario
+
+SOURCE = "Li, Gauci and Gross (2016), Turing learning, Swarm Intelligence 10, section 4.3: mean of 30 runs"
+
+ABSOLUTE_ERRORS: dict[str, tuple[float, ...]] = {
+    "aggregation": (0.01, 0.01, 0.07, 0.06),
+    "object-clustering": (0.03, 0.04, 0.02, 0.03, 0.08, 0.08),
+}
+"""Scenario -> mean absolute error of the subjectively best model of the last generation, parameter by parameter."""
+
+
+def paper_absolute_errors(scenario: Scenario) -> dict[str, float] | None:
+    """Return the paper's absolute error of each parameter; None where the paper has none for these agents.
+
+    Parameters
+    ----------
+    scenario
+        One of the paper's case studies, whatever else has been changed, as long as the agents do the same.
+    """
+    preset = SCENARIOS.get(scenario.name)
+    if scenario.name not in ABSOLUTE_ERRORS or preset is None or preset.controller != scenario.controller:
+        return None
+    return dict(zip(scenario.parameter_names, ABSOLUTE_ERRORS[scenario.name], strict=True))

@@ -1,0 +1,252 @@
+"""Figures and report of a run: hand the arrays to the rooms that draw."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from turing_learning import figures, report
+from turing_learning.analysis import mean_absolute_error
+from turing_learning.config import Configuration, to_toml
+from turing_learning.swarm import Scenario, initial_poses, simulate
+
+from ._assemble import REPLAY
+from ._paper import SOURCE
+from ._result import Result
+from ._traces import SELECTION_CODES
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+REPLAY_ROBOTS = 25
+REPLAY_DURATION_S = 180.0
+FRAMES_PER_S = 5.0
+LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
+
+
+class _Drawing(NamedTuple):
+    name: str
+    title: str
+    caption: str
+    figure: "Figure"
+
+
+def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawing]:
+    """Draw the figures of a run.
+
+    Parameters
+    ----------
+    history
+        Of the completed generations.
+    configuration
+        What ran.
+    """
+    scenario = configuration.scenario
+    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    truth, names = np.asarray(scenario.controller, dtype=float), scenario.parameter_names
+    return [
+        _Drawing(
+            "parameters",
+            "Parameters over generations",
+            "Subjectively best and typical model of each generation; the truth is dashed.",
+            figures.parameters_figure(best, typical, names=names, truth=truth),
+        ),
+        _Drawing(
+            "error",
+            "Mean absolute error over generations",
+            "Mean over the parameters, of the subjectively best and of the typical model.",
+            figures.error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
+        ),
+        _Drawing(
+            "fitness",
+            "Fitness over generations",
+            "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
+            figures.fitness_figure(
+                history["model_fitness"].to_numpy(),
+                history["classifier_fitness"].to_numpy(),
+                stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
+            ),
+        ),
+        _Drawing(
+            "step-sizes",
+            "Step sizes over generations",
+            "Median mutation strength of each parameter, and of the classifiers' weights.",
+            figures.step_sizes_figure(
+                np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
+            ),
+        ),
+    ]
+
+
+def _weights_median(history: "xarray.Dataset") -> np.ndarray:
+    sizes = history["classifier_step_size"].to_numpy()
+    return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
+
+
+def save_figures(drawings: list[_Drawing], folder: Path) -> None:
+    """Write every figure as PNG and SVG."""
+    folder.mkdir(exist_ok=True)
+    for drawing in drawings:
+        figures.save_figure(drawing.figure, folder, drawing.name)
+
+
+def report_page(
+    result: Result,
+    history: "xarray.Dataset",
+    configuration: Configuration,
+    drawings: list[_Drawing],
+    manifest: list[tuple[str, str]],
+) -> str:
+    """Return the page of a run.
+
+    Parameters
+    ----------
+    result
+        What was inferred.
+    history
+        Of the completed generations.
+    configuration
+        What ran.
+    drawings
+        From `draw`.
+    manifest
+        Names and values.
+    """
+    words = {code: word for word, code in SELECTION_CODES.items()}
+    pictures = tuple(
+        report.Picture(
+            title=drawing.title,
+            svg=figures.svg_markup(drawing.figure, drawing.name, drawing.caption),
+            caption=drawing.caption,
+            wide=drawing.name == "parameters",
+        )
+        for drawing in drawings
+    )
+    return report.report_page(
+        report.RunReport(
+            title=f"{configuration.scenario.title}: what Turing Learning inferred",
+            verdict=verdict(result),
+            table=run_table(result),
+            selection=[words[int(code)] for code in history["selection"].to_numpy()],
+            figures=pictures,
+            configuration=to_toml(configuration),
+            manifest=manifest,
+            replay=replay(configuration, np.array(list(result.estimate.values()))),
+        )
+    )
+
+
+def verdict(result: Result) -> str:
+    """Say the result in one sentence."""
+    done = f"After {result.generations} generations" + ("" if result.complete else " (the run is not complete)")
+    if result.estimate_mae is None:
+        return f"{done} the estimate stands; there is no truth to compare it with."
+    return f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
+
+
+def run_table(result: Result) -> report.RunTable:
+    """Return the table inferred / true / absolute error / the paper's figure."""
+
+    def of(values: Mapping[str, float] | None, name: str) -> float | None:
+        return None if values is None else values[name]
+
+    rows = tuple(
+        report.ParameterRow(
+            name=name,
+            estimate=value,
+            best_model=result.best_model[name],
+            truth=of(result.truth, name),
+            estimate_error=of(result.estimate_absolute_error, name),
+            best_model_error=of(result.absolute_error, name),
+            published_error=of(result.paper_absolute_error, name),
+        )
+        for name, value in result.estimate.items()
+    )
+    note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
+    return report.RunTable(rows, result.estimate_mae, result.mae, note)
+
+
+def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
+    """Let a swarm of agents and a swarm of replicas move from common initial poses.
+
+    Parameters
+    ----------
+    configuration
+        What ran.
+    estimate : (P,)
+        What the replicas execute.
+    """
+    scenario = configuration.scenario
+    rng = np.random.default_rng((REPLAY, configuration.run.seed))
+    poses = np.repeat(initial_poses(scenario, 1, rng, robots=REPLAY_ROBOTS), 2, axis=0)
+    models = np.clip([scenario.controller, estimate], -LARGEST_SPEED, LARGEST_SPEED)
+    controllers = np.repeat(models[:, None], REPLAY_ROBOTS, axis=1)
+    return swarm_replay(
+        scenario,
+        controllers,
+        poses,
+        labels=("Agents", "Replicas of the inferred model"),
+        replicas=(False, True),
+        title=f"{scenario.title}: agents beside replicas",
+        duration_s=REPLAY_DURATION_S,
+        seed=configuration.run.seed,
+        threads=configuration.threads,
+    )
+
+
+def swarm_replay(
+    scenario: Scenario,
+    controllers: np.ndarray,
+    poses: np.ndarray,
+    *,
+    labels: tuple[str, ...],
+    replicas: tuple[bool, ...],
+    title: str,
+    duration_s: float,
+    seed: int,
+    threads: int | None,
+) -> report.Replay:
+    """Simulate swarms and return what a page shows of them.
+
+    Parameters
+    ----------
+    scenario
+        What moves.
+    controllers : (R, A, 2 n)
+        One trial for each swarm.
+    poses : (R, A + O, 3)
+        Initial poses.
+    labels, replicas
+        What each swarm is, and whether it executes a model.
+    title
+        Title of the replay.
+    duration_s
+        Duration (s).
+    seed
+        Seed of the wheel noise.
+    threads
+        Number of threads, None for all.
+    """
+    interval = scenario.trial.control_interval_s
+    stride = max(1, round(1 / (FRAMES_PER_S * interval)))
+    steps = max(1, round(duration_s / interval))
+    moved = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads).poses[:, ::stride]
+    robots = controllers.shape[1]
+    return report.Replay(
+        title=title,
+        robot_radius_cm=scenario.robot.radius_cm,
+        object_radius_cm=scenario.objects.radius_cm,
+        interval_s=stride * interval,
+        swarms=tuple(
+            report.Swarm(label, swarm, robots, np.full(robots, is_replica))
+            for label, swarm, is_replica in zip(labels, moved, replicas, strict=True)
+        ),
+        walls_cm=_walls(scenario),
+    )
+
+
+def _walls(scenario: Scenario) -> tuple[float, float, float, float] | None:
+    width, height = scenario.arena.width_cm, scenario.arena.height_cm
+    return None if width is None or height is None else (0.0, 0.0, width, height)

@@ -1,0 +1,197 @@
+"""What a run has inferred."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.analysis import absolute_error, estimate
+from turing_learning.config import Configuration
+
+from ._paper import paper_absolute_errors
+from ._traces import SELECTION_CODES, Traces
+
+if TYPE_CHECKING:
+    import xarray
+
+TIMINGS = ("seconds_total", "seconds_per_generation")
+"""Entries of a result that differ between two runs of the same configuration and seed."""
+
+
+@dataclass(frozen=True)
+class Attachments:
+    """What a result can open or make: its history, and its report."""
+
+    history: Callable[[], "xarray.Dataset"]
+    report: Callable[["Result", Path | None], Path]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run has inferred; models and errors are dicts name -> number.
+
+    Attributes
+    ----------
+    scenario
+        Name of the scenario.
+    generations
+        Number of completed generations.
+    seed
+        Seed of the run.
+    complete
+        Whether all generations that were asked for are completed.
+    truth
+        The agents' parameters; None where there is no truth.
+    best_model
+        The model with the highest subjective fitness in the last generation: the paper's rule.
+    estimate
+        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`.
+    absolute_error, estimate_absolute_error
+        Of `best_model` and of `estimate`; None where there is no truth.
+    mae, estimate_mae
+        Their means over the parameters; None where there is no truth.
+    paper_absolute_error
+        What the paper reports for `best_model`; None where it reports nothing.
+    selection_stopped
+        Number of generations in which all classifiers accepted, or rejected, every model.
+    seconds_total
+        Time the run took in all sessions (s), compilation included.
+    seconds_per_generation
+        Median over the generations (s).
+    path
+        The run folder; None for a run that is kept in memory.
+    """
+
+    scenario: str
+    generations: int
+    seed: int
+    complete: bool
+    truth: dict[str, float] | None
+    best_model: dict[str, float]
+    estimate: dict[str, float]
+    absolute_error: dict[str, float] | None
+    estimate_absolute_error: dict[str, float] | None
+    mae: float | None
+    estimate_mae: float | None
+    paper_absolute_error: dict[str, float] | None
+    selection_stopped: int
+    seconds_total: float
+    seconds_per_generation: float
+    path: Path | None = field(default=None, compare=False)
+    attachments: Attachments | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def history(self) -> "xarray.Dataset":
+        """Every generation's populations, step sizes and fitness values.
+
+        Raises
+        ------
+        RuntimeError
+            If the result has no history.
+        """
+        return self._attached().history()
+
+    def report(self, path: str | Path | None = None) -> Path:
+        """Write the report of the run, one HTML file.
+
+        Parameters
+        ----------
+        path
+            Where; None takes report.html in the run folder.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        ValueError
+            If no path is given and the run is kept in memory.
+        RuntimeError
+            If the result has no history.
+        """
+        if path is None and self.path is None:
+            raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
+        return self._attached().report(self, None if path is None else Path(path))
+
+    def _attached(self) -> Attachments:
+        if self.attachments is None:
+            raise RuntimeError("`history` must belong to a run; got a result alone. Open the run with `load_run`.")
+        return self.attachments
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `result.json` holds."""
+        return {
+            item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "attachments")
+        }
+
+    def __str__(self) -> str:
+        head = f"{self.scenario}, seed {self.seed}, {self.generations} generations"
+        state = "" if self.complete else " (incomplete)"
+        return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self)])
+
+
+def _lines(result: Result) -> list[str]:
+    lines = [f"{'parameter':>10}{'estimate':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
+    for name, value in result.estimate.items():
+        true = "-" if result.truth is None else f"{result.truth[name]:.3f}"
+        error = "-" if result.estimate_absolute_error is None else f"{result.estimate_absolute_error[name]:.3f}"
+        lines.append(f"{name:>10}{value:>10.3f}{result.best_model[name]:>10.3f}{true:>10}{error:>10}")
+    return lines
+
+
+def summarize(
+    configuration: Configuration,
+    traces: Traces,
+    seconds: float,
+    *,
+    path: Path | None = None,
+    attachments: Attachments | None = None,
+) -> Result:
+    """Make the result of the completed generations, at least one.
+
+    Parameters
+    ----------
+    configuration
+        What ran.
+    traces
+        Of the completed generations.
+    seconds
+        Time the run took so far (s).
+    """
+    scenario = configuration.scenario
+    names, truth = scenario.parameter_names, np.asarray(scenario.controller, dtype=float)
+    best = traces["best_model"][-1]
+    inferred = estimate(traces["typical_model"], configuration.run.estimate_window)
+    errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
+    return Result(
+        scenario=scenario.name,
+        generations=traces.completed,
+        seed=configuration.run.seed,
+        complete=traces.completed == configuration.run.generations,
+        truth=_named(names, truth),
+        best_model=_named(names, best),
+        estimate=_named(names, inferred),
+        absolute_error=_named(names, errors),
+        estimate_absolute_error=_named(names, inferred_errors),
+        mae=float(errors.mean()),
+        estimate_mae=float(inferred_errors.mean()),
+        paper_absolute_error=paper_absolute_errors(scenario),
+        selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
+        seconds_total=seconds,
+        seconds_per_generation=float(np.median(traces["seconds"])),
+        path=path,
+        attachments=attachments,
+    )
+
+
+def _named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
+    return dict(zip(names, values.tolist(), strict=True))
+
+
+def result_from_json(content: Mapping[str, Any], *, path: Path, attachments: Attachments) -> Result:
+    """Make a result from what `result.json` holds."""
+    return Result(**content, path=path, attachments=attachments)

@@ -1,0 +1,212 @@
+"""One session of a run: from a state to the end, or to where it is told to stop."""
+
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.coevolution import Generation
+from turing_learning.config import Configuration
+
+from ._assemble import assemble, classifier_of
+from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
+from ._errors import RunStorageError
+from ._folder import RunFolder
+from ._history import HistoryRecorder, Layout, create_store, holds, memory_arrays, open_store
+from ._traces import Traces, generation_values
+
+_LOGGER = logging.getLogger("turing_learning")
+_RECENT = 50  # generations that the rate is measured over
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What an observer is told after every generation.
+
+    Attributes
+    ----------
+    generation
+        Both populations, scored.
+    completed, total
+        Numbers of generations.
+    parameter_names
+        Names of the model parameters.
+    truth
+        The agents' parameters, None where there is no truth.
+    seconds_per_generation
+        Mean over the last generations (s).
+    """
+
+    generation: Generation
+    completed: int
+    total: int
+    parameter_names: tuple[str, ...]
+    truth: tuple[float, ...] | None
+    seconds_per_generation: float
+
+    @property
+    def seconds_left(self) -> float:
+        """Time until the last generation at the present rate (s)."""
+        return (self.total - self.completed) * self.seconds_per_generation
+
+
+Observer = Callable[[Progress], None]
+
+
+def layout_of(configuration: Configuration) -> Layout:
+    """Return the sizes of a run's history."""
+    run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
+    return Layout(
+        generations=run.generations,
+        models=models.parents + models.offspring,
+        parameters=configuration.scenario.parameter_names,
+        classifiers=classifiers.parents + classifiers.offspring,
+        weights=classifier_of(configuration).parameters,
+        chunk=min(run.checkpoint_every, run.generations),
+    )
+
+
+class Session:
+    """A run in this process.
+
+    Parameters
+    ----------
+    configuration
+        What runs.
+    folder
+        Where it is kept, locked by the caller; None keeps it in memory.
+
+    Attributes
+    ----------
+    traces
+        Of the completed generations.
+    seconds
+        Time in all sessions, up to the last save (s).
+    """
+
+    def __init__(self, configuration: Configuration, folder: RunFolder | None = None) -> None:
+        self.configuration = configuration
+        self.layout = layout_of(configuration)
+        self.traces = Traces(configuration.run.generations, len(self.layout.parameters))
+        self.seconds = 0.0
+        self._folder = folder
+        self._coevolution = assemble(configuration)
+        self._begun = time.perf_counter()
+        self._seconds_before = 0.0
+        state = self._restored_state() if folder is not None else None
+        self.arrays = self._opened_arrays(new=state is None)
+        self._recorder = HistoryRecorder(self.layout, self.arrays, self.traces.completed)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all generations are completed."""
+        return self.traces.completed == self.configuration.run.generations
+
+    def run(self, observer: Observer | None, should_stop: Callable[[], bool] | None) -> None:
+        """Run generations until all are completed, or until `should_stop` says so after one of them; save.
+
+        Raises
+        ------
+        RunStorageError
+            If the run cannot be written.
+        """
+        every, saved = self.configuration.run.checkpoint_every, self.traces.completed
+        while not self.complete:
+            generation = self._step()
+            if self.traces.completed % every == 0 or self.complete:
+                self.save()
+                saved = self.traces.completed
+            if observer is not None:
+                observer(self._progress(generation))
+            if should_stop is not None and should_stop():
+                break
+        if saved != self.traces.completed:
+            self.save()
+
+    def save(self) -> None:
+        """Write the history and a checkpoint; a run in memory has its history flushed.
+
+        Raises
+        ------
+        RunStorageError
+            If they cannot be written.
+        """
+        with storage(self._folder):
+            self._recorder.flush()
+            self.seconds = self._seconds_before + time.perf_counter() - self._begun
+            if self._folder is not None:
+                save_checkpoint(self._folder.checkpoints_path, Checkpoint(self.traces.completed, self._state()))
+
+    def _step(self) -> Generation:
+        begun = time.perf_counter()
+        generation = self._coevolution.step()
+        values = generation_values(generation)
+        with storage(self._folder):
+            self._recorder.record(values)
+        self.traces.record(values, time.perf_counter() - begun)
+        return generation
+
+    def _progress(self, generation: Generation) -> Progress:
+        return Progress(
+            generation=generation,
+            completed=self.traces.completed,
+            total=self.configuration.run.generations,
+            parameter_names=self.layout.parameters,
+            truth=self.configuration.scenario.controller,
+            seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
+        )
+
+    def _state(self) -> dict[str, np.ndarray]:
+        return {
+            **{f"coevolution/{name}": array for name, array in self._coevolution.state().items()},
+            **{f"traces/{name}": array for name, array in self.traces.state().items()},
+            "seconds": np.array(self.seconds),
+        }
+
+    def _restored_state(self) -> Mapping[str, np.ndarray] | None:
+        """Take over the newest usable checkpoint, if there is one and the history reaches as far."""
+        folder = self._folder
+        assert folder is not None
+        latest = latest_checkpoint(folder.checkpoints_path)
+        checkpoint = latest.checkpoint
+        if checkpoint is not None and not holds(folder.history_path, self.layout, checkpoint.generation):
+            _LOGGER.warning("The history in %s is damaged; the run begins again at generation 0.", folder.path)
+            checkpoint = None
+        done = checkpoint.generation if checkpoint else 0
+        for path in latest.damaged:
+            _LOGGER.warning("Checkpoint %s is damaged; the run goes on from generation %d.", path.name, done)
+        discard_checkpoints(folder.checkpoints_path, above=done)
+        if checkpoint is None:
+            return None
+        self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
+        self.traces.restore(part(checkpoint.arrays, "traces/"))
+        self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
+        return checkpoint.arrays
+
+    def _opened_arrays(self, *, new: bool) -> Mapping[str, np.ndarray]:
+        if self._folder is None:
+            return memory_arrays(self.layout)
+        path = self._folder.history_path
+        return create_store(path, self.layout) if new else open_store(path)
+
+
+def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays whose names start with a prefix, without it."""
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+@contextmanager
+def storage(folder: RunFolder | None) -> Iterator[None]:
+    """Turn what the operating system says about files into one message about the run."""
+    try:
+        yield
+    except OSError as error:
+        if folder is None or isinstance(error, RunStorageError):
+            raise
+        raise RunStorageError(
+            f"`out` must be a folder with space left; could not write to {folder.path} "
+            f"({error.strerror or error}). Make room, then go on with `turing-learning resume {folder.path}`."
+        ) from error

@@ -1,0 +1,144 @@
+"""One trial of a scenario, to look at."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turing_learning.config import ConfigurationError, nearest
+from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
+
+if TYPE_CHECKING:
+    from turing_learning.report import Replay
+
+LONGEST_S = 3600.0
+MOST_ROBOTS = 1000
+FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
+SUFFIXES = (".html", ".gif", ".mp4")
+
+
+def scenario_named(name: str) -> Scenario:
+    """Return a preset scenario.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is none of that name; the message names the nearest.
+    """
+    if name not in SCENARIOS:
+        raise ConfigurationError(f"`scenario` must be a known scenario; got {name!r}. {nearest(name, SCENARIOS)}")
+    return SCENARIOS[name]
+
+
+def trial_replay(
+    scenario: Scenario,
+    controller: Sequence[float] | None = None,
+    *,
+    robots: int | None = None,
+    duration_s: float = 180.0,
+    seed: int = 1,
+    threads: int | None = None,
+) -> "Replay":
+    """Simulate one trial and return what a page or film shows of it.
+
+    Parameters
+    ----------
+    scenario
+        What moves.
+    controller : (2 n,)
+        Wheel speeds for each sensor state, as fractions of the maximum; None takes the agents'.
+    robots
+        Number of robots, 1 to 1000; None takes the scenario's. Objects and start square grow in proportion.
+    duration_s
+        Duration (s), above 0 and at most 3600.
+    seed
+        Seed of initial poses and wheel noise, >= 0.
+    threads
+        Number of threads, None for all.
+
+    Raises
+    ------
+    ConfigurationError
+        If an argument breaks these rules.
+    """
+    from ._present import swarm_replay
+
+    _check(scenario, controller, robots, duration_s, seed)
+    own = controller is None
+    genome = np.asarray(scenario.controller if own else controller, dtype=float)
+    poses = initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots)
+    return swarm_replay(
+        scenario,
+        np.tile(genome, (1, robots or scenario.individuals, 1)),
+        poses,
+        labels=("Agents" if own else "Robots with the given controller",),
+        replicas=(not own,),
+        title=scenario.title,
+        duration_s=duration_s,
+        seed=seed,
+        threads=threads,
+    )
+
+
+def _check(
+    scenario: Scenario, controller: Sequence[float] | None, robots: int | None, duration_s: float, seed: int
+) -> None:
+    if controller is not None:
+        expected = len(scenario.controller)
+        if len(controller) != expected or not all(map(math.isfinite, controller)):
+            names = ", ".join(scenario.parameter_names)
+            raise ConfigurationError(
+                f"`controller` must be {expected} finite numbers ({names}); got {list(controller)}."
+            )
+    if robots is not None and not 1 <= robots <= MOST_ROBOTS:
+        raise ConfigurationError(f"`robots` must be between 1 and {MOST_ROBOTS}; got {robots}.")
+    if not 0 < duration_s <= LONGEST_S:
+        raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {duration_s:g}.")
+    if seed < 0:
+        raise ConfigurationError(f"`seed` must be greater than or equal to 0; got {seed}.")
+
+
+def refuse_film_path(path: Path, *, force: bool) -> None:
+    """Raise ConfigurationError unless a page or film may be written to a path."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ConfigurationError(f"`out` must end with one of {', '.join(SUFFIXES)}; got {path}.")
+    if path.is_dir() or (path.exists() and not force):
+        raise ConfigurationError(
+            f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with --force."
+        )
+
+
+def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
+    """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path.
+
+    Parameters
+    ----------
+    replay
+        What to show.
+    path
+        The file.
+    force
+        Whether a file that exists is replaced.
+
+    Raises
+    ------
+    ConfigurationError
+        If the suffix is unknown, the file exists, it cannot be written, or a film needs an extra that is not installed.
+    """
+    from turing_learning import report
+
+    refuse_film_path(path, force=force)
+    try:
+        if path.suffix.lower() == ".gif":
+            return report.write_gif(replay, path, speed=FILM_SPEED)
+        if path.suffix.lower() == ".mp4":
+            return report.write_mp4(replay, path, speed=FILM_SPEED)
+        return report.write_page(report.replay_page(replay), path)
+    except ImportError as error:
+        raise ConfigurationError(str(error)) from error
+    except OSError as error:
+        raise ConfigurationError(
+            f"`out` must be a file that can be written; got {path} ({error.strerror or error}). Choose another place."
+        ) from error

@@ -1,0 +1,42 @@
+"""Swarms of simulated robots.
+
+`Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
+`OBJECT_CLUSTERING` are the paper's case studies, `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
+runs trials of it, and `MixedSwarm` is the sample source of the paper's main setup: replicas mixed into a group of agents.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from ._presets import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
+from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
+
+if TYPE_CHECKING:
+    from ._simulate import Simulation, initial_poses, simulate
+    from ._sources import MixedSwarm
+
+__all__ = [
+    "AGGREGATION",
+    "OBJECT_CLUSTERING",
+    "SCENARIOS",
+    "Arena",
+    "MixedSwarm",
+    "Objects",
+    "Robot",
+    "Scenario",
+    "Sensor",
+    "Simulation",
+    "Trial",
+    "initial_poses",
+    "simulate",
+]
+
+_LAZY = {"Simulation": "_simulate", "initial_poses": "_simulate", "simulate": "_simulate", "MixedSwarm": "_sources"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs the compiled kernels on first use, so that scenarios stay cheap to import."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

@@ -1,0 +1,212 @@
+"""Scenarios: what moves, what it senses and for how long it is observed, as frozen data."""
+
+import math
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+ITEM_KINDS = ("background", "robot", "object")
+
+
+def _require(holds: bool, name: str, rule: str, value: object, remedy: str = "") -> None:
+    if not holds:
+        raise ValueError(f"`{name}` must be {rule}; got {value!r}.{' ' + remedy if remedy else ''}")
+
+
+def _require_positive(name: str, value: float) -> None:
+    _require(math.isfinite(value) and value > 0, name, "a finite number above 0", value)
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A differential-wheeled robot, a disk.
+
+    Source: paper, section 4.1 (the e-puck as modeled by Enki).
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    radius_cm: float = 3.5
+    mass_g: float = 150.0
+    wheel_distance_cm: float = 5.1
+    maximum_speed_cm_s: float = 12.8
+    wheel_noise: float = 0.05
+    clamp_wheel_speeds: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("radius_cm", "mass_g", "wheel_distance_cm", "maximum_speed_cm_s"):
+            _require_positive(f"robot.{name}", getattr(self, name))
+        _require(0 <= self.wheel_noise < 1, "robot.wheel_noise", "in [0, 1)", self.wheel_noise)
+
+
+@dataclass(frozen=True)
+class Objects:
+    """Movable disks with dry friction.
+
+    Source: paper, section 4.1.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    count: int = 0
+    radius_cm: float = 5.0
+    mass_g: float = 35.0
+    friction: float = 0.58
+
+    def __post_init__(self) -> None:
+        _require(self.count >= 0, "objects.count", "0 or more", self.count)
+        _require_positive("objects.radius_cm", self.radius_cm)
+        _require_positive("objects.mass_g", self.mass_g)
+        _require(math.isfinite(self.friction) and self.friction >= 0, "objects.friction", "0 or more", self.friction)
+
+
+@dataclass(frozen=True)
+class Arena:
+    """The ground: unbounded, or a rectangle of walls with one corner at the origin."""
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    width_cm: float | None = None
+    height_cm: float | None = None
+
+    def __post_init__(self) -> None:
+        sides = (self.width_cm, self.height_cm)
+        _require(
+            all(side is None for side in sides) or all(side is not None for side in sides),
+            "arena.width_cm and arena.height_cm",
+            "both given or both left out",
+            sides,
+        )
+        for name, side in zip(("width_cm", "height_cm"), sides, strict=True):
+            if side is not None:
+                _require_positive(f"arena.{name}", side)
+
+    @property
+    def bounded(self) -> bool:
+        """Whether there are walls."""
+        return self.width_cm is not None
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A line-of-sight sensor of unlimited range: the reading I is the place of the first item's kind in `readings`.
+
+    A kind that is not listed is invisible: the ray passes through it.
+
+    Source: paper, section 3.2.1.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    readings: tuple[str, ...] = ("background", "robot")
+
+    def __post_init__(self) -> None:
+        _require(
+            len(self.readings) > 0
+            and self.readings[0] == "background"
+            and len(set(self.readings)) == len(self.readings)
+            and all(kind in ITEM_KINDS for kind in self.readings),
+            "sensor.readings",
+            f"'background', then any of {ITEM_KINDS[1:]}, each once",
+            self.readings,
+        )
+
+    @property
+    def states(self) -> int:
+        """Number of sensor states n."""
+        return len(self.readings)
+
+    def reading_of(self, kind: str) -> int:
+        """Return the reading I that an item of `kind` gives, 0 if the sensor does not see it."""
+        return self.readings.index(kind) if kind in self.readings else 0
+
+
+@dataclass(frozen=True)
+class Trial:
+    """How long individuals are observed, how time is cut, and where they start.
+
+    Source: paper, sections 4.1 and 4.2.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    duration_s: float = 10.0
+    control_interval_s: float = 0.1
+    physics_steps: int = 10
+    start_side_cm: float = 331.66
+
+    def __post_init__(self) -> None:
+        for name in ("duration_s", "control_interval_s", "start_side_cm"):
+            _require_positive(f"trial.{name}", getattr(self, name))
+        _require(self.physics_steps >= 1, "trial.physics_steps", "1 or more", self.physics_steps)
+        cycles = self.duration_s / self.control_interval_s
+        _require(
+            round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6,
+            "trial.duration_s",
+            f"a whole number of control intervals of {self.control_interval_s} s",
+            self.duration_s,
+        )
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A swarm to be inferred: agents that execute `controller`, and replicas that execute models.
+
+    Parameters
+    ----------
+    controller
+        The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
+    agents, replicas
+        Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    name: str
+    title: str
+    description: str
+    controller: tuple[float, ...]
+    agents: int = 10
+    replicas: int = 1
+    robot: Robot = field(default_factory=Robot)
+    objects: Objects = field(default_factory=Objects)
+    arena: Arena = field(default_factory=Arena)
+    sensor: Sensor = field(default_factory=Sensor)
+    trial: Trial = field(default_factory=Trial)
+
+    def __post_init__(self) -> None:
+        _require(self.agents >= 1, "scenario.agents", "1 or more", self.agents)
+        _require(self.replicas >= 1, "scenario.replicas", "1 or more", self.replicas)
+        expected = 2 * self.sensor.states
+        _require(
+            len(self.controller) == expected,
+            "scenario.controller",
+            f"{expected} wheel speeds, two for each of the {self.sensor.states} sensor states",
+            self.controller,
+        )
+        _require(
+            all(math.isfinite(value) for value in self.controller),
+            "scenario.controller",
+            "finite wheel speeds",
+            self.controller,
+        )
+
+    @property
+    def individuals(self) -> int:
+        """Number of robots in a trial, agents and replicas."""
+        return self.agents + self.replicas
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the model parameters: left and right wheel speed for each sensor state."""
+        return tuple(f"v{side}{state}" for state in range(self.sensor.states) for side in "lr")
+
+    @property
+    def control_steps(self) -> int:
+        """Number of control cycles T in a trial."""
+        return round(self.trial.duration_s / self.trial.control_interval_s)
+
+    @property
+    def input_scale(self) -> tuple[float, float]:
+        """Largest linear (cm/s) and angular speed (rad/s) of the robot, by which the classifiers' inputs are divided."""
+        speed = self.robot.maximum_speed_cm_s
+        return (speed, 2 * speed / self.robot.wheel_distance_cm)

@@ -1,0 +1,228 @@
+"""Place swarms and run trials."""
+
+import math
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ..kernels.parallel import run_range
+from ..kernels.trials import SLOTS, observe_trials, record_trials
+from ..kernels.world import World
+from ._scenario import Scenario
+
+GRAVITY = 9.81
+"""In the simulator's own unit of length, the centimetre (cm/s^2): what the paper's platform did. Source: docs/physics.md."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What was observed in R trials of A robots and O objects for T control cycles.
+
+    Attributes
+    ----------
+    poses : (R, T + 1, A + O, 3)
+        x, y (cm), heading (rad, anticlockwise, in [-pi, pi)); robots first.
+    sensors : (R, T + 1, A)
+        Sensor state I at each pose.
+    speeds : (R, A, T, 2)
+        Linear speed (cm/s), negative when moving against the heading at the cycle's start; angular speed (rad/s).
+    """
+
+    poses: np.ndarray
+    sensors: np.ndarray
+    speeds: np.ndarray
+
+
+def build_world(scenario: Scenario, robots: int, objects: int, wheel_noise: float) -> World:
+    """Return the constants of a trial with the given numbers of robots and objects."""
+    robot, item = scenario.robot, scenario.objects
+    readings = {kind: scenario.sensor.reading_of(kind) for kind in ("robot", "object")}
+    sight = {
+        "robot": robot.radius_cm if readings["robot"] else -1.0,
+        "object": item.radius_cm if readings["object"] else -1.0,
+    }
+
+    def bodies(of_robot: float, of_object: float) -> np.ndarray:
+        return np.repeat([of_robot, of_object], [robots, objects])
+
+    inertia = (0.5 * robot.mass_g * robot.radius_cm**2, 0.5 * item.mass_g * item.radius_cm**2)
+    return World(
+        robots=robots,
+        bodies=robots + objects,
+        radius=bodies(robot.radius_cm, item.radius_cm),
+        inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
+        inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
+        sight_radius=bodies(sight["robot"], sight["object"]),
+        reading=bodies(readings["robot"], readings["object"]).astype(np.int64),
+        deceleration=item.friction * GRAVITY,
+        wheel_distance=robot.wheel_distance_cm,
+        maximum_speed=robot.maximum_speed_cm_s,
+        wheel_noise=float(wheel_noise),
+        clamp=robot.clamp_wheel_speeds,
+        interval=scenario.trial.control_interval_s,
+        substeps=scenario.trial.physics_steps,
+        width=float(scenario.arena.width_cm or 0.0),
+        height=float(scenario.arena.height_cm or 0.0),
+    )
+
+
+def _checked(name: str, array: np.ndarray, shape: tuple[int | None, ...], letters: str) -> np.ndarray:
+    array = np.ascontiguousarray(array, dtype=np.float64)
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=False))
+    if not fits:
+        expected = tuple("any" if want is None else want for want in shape)
+        raise ValueError(f"`{name}` must have shape {letters} = {expected}; got {array.shape}.")
+    if not np.isfinite(array).all():
+        place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+        raise ValueError(f"`{name}` must be finite; got {array[place]} at {place}.")
+    return array
+
+
+def simulate(
+    scenario: Scenario,
+    controllers: np.ndarray,
+    initial_poses: np.ndarray,
+    *,
+    control_steps: int,
+    seed: int = 0,
+    wheel_noise: float | None = None,
+    threads: int | None = None,
+) -> Simulation:
+    """Run trials of a swarm; the numbers of robots and objects come from the arrays.
+
+    Parameters
+    ----------
+    controllers : (R, A, 2 n)
+        Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and individual.
+    initial_poses : (R, A + O, 3)
+        x, y (cm), heading (rad); robots first, then objects.
+    control_steps
+        Number of control cycles T, >= 1.
+    seed
+        Seed of the wheel noise, >= 0.
+    wheel_noise
+        Relative wheel noise in [0, 1); None takes the scenario's.
+    threads
+        Number of threads, >= 1; None takes every processor. It does not change the result.
+
+    Raises
+    ------
+    ValueError
+        If a shape or a value does not fit.
+
+    Source
+    ------
+    Paper, sections 3.2 and 4.1; docs/physics.md.
+    """
+    controllers = _checked("controllers", controllers, (None, None, 2 * scenario.sensor.states), "(R, A, 2 n)")
+    trials, robots = controllers.shape[:2]
+    poses = _checked("initial_poses", initial_poses, (trials, None, 3), "(R, A + O, 3)")
+    objects = poses.shape[1] - robots
+    noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
+    _check_numbers(trials=trials, robots=robots, objects=objects, control_steps=control_steps, seed=seed, noise=noise)
+    _check_threads(threads)
+    if scenario.arena.bounded:
+        _check_inside(scenario, poses, robots)
+    keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
+    result = Simulation(
+        poses=np.empty((trials, control_steps + 1, robots + objects, 3)),
+        sensors=np.empty((trials, control_steps + 1, robots), np.int8),
+        speeds=np.empty((trials, robots, control_steps, 2)),
+    )
+    poses = poses.copy()
+    poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
+    world = build_world(scenario, robots, objects, noise)
+    outputs = (result.speeds, result.poses, result.sensors)
+    run_range(partial(record_trials, world=world), trials, threads, poses, controllers, keys, *outputs, grain=SLOTS)
+    return result
+
+
+def observe(
+    scenario: Scenario,
+    controllers: np.ndarray,
+    poses: np.ndarray,
+    keys: np.ndarray,
+    threads: int | None,
+) -> np.ndarray:
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
+    trials, robots = controllers.shape[:2]
+    speeds = np.empty((robots, trials, scenario.control_steps, 2)).transpose(1, 0, 2, 3)
+    world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise)
+    run_range(partial(observe_trials, world=world), trials, threads, poses, controllers, keys, speeds, grain=SLOTS)
+    return speeds
+
+
+def _check_numbers(*, trials: int, robots: int, objects: int, control_steps: int, seed: int, noise: float) -> None:
+    for name, value, least in (
+        ("number of trials R", trials, 1),
+        ("number of robots A", robots, 1),
+        ("number of objects O", objects, 0),
+        ("control_steps", control_steps, 1),
+        ("seed", seed, 0),
+    ):
+        if value < least:
+            raise ValueError(f"`{name}` must be {least} or more; got {value}.")
+    if not 0 <= noise < 1:
+        raise ValueError(f"`wheel_noise` must be in [0, 1); got {noise}.")
+
+
+def _check_threads(threads: int | None) -> None:
+    if threads is not None and threads < 1:
+        raise ValueError(f"`threads` must be 1 or more, or None for every processor; got {threads}.")
+
+
+def _check_inside(scenario: Scenario, poses: np.ndarray, robots: int) -> None:
+    size = (scenario.arena.width_cm, scenario.arena.height_cm)
+    radius = np.where(np.arange(poses.shape[1]) < robots, scenario.robot.radius_cm, scenario.objects.radius_cm)
+    outside = ((poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])).any(axis=-1)
+    if outside.any():
+        trial, body = (int(k) for k in np.argwhere(outside)[0])
+        raise ValueError(
+            f"`initial_poses` must lie inside the arena of {size[0]} x {size[1]} cm; "
+            f"got x, y = {poses[trial, body, :2].tolist()} for body {body} of trial {trial}."
+        )
+
+
+def initial_poses(
+    scenario: Scenario,
+    trials: int,
+    rng: np.random.Generator,
+    *,
+    robots: int | None = None,
+    side_cm: float | None = None,
+) -> np.ndarray:
+    """Place robots and objects uniformly in the scenario's start square, with uniform headings.
+
+    Parameters
+    ----------
+    robots
+        Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
+    side_cm
+        Side of the start square; None keeps the scenario's density.
+
+    Returns
+    -------
+    (R, A + O, 3)
+        x, y (cm), heading (rad).
+
+    Source
+    ------
+    Paper, section 4.2.
+    """
+    individuals = scenario.individuals if robots is None else robots
+    if trials < 1 or individuals < 1:
+        raise ValueError(f"`trials` and `robots` must be 1 or more; got {trials} and {individuals}.")
+    growth = individuals / scenario.individuals
+    bodies = individuals + round(scenario.objects.count * growth)
+    if side_cm is not None and not (math.isfinite(side_cm) and side_cm > 0):
+        raise ValueError(f"`side_cm` must be a finite number above 0; got {side_cm}.")
+    poses = rng.random((trials, bodies, 3))
+    poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
+    if scenario.arena.bounded and side_cm is None:
+        radius = max(scenario.robot.radius_cm, scenario.objects.radius_cm if bodies > individuals else 0.0)
+        sides = np.array([scenario.arena.width_cm, scenario.arena.height_cm], dtype=float)
+        poses[..., :2] = radius + poses[..., :2] * (sides - 2 * radius)
+    else:
+        poses[..., :2] *= scenario.trial.start_side_cm * math.sqrt(growth) if side_cm is None else side_cm
+    return poses

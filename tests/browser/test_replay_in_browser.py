@@ -1,0 +1,243 @@
+"""The pages in a real browser: the replay moves, obeys, and nothing leaves the page."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turing_learning import figures, report
+
+INTERVAL_S = 0.1
+FRAMES = 301
+ROBOTS = 5
+SPACE, END, HOME, RIGHT = (" ", 32, " "), ("End", 35), ("Home", 36), ("ArrowRight", 39)
+TIME = "Number(document.getElementById('replay').dataset.time)"
+PLAYING = "document.getElementById('replay').dataset.playing === 'true'"
+PIXELS = "[...document.querySelectorAll('canvas')].map((canvas) => canvas.toDataURL()).join()"
+BLUE, ORANGE = [0, 114, 178], [213, 94, 0]
+
+
+def circling(direction: float) -> np.ndarray:
+    """Robots on a circle, and one object at rest in its middle."""
+    angles = direction * 0.05 * np.arange(FRAMES)[:, None] + 2 * np.pi * np.arange(ROBOTS) / ROBOTS
+    headings = angles + direction * np.pi / 2
+    robots = np.stack([100 * np.cos(angles), 100 * np.sin(angles), headings], axis=-1)
+    return np.concatenate([robots, np.zeros((FRAMES, 1, 3))], axis=1)
+
+
+def make_replay() -> report.Replay:
+    replicas = np.ones(ROBOTS, dtype=bool)
+    swarms = (
+        report.Swarm("Agents", circling(1.0), ROBOTS),
+        report.Swarm("Replicas", circling(-1.0), ROBOTS, replicas),
+    )
+    return report.Replay("Two swarms", 3.5, 5.0, INTERVAL_S, swarms)
+
+
+def make_report() -> report.RunReport:
+    drawing = figures.svg_markup(
+        figures.error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9)), "error", "MAE"
+    )
+    return report.RunReport(
+        title="<script>console.error('title')</script>",
+        verdict="<img src='https://example.org/verdict.png'>",
+        table=report.RunTable((report.ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
+        selection=("active",) * 9,
+        figures=(report.Picture("Error", drawing),),
+        configuration="</code></pre><script src='https://example.org/a.js'></script>",
+        manifest=(("<i>seed</i>", "</table><iframe src='https://example.org'></iframe>"),),
+        replay=make_replay(),
+    )
+
+
+@pytest.fixture(scope="session")
+def report_file(tmp_path_factory) -> Path:
+    return report.write_page(report.report_page(make_report()), tmp_path_factory.mktemp("page") / "report.html")
+
+
+@pytest.fixture
+def opened(page, report_file):
+    page.open(report_file)
+    return page
+
+
+def color_at(page, canvas: int, time_s: float, robot: int) -> list[int]:
+    """The color on a robot, half a radius behind its center, after seeking to a time."""
+    replay = make_replay()
+    x, y, heading = replay.swarms[canvas].poses[round(time_s / INTERVAL_S), robot]
+    left, bottom, right, top = replay.view_cm
+    back = 0.87 * replay.robot_radius_cm  # on the rim, which replicas draw in full color
+    u = (x - back * np.cos(heading) - left) / (right - left)
+    v = (top - y + back * np.sin(heading)) / (top - bottom)
+    return page.evaluate(
+        f"(() => {{ const c = document.querySelectorAll('canvas')[{canvas}];"
+        f" return [...c.getContext('2d').getImageData({u} * c.width, {v} * c.height, 1, 1).data.slice(0, 3)]; }})()"
+    )
+
+
+def test_the_replay_waits_at_the_start(opened):
+    assert opened.evaluate(f"[{TIME}, {PLAYING}]") == [0, False]
+
+
+def test_the_replay_moves_after_a_click_on_play(opened):
+    before = opened.evaluate(PIXELS)
+    opened.click(".play")
+    opened.wait_until(f"{TIME} > 0.3")
+    assert opened.evaluate(PIXELS) != before
+
+
+def test_the_replay_stands_still_after_pause(opened):
+    opened.click(".play")
+    opened.wait_until(f"{TIME} > 0.1")
+    opened.click(".play")
+    assert opened.evaluate(PLAYING) is False
+    pause = f"new Promise((done) => {{ const t = {TIME}; setTimeout(() => done({TIME} - t), 200); }})"
+    assert opened.evaluate(pause) == 0
+
+
+def test_the_space_key_plays_and_pauses(opened):
+    opened.press(*SPACE)
+    assert opened.evaluate(PLAYING) is True
+    opened.press(*SPACE)
+    assert opened.evaluate(PLAYING) is False
+
+
+def test_the_space_key_on_the_focused_button_toggles_once(opened):
+    opened.evaluate("document.querySelector('.play').focus()")
+    opened.press(*SPACE)
+    assert opened.evaluate(PLAYING) is True
+
+
+def test_an_arrow_key_steps_one_frame(opened):
+    opened.press(*RIGHT)
+    assert opened.evaluate(TIME) == pytest.approx(INTERVAL_S)
+
+
+def test_a_click_on_the_slider_seeks(opened):
+    opened.click(".seek", x=0.5)
+    assert opened.evaluate(TIME) == pytest.approx(15, abs=0.5)
+    assert opened.evaluate(PLAYING) is False
+
+
+def test_the_clock_shows_seconds(opened):
+    opened.evaluate("document.querySelector('.seek').focus()")
+    opened.press(*END)
+    assert opened.evaluate("document.querySelector('.clock').textContent") == "30.0 s of 30.0 s"
+
+
+def test_play_at_the_end_starts_over(opened):
+    opened.evaluate("document.querySelector('.seek').focus()")
+    opened.press(*END)
+    opened.click(".play")
+    opened.wait_until(f"{PLAYING} && {TIME} > 0")
+    assert opened.evaluate(TIME) < 20
+
+
+def test_the_replay_stops_at_the_end(opened):
+    opened.evaluate("document.querySelector('.speed').value = '20'")
+    opened.click(".play")
+    opened.wait_until(f"!({PLAYING})")
+    assert opened.evaluate(TIME) == 30
+
+
+@pytest.mark.parametrize(("speed", "least", "most"), [("0.5", 0.05, 0.8), ("20", 4.0, 32.0)])
+def test_the_speed_is_obeyed(opened, speed, least, most):
+    opened.evaluate(f"document.querySelector('.speed').value = '{speed}'")
+    opened.click(".play")
+    # Frames that a busy machine drops make the replay slower, never faster: hence the wide lower margin.
+    rate = opened.evaluate(
+        "new Promise((done) => requestAnimationFrame((start) => {"
+        f" const t = {TIME}; setTimeout(() => requestAnimationFrame((stop) =>"
+        f" done(1000 * ({TIME} - t) / (stop - start))), 500); }}))"
+    )
+    assert least < rate < most
+
+
+@pytest.mark.parametrize("time_s", [0.0, 7.3])
+@pytest.mark.parametrize("robot", range(ROBOTS))
+def test_agents_are_where_the_data_say(opened, time_s, robot):
+    opened.evaluate(f"(() => {{ const s = document.querySelector('.seek'); s.value = {time_s};"
+                    " s.dispatchEvent(new Event('input')); })()")  # fmt: skip
+    assert color_at(opened, 0, time_s, robot) == pytest.approx(BLUE, abs=40)
+    assert color_at(opened, 1, time_s, robot) == pytest.approx(ORANGE, abs=40)
+
+
+@pytest.mark.parametrize("option", [".follow", ".sight"])
+def test_an_option_changes_the_picture(opened, option):
+    opened.click(".seek", x=0.3)
+    before = opened.evaluate(PIXELS)
+    opened.click(option)
+    assert opened.evaluate(PIXELS) != before
+
+
+def test_canvases_have_the_resolution_of_the_screen(opened):
+    opened.call("Emulation.setDeviceMetricsOverride", width=800, height=900, deviceScaleFactor=3, mobile=False)
+    opened.wait_until("(() => { const c = document.querySelector('canvas'); return c.width === 3 * c.clientWidth; })()")
+
+
+def test_the_page_fits_a_phone(opened):
+    opened.call("Emulation.setDeviceMetricsOverride", width=375, height=800, deviceScaleFactor=2, mobile=True)
+    assert opened.evaluate("document.documentElement.scrollWidth") == 375
+
+
+def test_nothing_leaves_the_page(opened, report_file):
+    opened.click(".play")
+    opened.wait_until(f"{TIME} > 0.2")
+    assert [url for url in opened.requests() if not url.startswith("data:")] == [report_file.as_uri()]
+
+
+def test_a_page_that_asks_for_something_would_be_noticed(page, tmp_path):
+    (tmp_path / "leak.html").write_text("<!doctype html><img src='http://127.0.0.1:9/leak.png'>")
+    page.open(tmp_path / "leak.html")
+    assert "http://127.0.0.1:9/leak.png" in page.requests()
+    assert page.complaints() != []
+
+
+def test_the_console_stays_silent(opened):
+    opened.click(".play")
+    opened.wait_until(f"{TIME} > 0.2")
+    assert opened.complaints() == []
+
+
+def test_the_policy_refuses_other_scripts(opened):
+    opened.evaluate("(() => { const s = document.createElement('script'); s.textContent = 'window.intruder = 1';"
+                    " document.body.append(s); })()")  # fmt: skip
+    assert opened.evaluate("typeof window.intruder") == "undefined"
+
+
+def test_texts_of_the_user_stay_texts(opened):
+    assert opened.evaluate("document.querySelector('h1').textContent") == make_report().title
+    assert opened.evaluate("document.querySelector('pre').textContent") == make_report().configuration
+    assert opened.evaluate("document.querySelectorAll('iframe, img, main script').length") == 0
+
+
+def test_ids_are_unique(opened):
+    ids = opened.evaluate("[...document.querySelectorAll('[id]')].map((element) => element.id)")
+    assert sorted(set(ids)) == sorted(ids)
+
+
+def test_every_control_has_a_name(opened):
+    tree = opened.call("Accessibility.getFullAXTree")["nodes"]
+    roles = ("button", "slider", "checkbox", "combobox")
+    controls = [node for node in tree if node["role"]["value"] in roles]
+    assert sorted(node["name"]["value"].strip() for node in controls) == [
+        "Lines of sight",
+        "Play",
+        "Speed",
+        "Time",
+        "Zoom to the swarm",
+    ]
+
+
+def test_a_page_with_one_frame_offers_nothing_to_play(page, tmp_path):
+    still = report.Replay("Still", 3.5, 5.0, 0.1, (report.Swarm("Agents", circling(1.0)[:1], ROBOTS),))
+    page.open(report.write_page(report.replay_page(still), tmp_path / "still.html"))
+    assert page.evaluate("document.querySelector('.play').disabled") is True
+    assert page.complaints() == []
+
+
+def test_a_report_without_replay_runs_nothing(page, tmp_path):
+    bare = report.RunReport("Run", "Done.", report.RunTable((report.ParameterRow("a", 1.0, 1.0),)))
+    page.open(report.write_page(report.report_page(bare), tmp_path / "bare.html"))
+    assert page.complaints() == []
+    assert page.evaluate("document.querySelectorAll('canvas').length") == 0

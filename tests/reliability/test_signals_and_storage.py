@@ -1,0 +1,95 @@
+"""Ctrl-C, SIGTERM, a full disk and two processes, through the command line."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from turing_learning.runs import TIMINGS
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
+
+COMMAND = [sys.executable, "-c", "from turing_learning.cli import main; main()"]
+SMALL = [
+    "--set", "models.population=8", "--set", "classifiers.population=8", "--set", "scenario.agents=2",
+    "--set", "scenario.trial.duration_s=1.0", "--threads", "1", "--set", "run.checkpoint_every=20",
+]  # fmt: skip
+
+
+def begin(folder, generations):
+    arguments = ["infer", "aggregation", *SMALL, "--generations", str(generations), "--out", str(folder)]
+    return subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_checkpoint(folder, process):
+    deadline = time.monotonic() + 60
+    while not list(folder.glob("checkpoints/generation-*.npz")):
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < deadline, "no checkpoint after a minute"
+        time.sleep(0.01)
+
+
+def call(*arguments):
+    done = subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def untimed(folder):
+    content = json.loads((folder / "result.json").read_text())
+    return {name: value for name, value in content.items() if name not in TIMINGS}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_after_the_present_generation_and_says_how_to_go_on(number, tmp_path):
+    folder = tmp_path / "run"
+    process = begin(folder, 1_000_000)
+    wait_for_checkpoint(folder, process)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    result = json.loads((folder / "result.json").read_text())
+    assert err == f"stopped after generation {result['generations']}; go on with: turing-learning resume {folder}\n"
+    assert not result["complete"]
+    assert json.loads((folder / "manifest.json").read_text())["state"] == "stopped"
+
+
+def test_a_second_process_is_refused_and_the_lock_dies_with_the_first(tmp_path):
+    folder = tmp_path / "run"
+    process = begin(folder, 1_000_000)
+    wait_for_checkpoint(folder, process)
+    for arguments in (
+        ["resume", folder],
+        ["infer", "aggregation", *SMALL, "--generations", 5, "--out", folder, "--force"],
+    ):
+        done = call(*arguments)
+        assert done.returncode == 2
+        assert done.stderr.startswith(
+            f"error: `run` must not be in use; got {folder}, to which process {process.pid} on "
+        )
+    process.kill()
+    process.communicate()
+    done = call("infer", "aggregation", *SMALL, "--generations", 5, "--out", folder, "--force")
+    assert done.returncode == 0, done.stderr
+    assert json.loads((folder / "result.json").read_text())["generations"] == 5
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash for its ulimit")
+def test_a_disk_that_is_full_ends_with_code_1_and_a_run_that_can_be_resumed(tmp_path):
+    folder, whole = tmp_path / "run", tmp_path / "whole"
+    arguments = ["infer", "aggregation", *SMALL, "--generations", "45", "--out"]
+    assert call(*arguments, whole).returncode == 0
+    limited = ["bash", "-c", 'ulimit -f 12; exec "$@"', "bash", *COMMAND, *arguments, str(folder)]
+    done = subprocess.run(limited, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"error: `out` must be a folder with space left; could not write to {folder} (")
+    assert done.stderr.endswith(f"Make room, then go on with `turing-learning resume {folder}`.\n")
+    assert done.stderr.count("\n") == 1
+    done = call("resume", folder)
+    assert done.returncode == 0, done.stderr
+    assert untimed(folder) == untimed(whole)

@@ -1,0 +1,194 @@
+"""What every command prints, and the exit codes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from turing_learning.cli import main
+
+SMALL = [
+    "--set", "models.population=8", "--set", "classifiers.population=8", "--set", "scenario.agents=2",
+    "--set", "scenario.trial.duration_s=1.0", "--threads", "1",
+]  # fmt: skip
+
+
+@pytest.fixture
+def call(capsys, tmp_path, monkeypatch):
+    """Call the command line in an empty folder; return exit code, output and errors."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        return ended.value.code, printed.out, printed.err
+
+    return call
+
+
+@pytest.fixture
+def refused(call, tmp_path):
+    """Call the command line; it must refuse with one line on stderr, and leave the folder as it was."""
+
+    def refused(*arguments):
+        before = sorted(tmp_path.rglob("*"))
+        code, out, err = call(*arguments)
+        assert code == 2, err
+        assert out == ""
+        assert err.startswith("error: ")
+        assert err.count("\n") == 1
+        assert sorted(tmp_path.rglob("*")) == before
+        return err.removeprefix("error: ").rstrip("\n")
+
+    return refused
+
+
+@pytest.mark.parametrize("command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]])
+def test_every_command_explains_itself(command, call):
+    code, out, _ = call(*command, "--help")
+    assert code == 0
+    assert "Usage: turing-learning" in out
+
+
+def test_the_version_is_printed(call):
+    assert call("--version")[:2] == (0, "turing-learning 0.1.0\n")
+
+
+def test_scenarios_lists_the_presets(call):
+    code, out, _ = call("scenarios")
+    assert code == 0
+    assert "aggregation" in out
+    assert "object-clustering" in out
+    assert "vl2 = 0.1" in out
+
+
+def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):
+    code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run")
+    assert code == 0
+    assert "generation 3/3" in out
+    for word in ("estimate", "true", "error", "best model", "paper", "vl0", "report: run/report.html"):
+        assert word in out
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["seed"] == 4
+    code, out, _ = call("show", "run")
+    assert code == 0
+    assert "aggregation, seed 4" in out
+    assert call("resume", "run")[0] == 0
+
+
+def test_infer_without_out_makes_a_folder_under_runs(call, tmp_path):
+    assert call("infer", "aggregation", *SMALL, "--generations", 1)[0] == 0
+    (folder,) = (tmp_path / "runs").iterdir()
+    assert folder.name.startswith("aggregation-")
+    assert folder.name.endswith("-seed1")
+
+
+def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
+    (tmp_path / "my.toml").write_text('scenario = "object-clustering"\n[run]\ngenerations = 1\n')
+    assert call("infer", "--config", "my.toml", *SMALL, "--out", "run")[0] == 0
+    content = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert (content["scenario"], content["generations"]) == ("object-clustering", 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["infer", "agregation"], "`scenario` must be a known scenario; got 'agregation'. Did you mean `aggregation`?"),
+        (["simulate", "agregation"], "got 'agregation'. Did you mean `aggregation`?"),
+        (["infer"], "`SCENARIO` must be given, or a file with --config; got neither."),
+        (["infer", "aggregation", "--generatons", "3"], "No such option: --generatons"),
+        (
+            ["infer", "aggregation", "--generations", "0"],
+            "`run.generations` must be greater than or equal to 1; got 0 [--gen",
+        ),
+        (["infer", "aggregation", "--generations=-5"], "`run.generations` must be greater than or equal to 1; got -5"),
+        (
+            ["infer", "aggregation", "--generations", "x"],
+            "`run.generations` must be an integer; got 'x' [--generations].",
+        ),
+        (["infer", "aggregation", "--seed=-1"], "`run.seed` must be greater than or equal to 0; got -1 [--seed]."),
+        (["infer", "aggregation", "--threads", "0"], '`run.threads` must be "all" or an integer of at least 1; got 0'),
+        (["infer", "aggregation", "--preset", "papr"], "Did you mean `paper`?"),
+        (
+            ["infer", "aggregation", "--set", "models.parents=0"],
+            "must be greater than or equal to 1; got 0 [--set models.par",
+        ),
+        (["infer", "aggregation", "--set", "models.population=7"], "`models.population` must be an even number"),
+        (["infer", "aggregation", "--set", "models.initial_low=nan"], "must be a finite number; got nan [--set"),
+        (["infer", "aggregation", "--set", "models"], "`--set` must be KEY=VALUE; got 'models'."),
+        (["infer", "aggregation", "--set", "models.parnts=3"], "Did you mean `models.parents`?"),
+        (["infer", "--config", "no.toml"], "`config` must be a readable TOML file; got no.toml (No such file"),
+        (
+            ["infer", "aggregation", "--out", "/dev/null/run"],
+            "`out` must be a folder that can be written; got /dev/null/run",
+        ),
+        (["resume", "nothing"], "`run` must be a run folder; got nothing without a readable manifest.json."),
+        (["resume", ".", "--threads", "0"], "`threads` must be an integer of at least 1; got 0 [--threads]."),
+        (["show", "."], "`run` must be a run folder; got ."),
+        (["simulate", "aggregation", "--controller", "1,2"], "`controller` must be 4 finite numbers"),
+        (
+            ["simulate", "aggregation", "--controller", "a,b"],
+            "`controller` must be numbers with commas between them; got 'a,b'",
+        ),
+        (["simulate", "aggregation", "--robots", "0"], "`robots` must be between 1 and 1000; got 0."),
+        (["simulate", "aggregation", "--duration", "nan"], "`duration` must be above 0"),
+        (["simulate", "aggregation", "--out", "a.txt"], "`out` must end with one of .html, .gif, .mp4; got a.txt."),
+        (["nonsense"], "No such command 'nonsense'."),
+        (["simulate"], "Missing argument 'SCENARIO'."),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line_with_exit_code_2(arguments, message, refused):
+    assert message in refused(*arguments)
+
+
+def test_nothing_is_overwritten_without_force(call, refused, tmp_path):
+    arguments = ["infer", "aggregation", *SMALL, "--generations", 1, "--out", "run"]
+    assert call(*arguments)[0] == 0
+    assert "which holds a run. Go on with `turing-learning resume run`" in refused(*arguments)
+    assert call(*arguments, "--seed", 2, "--force")[0] == 0
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["seed"] == 2
+
+
+def test_a_trial_is_written_and_not_overwritten(call, refused, tmp_path):
+    arguments = ["simulate", "aggregation", "--robots", 3, "--duration", 2]
+    assert call(*arguments)[:2] == (0, "aggregation.html\n")
+    assert (tmp_path / "aggregation.html").stat().st_size > 1000
+    assert "`out` must be a file that does not exist; got aggregation.html." in refused(*arguments)
+
+
+def test_a_bug_is_not_hidden(monkeypatch):
+    import turing_learning.runs
+
+    def broken(path):
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(turing_learning.runs, "load_run", broken, raising=False)
+    with pytest.raises(ZeroDivisionError):
+        main(["show", "."])
+
+
+def test_help_does_not_import_what_is_slow():
+    script = (
+        "import sys\nfrom turing_learning.cli import main\n"
+        "try: main(['infer', '--help'])\nexcept SystemExit: pass\n"
+        "slow = {'numba', 'matplotlib', 'zarr', 'xarray', 'scipy', 'numpy'} & set(sys.modules)\n"
+        "sys.exit(f'imported {slow}' if slow else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_second_signal_stops_at_once():
+    from turing_learning.cli._signals import stop_on_signals
+
+    before = signal.getsignal(signal.SIGTERM)
+    with stop_on_signals() as should_stop:
+        assert not should_stop()
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert should_stop()
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+    assert signal.getsignal(signal.SIGTERM) is before

@@ -1,0 +1,263 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from turing_learning.config import ConfigurationError, load_configuration, nearest, to_toml
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(text):
+        path = tmp_path / "my.toml"
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def refused(path=None, **arguments):
+    with pytest.raises(ConfigurationError) as caught:
+        load_configuration(path, **arguments)
+    return str(caught.value)
+
+
+def test_the_default_configuration_is_the_papers_setup_of_aggregation():
+    configuration = load_configuration()
+    assert configuration.scenario == AGGREGATION
+    assert (configuration.models.parents, configuration.models.offspring) == (50, 50)
+    assert (configuration.classifiers.parents, configuration.classifiers.offspring) == (50, 50)
+    assert (configuration.classifiers.hidden, configuration.run.generations, configuration.run.seed) == (5, 1000, 1)
+
+
+def test_the_paper_preset_has_no_floor_under_the_step_sizes():
+    paper = load_configuration(preset="paper")
+    assert paper.models.minimum_step_size == paper.classifiers.minimum_step_size == 0
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_written_configuration_reads_back_equal(name, written):
+    configuration = load_configuration(
+        scenario=name,
+        preset="paper",
+        overrides={
+            "run.threads": 3,
+            "classifiers.input_scale": [12.5, 1e-3],
+            "scenario.title": 'quote " backslash \\ tab \t umlaut \u00fc del \x7f',
+            "scenario.arena.width_cm": 300.0,
+            "scenario.arena.height_cm": 200,
+        },
+    )
+    assert load_configuration(written(to_toml(configuration))) == configuration
+
+
+@given(low=st.floats(-1e300, 0), step=st.floats(0.02, 1e6), seed=st.integers(0, 2**63 - 1))
+def test_numbers_survive_writing_bit_by_bit(low, step, seed, tmp_path_factory):
+    overrides = {"models.initial_low": low, "models.initial_step_size": step, "run.seed": seed}
+    configuration = load_configuration(overrides=overrides)
+    path = tmp_path_factory.mktemp("round") / "a.toml"
+    path.write_text(to_toml(configuration), encoding="utf-8")
+    again = load_configuration(path)
+    assert (again.models.initial_low, again.models.initial_step_size, again.run.seed) == (low, step, seed)
+
+
+def test_a_written_configuration_has_every_field():
+    text = to_toml(load_configuration())
+    for key in (
+        "wheel_noise",
+        "start_side_cm",
+        "readings",
+        'width_cm = "unbounded"',
+        "input_scale",
+        "checkpoint_every",
+    ):
+        assert key in text
+
+
+def test_a_scenario_table_changes_a_preset(written):
+    path = written('[scenario]\npreset = "object-clustering"\n[scenario.robot]\nwheel_noise = 0.1\n')
+    scenario = load_configuration(path).scenario
+    assert scenario.robot.wheel_noise == 0.1
+    assert scenario.objects == OBJECT_CLUSTERING.objects
+
+
+def test_a_scenario_table_without_preset_changes_the_scenario_of_the_argument(written):
+    path = written("[scenario.robot]\nwheel_noise = 0.1\n")
+    assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+
+
+def test_a_scenario_can_be_given_as_an_object():
+    assert load_configuration(scenario=OBJECT_CLUSTERING).scenario == OBJECT_CLUSTERING
+
+
+def test_options_come_before_the_file_and_the_file_before_the_preset(written):
+    path = written("[run]\nseed = 4\ngenerations = 7\n[models]\nminimum_step_size = 0.5\n")
+    configuration = load_configuration(path, "paper", {"run.seed": 9})
+    assert (configuration.run.seed, configuration.run.generations) == (9, 7)
+    assert (configuration.models.minimum_step_size, configuration.classifiers.minimum_step_size) == (0.5, 0.0)
+
+
+def test_an_even_population_is_split_into_halves(written):
+    models = load_configuration(written("[models]\npopulation = 60\n")).models
+    assert (models.parents, models.offspring) == (30, 30)
+
+
+def test_the_robots_input_scale_is_its_largest_speeds():
+    assert load_configuration().input_scale == AGGREGATION.input_scale
+    assert load_configuration(overrides={"classifiers.input_scale": [1.0, 2]}).input_scale == (1.0, 2.0)
+
+
+def test_all_threads_are_none():
+    assert load_configuration().threads is None
+    assert load_configuration(overrides={"run.threads": 2}).threads == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "[run]\ngeneratons = 3",
+            "`run.generatons` must be a known setting; got 3 [{path}:2]. Did you mean `run.generations`?",
+        ),
+        ("seed = 3", "`seed` must be a known setting; got 3 [{path}:1]. Did you mean `run.seed`?"),
+        ("[modles]\nx = 1", "`modles` must be a known setting; got a table [{path}:1]. Did you mean `models`?"),
+        (
+            "\n[scenario.robot]\nwheel_nose = 0.1",
+            "`scenario.robot.wheel_nose` must be a known setting; got 0.1 [{path}:3]. "
+            "Did you mean `scenario.robot.wheel_noise`?",
+        ),
+        ("run.generations = 0", "`run.generations` must be greater than or equal to 1; got 0 [{path}:1]."),
+        ("[run]\nseed = -1", "`run.seed` must be greater than or equal to 0; got -1 [{path}:2]."),
+        ("[run]\nseed = 1.5", "`run.seed` must be an integer; got 1.5 [{path}:2]."),
+        ("[run]\nseed = true", "`run.seed` must be an integer; got True [{path}:2]."),
+        ("[run]\nthreads = 0", '`run.threads` must be "all" or an integer of at least 1; got 0 [{path}:2].'),
+        ("[models]\nparents = 0", "`models.parents` must be greater than or equal to 1; got 0 [{path}:2]."),
+        ("[models]\noffspring = -2", "`models.offspring` must be greater than or equal to 1; got -2 [{path}:2]."),
+        (
+            "[models]\npopulation = 101",
+            "`models.population` must be an even number of at least 2, as it is split into as many parents as "
+            "offspring; got 101 [{path}:2]. For an uneven split give parents and offspring.",
+        ),
+        (
+            "[models]\npopulation = 20\nparents = 3",
+            "`models.population` must be given without parents and offspring; got 20 beside them [{path}:2]. "
+            "Remove one or the other.",
+        ),
+        ("[models]\ninitial_low = nan", "`models.initial_low` must be a finite number; got nan [{path}:2]."),
+        ("[models]\ninitial_high = inf", "`models.initial_high` must be a finite number; got inf [{path}:2]."),
+        (
+            "[models]\ninitial_low = 2.0",
+            "`models.initial_low` must be at most initial_high; got 2.0 and 1.0 [{path}:2].",
+        ),
+        (
+            "[classifiers]\ninitial_step_size = 1e7",
+            "`classifiers.initial_step_size` must be between minimum_step_size (0.01) and 1e+06; "
+            "got 10000000.0 [{path}:2].",
+        ),
+        ("[scenario.robot]\nwheel_noise = nan", "`scenario.robot.wheel_noise` must be in [0, 1); got nan [{path}:2]."),
+        ("[scenario]\nagents = 0", "`scenario.agents` must be 1 or more; got 0 [{path}:2]."),
+        (
+            "[scenario.trial]\nduration_s = inf",
+            "`scenario.trial.duration_s` must be a finite number above 0; got inf [{path}:2].",
+        ),
+        (
+            "[scenario]\ncontroller = [1.0, inf, 1, 1]",
+            "`scenario.controller` must be finite wheel speeds; got (1.0, inf, 1.0, 1.0) [{path}:2].",
+        ),
+        (
+            'scenario = "agregation"',
+            "`scenario` must be a known scenario; got 'agregation' [{path}:1]. Did you mean `aggregation`?",
+        ),
+        (
+            "scenario = 3",
+            '`scenario` must be a name or a table; got 3 [{path}:1]. Write scenario = "aggregation", for example.',
+        ),
+        (
+            '[scenario]\nname = "mine"',
+            "`scenario.title` must be given; got nothing [{path}:1]. Set it, or name a preset scenario.",
+        ),
+        ("models = 3", "`models` must be a table; got 3 [{path}:1]."),
+        (
+            "[classifiers]\ninput_scale = [1.0]",
+            '`classifiers.input_scale` must be "robot" or 2 positive numbers, one for each signal; '
+            "got [1.0] [{path}:2].",
+        ),
+        (
+            "[classifiers]\ninput_scale = [1.0, nan]",
+            '`classifiers.input_scale` must be "robot" or a list of positive numbers; got [1.0, nan] [{path}:2].',
+        ),
+        (
+            "[run]\nseed = 3\n[other\n",
+            "`config` must be valid TOML; got '[other' [{path}:3]. "
+            "The reader says: Expected ']' at the end of a table declaration.",
+        ),
+    ],
+)
+def test_what_is_wrong_in_a_file_is_said_in_one_message(text, message, written):
+    path = written(text)
+    assert refused(path) == message.format(path=path)
+
+
+def test_a_file_that_is_missing_is_refused(tmp_path):
+    assert refused(tmp_path / "no.toml") == (
+        f"`config` must be a readable TOML file; got {tmp_path / 'no.toml'} (No such file or directory)."
+    )
+
+
+def test_a_file_that_is_not_text_is_refused(tmp_path):
+    path = tmp_path / "binary.toml"
+    path.write_bytes(b"\xff\xfe\x00")
+    assert "(it is not UTF-8 text)" in refused(path)
+
+
+def test_an_unknown_preset_names_the_nearest():
+    assert refused(preset="papr") == "`preset` must be a known preset; got 'papr'. Did you mean `paper`?"
+
+
+def test_two_scenarios_that_disagree_are_refused(written):
+    path = written('scenario = "aggregation"')
+    assert refused(path, scenario="object-clustering") == (
+        "`scenario` must be the same everywhere; got 'object-clustering' as an argument and 'aggregation' "
+        f"[{path}:1]. Leave one of them out."
+    )
+
+
+def test_a_refused_option_is_named_as_the_user_gave_it():
+    message = refused(overrides={"run.generations": 0}, labels={"run.generations": "--generations"})
+    assert message == "`run.generations` must be greater than or equal to 1; got 0 [--generations]."
+
+
+def test_a_table_and_a_value_under_one_name_are_refused():
+    assert refused(overrides={"run": 1, "run.seed": 2}) == (
+        "`run.seed` must be a setting of its own; got 'run' both as a table and as a value. Leave one out."
+    )
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(
+    "key",
+    [
+        "models.initial_low",
+        "models.initial_step_size",
+        "models.minimum_step_size",
+        "scenario.robot.radius_cm",
+        "scenario.robot.wheel_noise",
+        "scenario.objects.friction",
+        "scenario.trial.control_interval_s",
+        "run.generations",
+    ],
+)
+def test_nothing_that_is_not_finite_is_accepted_anywhere(key, value):
+    assert refused(overrides={key: value}).startswith(f"`{key}` must be ")
+
+
+def test_advice_lists_all_choices_where_none_is_near():
+    assert nearest("zzz", ["b", "a"]) == "Choose from: a, b."
+
+
+def test_a_configuration_cannot_be_changed():
+    configuration = load_configuration()
+    with pytest.raises(ValueError, match="frozen"):
+        configuration.run.seed = 3

@@ -1,0 +1,214 @@
+import base64
+import hashlib
+import html
+import json
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from turing_learning import report
+
+NASTY = """</script><script>alert("x")</script><!-- & ' ${title}"""
+
+
+class Reader(HTMLParser):
+    """Rows of tables, and everything that could make a request."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.rows, self.addresses, self.scripts, self.open = [], [], 0, []
+        self.feed(page)
+
+    def handle_starttag(self, tag, attributes):
+        self.open.append(tag)
+        self.scripts += tag == "script"
+        names = ("src", "href", "action", "srcset", "poster", "data")
+        self.addresses += [value for name, value in attributes if name in names]
+        if tag == "tr":
+            self.rows.append([])
+        elif tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_data(self, data):
+        if self.rows and self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+    def handle_endtag(self, tag):
+        if self.open and self.open[-1] == tag:
+            self.open.pop()
+
+
+def make_replay(frames=4):
+    rng = np.random.default_rng(1)
+    agents, replicas = 50 * rng.normal(size=(2, frames, 3, 3))
+    swarms = (report.Swarm("Agents", agents, 2), report.Swarm("Replicas", replicas, 2, np.array([True, False])))
+    return report.Replay("Both", 3.5, 5.0, 0.1, swarms)
+
+
+def make_report(**changes):
+    row = report.ParameterRow("vl0", -0.70321, -0.71, -0.7, 0.00321, 0.01, 0.01)
+    options = {"title": "Run", "verdict": "Done.", "table": report.RunTable((row,), 0.00321, 0.01, "A note.")}
+    return report.RunReport(**options | changes)
+
+
+def embedded(page):
+    return json.loads(re.search(r'<script type="application/json" id="replay-data">(.*?)</script>', page)[1])
+
+
+def test_the_table_shows_inferred_true_error_and_the_papers_error():
+    rows = Reader(report.report_page(make_report())).rows
+    assert rows == [
+        ["Parameter", "Inferred", "True", "Absolute error", "Paper\u2019s error", "Best model", "Absolute error"],
+        ["vl0", "-0.7032", "-0.7000", "0.0032", "0.01", "-0.7100", "0.0100"],
+        ["Mean", "", "", "0.0032", "", "", "0.0100"],
+    ]
+
+
+def test_without_truth_the_table_shows_what_was_inferred():
+    table = report.RunTable((report.ParameterRow("a", 1234.5678, 2.0),))
+    assert Reader(report.report_page(make_report(table=table))).rows == [
+        ["Parameter", "Inferred", "Best model"],
+        ["a", "1235", "2.0000"],
+    ]
+
+
+def test_a_number_that_is_missing_in_one_row_is_a_dash():
+    rows = (report.ParameterRow("a", 1, 1, 1, 0, 0, 0.5), report.ParameterRow("b", 1, 1))
+    assert Reader(report.report_page(make_report(table=report.RunTable(rows)))).rows[2] == [
+        "b", "1.0000", "\u2013", "\u2013", "\u2013", "1.0000", "\u2013",
+    ]  # fmt: skip
+
+
+def test_a_healthy_run_says_so():
+    page = report.report_page(make_report(selection=["active"] * 3))
+    assert "health good" in page
+    assert "Selection was active in every generation." in page
+
+
+def test_a_run_whose_selection_stopped_says_when():
+    page = report.report_page(make_report(selection=["active", "all rejected", "all rejected"]))
+    assert "health warning" in page
+    assert "Selection stopped in 2 of 3 generations: 1 to 2 (all rejected)." in page
+
+
+def test_configuration_manifest_and_figures_are_on_the_page():
+    picture = report.Picture("Error", '<svg id="one"></svg>', "What it shows.", wide=True)
+    page = report.report_page(make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,)))
+    assert "<pre><code>a = 1\nb = 2</code></pre>" in page
+    assert ["seed", "7"] in Reader(page).rows
+    assert '<svg id="one"></svg>' in page
+    assert "<b>Error</b> What it shows." in page
+
+
+def test_every_text_of_the_user_is_escaped():
+    poses = np.zeros((2, 1, 3))
+    replay = report.Replay(NASTY, 3.5, 5.0, 0.1, (report.Swarm(NASTY, poses, 1),))
+    dangerous = make_report(
+        title=NASTY,
+        verdict=NASTY,
+        table=report.RunTable((report.ParameterRow(NASTY, 1, 1),), note=NASTY),
+        selection=[NASTY],
+        figures=(report.Picture(NASTY, "", NASTY),),
+        configuration=NASTY,
+        manifest=[(NASTY, NASTY)],
+        replay=replay,
+    )
+    page = report.report_page(dangerous)
+    assert NASTY not in page
+    assert page.count(html.escape(NASTY)) == 15
+    assert Reader(page).scripts == 2
+
+
+@pytest.mark.parametrize(
+    "page", [report.report_page(make_report(replay=make_replay())), report.replay_page(make_replay())]
+)
+def test_a_page_refers_to_nothing_outside(page):
+    assert set(Reader(page).addresses) == {"data:,"}
+    assert "url(" not in page
+    assert "@import" not in page
+
+
+def test_the_policy_allows_the_pages_own_script_alone():
+    page = report.replay_page(make_replay())
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1]
+    script = re.search(r"<script>(.*?)</script>", page, re.DOTALL)[1]
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert policy.startswith("default-src 'none';")
+    assert f"script-src 'sha256-{digest}';" in policy
+
+
+def test_poses_survive_the_page_up_to_rounding():
+    replay = make_replay()
+    data = embedded(report.replay_page(replay))
+    left, bottom, right, top = data["view"]
+    for swarm, stored in zip(replay.swarms, data["swarms"], strict=True):
+        steps = np.frombuffer(base64.b64decode(stored["poses"]), dtype="<u2").reshape(swarm.poses.shape) / 65535
+        step = max(right - left, top - bottom) / 65535
+        np.testing.assert_allclose(left + steps[..., 0] * (right - left), swarm.poses[..., 0], atol=step)
+        np.testing.assert_allclose(bottom + steps[..., 1] * (top - bottom), swarm.poses[..., 1], atol=step)
+        turn = np.exp(1j * (2 * np.pi * steps[..., 2] - swarm.poses[..., 2]))
+        np.testing.assert_allclose(turn, 1, atol=1e-4)
+
+
+def test_the_page_knows_who_is_a_replica_and_who_an_object():
+    stored = embedded(report.replay_page(make_replay()))["swarms"][1]
+    assert (stored["robots"], stored["bodies"], stored["replicas"]) == (2, 3, [1, 0])
+
+
+def test_the_caption_counts_what_is_seen():
+    page = report.replay_page(make_replay())
+    assert '<span class="key agent">2 agents</span><span class="key object">1 object</span>' in page
+    assert '<span class="key agent">1 agent</span><span class="key replica">1 replica</span>' in page
+
+
+def test_a_replay_page_may_have_its_own_title():
+    assert "<title>Trial</title>" in report.replay_page(make_replay(), "Trial")
+    assert "<title>Both</title>" in report.replay_page(make_replay())
+
+
+def test_the_same_run_gives_the_same_page():
+    assert report.report_page(make_report(replay=make_replay())) == report.report_page(
+        make_report(replay=make_replay())
+    )
+
+
+def test_a_page_is_written_as_utf_8(tmp_path):
+    file = report.write_page("\u03c3 \udcff", tmp_path / "a.html")
+    assert file.read_bytes() == b"\xcf\x83 &#56575;"
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_page_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch):
+    (tmp_path / "a.html").write_text("old")
+
+    def fail(self, target):
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr("pathlib.Path.replace", fail)
+    with pytest.raises(OSError, match="No space left"):
+        report.write_page("new", tmp_path / "a.html")
+    assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("a.html", "old")]
+
+
+@pytest.mark.parametrize(
+    ("selection", "sentence"),
+    [
+        (["active"], "Selection was active."),
+        (["active"] * 2, "Selection was active in every generation."),
+        (["all accepted"], "Selection stopped in 1 of 1 generations: 0 (all accepted)."),
+        (
+            ["all accepted", "all rejected", "all rejected", "active"],
+            "Selection stopped in 3 of 4 generations: 0 (all accepted), 1 to 2 (all rejected).",
+        ),
+    ],
+)
+def test_selection_is_described(selection, sentence):
+    assert report.describe_selection(selection) == sentence
+
+
+def test_many_stops_are_not_all_listed():
+    sentence = report.describe_selection(["all accepted", "active"] * 8)
+    assert sentence.startswith("Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)")
+    assert sentence.endswith("10 (all accepted), and 2 more times.")

@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+import xarray as xr
+
+from turing_learning.runs._history import (
+    HistoryRecorder,
+    Layout,
+    create_store,
+    dataset_in_memory,
+    dataset_on_disk,
+    holds,
+    memory_arrays,
+    open_store,
+)
+
+LAYOUT = Layout(generations=10, models=3, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
+
+
+def values(number):
+    rng = np.random.default_rng(number)
+    made = {}
+    for name, (dimensions, kind) in LAYOUT.variables().items():
+        shape = LAYOUT.shape(dimensions)
+        made[name] = np.array(number % 3, np.int8) if kind == "<i1" else rng.random(shape).astype(kind)
+    return made
+
+
+def record(recorder, start, stop):
+    for number in range(start, stop):
+        recorder.record(values(number))
+
+
+def assert_holds(dataset, generations):
+    for number in range(generations):
+        for name, value in values(number).items():
+            np.testing.assert_array_equal(dataset[name].to_numpy()[number], value, err_msg=name)
+
+
+def test_a_history_on_disk_opens_with_one_call_of_xarray(tmp_path):
+    path = tmp_path / "history.zarr"
+    record(HistoryRecorder(LAYOUT, create_store(path, LAYOUT)), 0, 8)
+    dataset = xr.open_zarr(path)
+    assert dict(dataset.sizes) == {
+        "generation": 10, "individual": 3, "parameter": 2, "classifier_individual": 4, "weight": 5,
+    }  # fmt: skip
+    assert list(dataset["parameter"].to_numpy()) == ["a", "b"]
+    assert dataset["generation"].to_numpy().tolist() == list(range(10))
+    assert_holds(dataset, 8)
+
+
+def test_generations_that_have_not_been_run_are_marked(tmp_path):
+    path = tmp_path / "history.zarr"
+    record(HistoryRecorder(LAYOUT, create_store(path, LAYOUT)), 0, 4)
+    dataset = xr.open_zarr(path)
+    assert np.isnan(dataset["model"].to_numpy()[4:]).all()
+    assert (dataset["selection"].to_numpy()[4:] == -1).all()
+    assert dataset["selection"].attrs["flag_meanings"] == "not_run active all_accepted all_rejected"
+
+
+def test_a_history_that_is_flushed_and_opened_in_mid_chunk_goes_on(tmp_path):
+    path = tmp_path / "history.zarr"
+    recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
+    record(recorder, 0, 6)
+    recorder.flush()
+    recorder = HistoryRecorder(LAYOUT, open_store(path), start=6)
+    record(recorder, 6, 10)
+    recorder.flush()
+    assert_holds(dataset_on_disk(path, 10), 10)
+
+
+def test_a_history_in_memory_is_the_same(tmp_path):
+    arrays = memory_arrays(LAYOUT)
+    recorder = HistoryRecorder(LAYOUT, arrays)
+    record(recorder, 0, 7)
+    recorder.flush()
+    dataset = dataset_in_memory(LAYOUT, arrays, 7)
+    assert dataset.sizes["generation"] == 7
+    assert_holds(dataset, 7)
+
+
+def test_a_history_knows_how_far_it_reaches(tmp_path):
+    path = tmp_path / "history.zarr"
+    recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
+    record(recorder, 0, 6)
+    recorder.flush()
+    assert holds(path, LAYOUT, 6)
+    assert holds(path, LAYOUT, 8)  # the same chunk
+    assert not holds(path, LAYOUT, 9)
+
+
+@pytest.mark.parametrize("name", ["classifier/1.0.0", ".zgroup"])
+def test_a_history_that_lacks_a_file_is_recognized(name, tmp_path):
+    path = tmp_path / "history.zarr"
+    record(HistoryRecorder(LAYOUT, create_store(path, LAYOUT)), 0, 8)
+    (path / name).unlink()
+    assert not holds(path, LAYOUT, 8)
+
+
+def test_a_history_of_other_sizes_is_recognized(tmp_path):
+    path = tmp_path / "history.zarr"
+    create_store(path, LAYOUT)
+    other = Layout(generations=10, models=4, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
+    assert not holds(path, other, 0)
+    assert not holds(tmp_path / "missing.zarr", LAYOUT, 0)

@@ -1,0 +1,357 @@
+import json
+import logging
+import re
+import shutil
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import turing_learning as tl
+from turing_learning.config import ConfigurationError, load_configuration
+from turing_learning.runs import (
+    TIMINGS,
+    RunFolder,
+    RunFolderError,
+    RunStorageError,
+    new_run_path,
+    paper_absolute_errors,
+    resume,
+    start,
+)
+
+
+def untimed(folder):
+    content = json.loads((folder / "result.json").read_text())
+    return {name: value for name, value in content.items() if name not in TIMINGS}
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, small):
+    """A finished run that no test may change."""
+    path = tmp_path_factory.mktemp("whole") / "run"
+    start(small(), path)
+    return path
+
+
+@pytest.fixture
+def finished(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "run")
+
+
+@pytest.fixture
+def stopped(small, tmp_path, stop_after):
+    start(small(), tmp_path / "run", should_stop=stop_after(5))
+    return tmp_path / "run"
+
+
+def test_a_run_leaves_all_that_belongs_to_a_run_folder(finished):
+    names = {path.name for path in finished.iterdir()}
+    assert names == {
+        "config.toml", "manifest.json", "result.json", "history.zarr", "checkpoints", "figures", "report.html", "lock",
+    }  # fmt: skip
+    figures = {path.name for path in (finished / "figures").iterdir()}
+    stems = ("parameters", "error", "fitness", "step-sizes")
+    assert figures == {f"{name}.{kind}" for name in stems for kind in ("png", "svg")}
+
+
+def test_the_result_file_has_the_agreed_keys(finished):
+    content = json.loads((finished / "result.json").read_text())
+    agreed = {
+        "scenario", "generations", "seed", "complete", "truth", "best_model", "estimate", "absolute_error",
+        "estimate_absolute_error", "mae", "seconds_total", "seconds_per_generation",
+    }  # fmt: skip
+    assert agreed <= set(content)
+    assert (content["scenario"], content["generations"], content["seed"], content["complete"]) == (
+        "aggregation", 7, 1, True,
+    )  # fmt: skip
+    assert content["truth"] == {"vl0": -0.7, "vr0": -1.0, "vl1": 1.0, "vr1": -1.0}
+    assert content["mae"] == pytest.approx(np.mean(list(content["absolute_error"].values())))
+
+
+def test_the_manifest_says_what_ran_where(finished):
+    manifest = json.loads((finished / "manifest.json").read_text())
+    assert (manifest["format_version"], manifest["state"], manifest["seed"]) == (1, "finished", 1)
+    assert {"python", "numpy", "numba", "turing-learning"} <= set(manifest["versions"])
+    assert manifest["machine"]["processors"] >= 1
+    assert manifest["started"] <= manifest["finished"]
+    assert manifest["seconds"] > 0
+
+
+def test_the_stored_configuration_is_the_resolved_one(small, finished):
+    assert load_configuration(finished / "config.toml") == small()
+
+
+def test_a_run_in_memory_infers_the_same_as_one_on_disk(small, finished):
+    in_memory = tl.infer(config=small())
+    on_disk = tl.load_run(finished)
+    assert (in_memory.estimate, in_memory.best_model) == (on_disk.estimate, on_disk.best_model)
+    xr.testing.assert_identical(in_memory.history.drop_attrs(), on_disk.history.load().drop_attrs())
+    assert in_memory.path is None
+
+
+def test_the_best_model_is_that_of_the_last_generation(finished):
+    result = tl.load_run(finished)
+    last = result.history.isel(generation=-1)
+    best = last["model"].to_numpy()[np.argmax(last["model_fitness"].to_numpy())]
+    assert list(result.best_model.values()) == best.tolist()
+
+
+def test_any_number_of_threads_gives_the_same_result(small, finished, tmp_path):
+    for threads in (2, 3):
+        start(small(threads=threads), tmp_path / f"{threads}")
+        assert untimed(tmp_path / f"{threads}") == untimed(finished)
+
+
+def test_another_seed_gives_another_result(small, finished, tmp_path):
+    assert tl.infer(config=small(), seed=2).estimate != tl.load_run(finished).estimate
+
+
+def test_arguments_come_before_the_configuration(small):
+    result = tl.infer(config=small(), generations=2, seed=8)
+    assert (result.generations, result.seed, result.scenario) == (2, 8, "aggregation")
+
+
+def test_a_refused_argument_is_named():
+    with pytest.raises(
+        ConfigurationError, match=re.escape("`run.seed` must be greater than or equal to 0; got -1 [argument seed].")
+    ):
+        tl.infer("aggregation", seed=-1)
+
+
+def test_a_run_that_is_stopped_keeps_what_it_has(stopped):
+    result = tl.load_run(stopped)
+    assert (result.complete, result.generations) == (False, 5)
+    assert result.history.sizes["generation"] == 5
+    assert RunFolder(stopped).manifest()["state"] == "stopped"
+    assert not (stopped / "report.html").exists()
+
+
+def test_a_run_that_is_stopped_and_resumed_gives_the_result_of_one_that_never_was(stopped, whole):
+    resume(stopped, threads=2)
+    assert untimed(stopped) == untimed(whole)
+    histories = [xr.open_zarr(folder / "history.zarr").load() for folder in (stopped, whole)]
+    xr.testing.assert_identical(*histories)
+    assert RunFolder(stopped).manifest()["state"] == "finished"
+
+
+def test_resuming_a_finished_run_changes_nothing(finished):
+    before = contents(finished)
+    result = resume(finished)
+    assert result.complete
+    assert contents(finished) == before
+
+
+@pytest.mark.parametrize("lost", ["report.html", "figures/error.png"])
+def test_a_run_that_was_killed_while_drawing_draws_again(finished, lost):
+    before = untimed(finished)
+    (finished / lost).unlink()
+    RunFolder(finished).update_manifest(state="running", finished=None)
+    resume(finished)
+    assert (finished / lost).exists()
+    assert untimed(finished) == before
+
+
+def test_a_run_without_any_checkpoint_starts_at_generation_0(stopped):
+    for path in (stopped / "checkpoints").iterdir():
+        path.unlink()
+    seen = []
+    resume(stopped, observer=lambda progress: seen.append(progress.completed))
+    assert seen == list(range(1, 8))
+
+
+def test_resuming_removes_what_a_killed_process_left(stopped):
+    left = [
+        stopped / name for name in (".result.json.12.partial", "history.zarr/model/0.0.ab.partial", ".report.html.part")
+    ]
+    for path in left:
+        path.write_bytes(b"half")
+    resume(stopped)
+    assert not [path for path in left if path.exists()]
+
+
+def test_a_damaged_checkpoint_is_told_and_the_previous_one_is_used(stopped, whole, caplog):
+    newest = max((stopped / "checkpoints").iterdir())
+    newest.write_bytes(newest.read_bytes()[:100])
+    seen = []
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        resume(stopped, observer=lambda progress: seen.append(progress.completed))
+    assert seen == [4, 5, 6, 7]
+    assert caplog.messages == [f"Checkpoint {newest.name} is damaged; the run goes on from generation 3."]
+    assert untimed(stopped) == untimed(whole)
+
+
+def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, caplog):
+    (stopped / "history.zarr" / "model" / "0.0.0").unlink()
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        resume(stopped)
+    assert caplog.messages == [f"The history in {stopped} is damaged; the run begins again at generation 0."]
+    assert untimed(stopped) == untimed(whole)
+
+
+def test_nothing_is_overwritten_without_force(finished, small):
+    before = contents(finished)
+    with pytest.raises(RunFolderError, match=r"must be a new or empty folder; got .* which holds a run. Go on with"):
+        start(small(), finished)
+    assert contents(finished) == before
+
+
+def test_force_replaces_a_run_and_nothing_but_a_run(finished, small, tmp_path, stop_after):
+    start(small(seed=5), finished, force=True, should_stop=stop_after(2))
+    assert tl.load_run(finished).seed == 5
+    assert not (finished / "report.html").exists()
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "thesis.txt").write_text("precious")
+    with pytest.raises(RunFolderError, match=re.escape("holds 'thesis.txt' and is not a run. Choose another folder.")):
+        start(small(), other, force=True)
+    assert (other / "thesis.txt").read_text() == "precious"
+    assert len(list(other.iterdir())) == 1
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(small, tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunFolderError, match=r"must be a folder that can be written; got .*file"):
+        start(small(), tmp_path / "file")
+    with pytest.raises(RunFolderError, match=r"must be a folder that can be written; got .*below"):
+        start(small(), tmp_path / "file" / "below")
+
+
+def test_a_folder_that_is_not_a_run_is_refused(tmp_path):
+    for door in (resume, tl.load_run):
+        with pytest.raises(RunFolderError, match=re.escape(f"`run` must be a run folder; got {tmp_path} without")):
+            door(tmp_path)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format_version": "1"}', "\x00"])
+def test_a_manifest_that_is_none_is_refused(text, tmp_path):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(RunFolderError, match="`run` must be a run folder"):
+        tl.load_run(tmp_path)
+
+
+def test_a_format_from_the_future_is_refused_and_left_alone(finished):
+    RunFolder(finished).update_manifest(format_version=2)
+    before = contents(finished)
+    for door in (resume, tl.load_run):
+        with pytest.raises(RunFolderError, match=re.escape("`format_version` must be at most 1; got 2 [")):
+            door(finished)
+    assert contents(finished) == before
+
+
+def test_a_configuration_that_was_changed_is_refused(stopped):
+    path = stopped / "config.toml"
+    path.write_text(path.read_text().replace("seed = 1", "seed = 2"))
+    with pytest.raises(RunFolderError, match=r"`config.toml` must be as it was when the run began"):
+        resume(stopped)
+    path.unlink()
+    with pytest.raises(RunFolderError, match=r"without a readable config.toml. Restore the file."):
+        resume(stopped)
+
+
+def test_a_run_that_was_never_saved_has_no_result(stopped):
+    for path in (stopped / "checkpoints").iterdir():
+        path.unlink()
+    with pytest.raises(RunFolderError, match="must have been saved at least once"):
+        tl.load_run(stopped)
+
+
+def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
+    with RunFolder(stopped).locked():
+        with pytest.raises(RunFolderError, match=r"to which process \d+ on .+ is writing"):
+            resume(stopped)
+        with pytest.raises(RunFolderError, match="`run` must not be in use"):
+            start(small(), stopped, force=True)
+    resume(stopped)
+
+
+def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
+    from turing_learning.runs import _checkpoints
+
+    written = _checkpoints.write_atomically
+    calls = []
+
+    def filling_up(path, content):
+        calls.append(path)
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        written(path, content)
+
+    monkeypatch.setattr(_checkpoints, "write_atomically", filling_up)
+    with pytest.raises(
+        RunStorageError, match=r"\(No space left on device\). Make room, then go on with `turing-learning resume"
+    ):
+        start(small(), tmp_path / "run")
+    assert tl.load_run(tmp_path / "run").generations == 3
+    resume(tmp_path / "run")
+    assert untimed(tmp_path / "run") == untimed(whole)
+
+
+def test_a_result_in_memory_writes_its_report_where_it_is_told(small, tmp_path):
+    result = tl.infer(config=small(generations=2))
+    with pytest.raises(ValueError, match="`path` must be given for a run that is kept in memory"):
+        result.report()
+    page = result.report(tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "vl0" in page
+    assert "checkpoint_every" in page
+
+
+def test_a_loaded_result_writes_its_report_again(finished):
+    (finished / "report.html").unlink()
+    assert tl.load_run(finished).report() == finished / "report.html"
+    assert (finished / "report.html").exists()
+
+
+def test_a_result_prints_as_a_table(finished):
+    lines = str(tl.load_run(finished)).splitlines()
+    assert lines[0].startswith("aggregation, seed 1, 7 generations, ")
+    assert lines[1].split() == ["parameter", "estimate", "best", "true", "|error|"]
+    assert [line.split()[0] for line in lines[2:]] == ["vl0", "vr0", "vl1", "vr1"]
+
+
+def test_a_result_alone_has_no_history():
+    result = tl.Result("a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, None, None, None, None, None, 0, 1.0, 1.0)
+    with pytest.raises(RuntimeError, match="`history` must belong to a run; got a result alone"):
+        _ = result.history
+    assert str(result).splitlines()[-1].split() == ["x", "0.000", "0.000", "-", "-"]
+
+
+def test_the_observer_sees_every_generation(small):
+    seen = []
+    tl.infer(config=small(), observer=seen.append)
+    assert [progress.completed for progress in seen] == [1, 2, 3, 4, 5, 6, 7]
+    assert seen[-1].seconds_left == 0
+    assert seen[0].seconds_left == pytest.approx(6 * seen[0].seconds_per_generation)
+    assert seen[0].parameter_names == ("vl0", "vr0", "vl1", "vr1")
+
+
+def test_new_folders_never_meet(small, tmp_path):
+    first = new_run_path(small(), tmp_path)
+    assert re.fullmatch(r"aggregation-\d{8}-\d{6}-seed1", first.name)
+    names = set()
+    for _ in range(3):
+        path = new_run_path(small(), tmp_path)
+        path.mkdir()
+        names.add(path)
+    assert len(names) == 3
+
+
+def test_the_papers_errors_stand_only_beside_the_papers_agents():
+    from dataclasses import replace
+
+    assert paper_absolute_errors(tl.swarm.AGGREGATION) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
+    assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [0.03, 0.04, 0.02, 0.03, 0.08, 0.08]
+    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, controller=(0.0, 0.0, 1.0, 1.0))) is None
+    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, name="mine")) is None
+
+
+def test_nothing_that_is_stored_holds_a_pickle(finished):
+    for path, content in contents(finished).items():
+        if path.suffix == ".npz":
+            assert b"'|O'" not in content, path
+        if path.name == ".zarray":
+            assert json.loads(content)["filters"] is None, path

@@ -1,0 +1,56 @@
+from dataclasses import FrozenInstanceError, replace
+
+import pytest
+
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena, Objects, Robot, Sensor, Trial
+
+
+def test_presets_are_the_papers_case_studies():
+    assert AGGREGATION.controller == (-0.7, -1.0, 1.0, -1.0)
+    assert (AGGREGATION.agents, AGGREGATION.replicas, AGGREGATION.objects.count) == (10, 1, 0)
+    assert OBJECT_CLUSTERING.controller == (0.5, 1.0, 1.0, 0.5, 0.1, 0.5)
+    assert (OBJECT_CLUSTERING.agents, OBJECT_CLUSTERING.replicas, OBJECT_CLUSTERING.objects.count) == (4, 1, 10)
+    assert all(scenario.name == name for name, scenario in SCENARIOS.items())
+
+
+def test_parameters_are_named_by_wheel_and_sensor_state():
+    assert OBJECT_CLUSTERING.parameter_names == ("vl0", "vr0", "vl1", "vr1", "vl2", "vr2")
+
+
+def test_samples_have_a_hundred_steps_and_are_scaled_by_the_robots_largest_speeds():
+    assert AGGREGATION.control_steps == 100
+    assert AGGREGATION.input_scale == pytest.approx((12.8, 5.0196), abs=1e-4)
+
+
+def test_a_sensor_reads_kinds_by_their_place_and_passes_through_others():
+    assert [OBJECT_CLUSTERING.sensor.reading_of(kind) for kind in ("background", "object", "robot")] == [0, 1, 2]
+    assert AGGREGATION.sensor.reading_of("object") == 0
+
+
+def test_scenarios_are_frozen():
+    with pytest.raises(FrozenInstanceError):
+        AGGREGATION.agents = 3
+
+
+@pytest.mark.parametrize(
+    ("build", "message"),
+    [
+        (lambda: Robot(radius_cm=-1), r"`robot.radius_cm` must be a finite number above 0; got -1"),
+        (lambda: Robot(mass_g=float("nan")), r"`robot.mass_g` must be a finite number above 0; got nan"),
+        (lambda: Robot(wheel_noise=1), r"`robot.wheel_noise` must be in \[0, 1\); got 1"),
+        (lambda: Objects(count=-1), r"`objects.count` must be 0 or more; got -1"),
+        (lambda: Objects(friction=-0.1), r"`objects.friction` must be 0 or more; got -0.1"),
+        (lambda: Arena(width_cm=10), r"must be both given or both left out; got \(10, None\)"),
+        (lambda: Arena(10, 0), r"`arena.height_cm` must be a finite number above 0; got 0"),
+        (lambda: Sensor(("robot",)), r"`sensor.readings` must be 'background', then any of .*; got \('robot',\)"),
+        (lambda: Trial(physics_steps=0), r"`trial.physics_steps` must be 1 or more; got 0"),
+        (lambda: Trial(duration_s=0.25), r"`trial.duration_s` must be a whole number of control intervals of 0.1 s"),
+        (lambda: replace(AGGREGATION, agents=0), r"`scenario.agents` must be 1 or more; got 0"),
+        (lambda: replace(AGGREGATION, replicas=0), r"`scenario.replicas` must be 1 or more; got 0"),
+        (lambda: replace(AGGREGATION, controller=(1.0,)), r"`scenario.controller` must be 4 wheel speeds, two for each"),
+        (lambda: replace(AGGREGATION, controller=(1.0, 1, 1, float("inf"))), "must be finite wheel speeds"),
+    ],
+)
+def test_values_that_make_no_sense_are_refused(build, message):
+    with pytest.raises(ValueError, match=message):
+        build()
