@@ -1,0 +1,41 @@
+import numpy as np
+import pytest
+
+import turing_learning as tl
+from turing_learning.runs._present import replay, run_table, verdict
+
+
+@pytest.fixture(scope="module")
+def result(small):
+    return tl.infer(config=small(generations=2))
+
+
+def test_the_replay_shows_agents_beside_replicas_from_common_initial_poses(small):
+    shown = replay(small(), np.array([0.0, 0.0, 0.0, 0.0]))
+    agents, replicas = shown.swarms
+    assert (agents.robots, replicas.robots) == (25, 25)
+    assert not agents.is_replica.any()
+    assert replicas.is_replica.all()
+    np.testing.assert_array_equal(agents.poses[0], replicas.poses[0])
+    assert (shown.duration_s, shown.interval_s) == (pytest.approx(180.0), pytest.approx(0.2))
+    moved = np.linalg.norm(np.diff(replicas.poses[:, :, :2], axis=0), axis=2)
+    assert np.count_nonzero(moved) < np.count_nonzero(np.diff(agents.poses[:, :, :2], axis=0))
+
+
+def test_a_replay_of_a_model_that_has_run_away_is_still_finite(small):
+    shown = replay(small(), np.full(4, 1e12))
+    assert np.isfinite(shown.swarms[1].poses).all()
+
+
+def test_the_verdict_names_the_mean_error_and_whether_the_run_is_complete(result):
+    assert verdict(result) == (
+        f"After 2 generations the estimate differs from the truth by {result.estimate_mae:.4f} "
+        "in the mean over all parameters."
+    )
+
+
+def test_the_table_holds_the_papers_figures_and_their_source(result):
+    table = run_table(result)
+    assert [row.published_error for row in table.rows] == [0.01, 0.01, 0.07, 0.06]
+    assert [row.truth for row in table.rows] == [-0.7, -1.0, 1.0, -1.0]
+    assert "section 4.3" in table.note
