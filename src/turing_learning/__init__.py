@@ -12,23 +12,36 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-_ROOMS = ("analysis", "classifiers", "coevolution", "config", "evolution", "figures", "models", "report", "runs", "swarm")
-_NAMES = {"infer": "runs", "load_run": "runs", "Result": "runs"}
-
-__all__ = ["Result", "__version__", "infer", "load_run", *_ROOMS]  # noqa: PLE0604
-
 if TYPE_CHECKING:
     from . import analysis, classifiers, coevolution, config, evolution, figures, models, report, runs, swarm
     from .runs import Result, infer, load_run
 
+__all__ = [
+    "Result",
+    "analysis",
+    "classifiers",
+    "coevolution",
+    "config",
+    "evolution",
+    "figures",
+    "infer",
+    "load_run",
+    "models",
+    "report",
+    "runs",
+    "swarm",
+]
+
+_FROM_RUNS = ("Result", "infer", "load_run")
+
 
 def __getattr__(name: str) -> Any:
-    if name in _ROOMS:
-        return import_module(f".{name}", __name__)
-    if name in _NAMES:
-        return getattr(import_module(f".{_NAMES[name]}", __name__), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name in _FROM_RUNS:
+        return getattr(import_module(".runs", __name__), name)
+    return import_module(f".{name}", __name__)
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return ["__version__", *__all__]

@@ -23,8 +23,8 @@ def _room_digest() -> str:
 class _KernelCache(FunctionCache):
     """Numba's cache, keyed to the source of the whole room.
 
-    Numba looks at the file of the compiled function alone, and would go on using machine code into which an older version of
-    a kernel from another file was inlined.
+    Numba looks at the file of the compiled function alone, and would go on using machine code into which an older
+    version of a kernel from another file was inlined.
     """
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple:
@@ -43,16 +43,15 @@ def compile_cached(function: Callable, **options: Any) -> Any:
     return dispatcher
 
 
-def kernel(function: Callable) -> Any:
-    """Mark a function that other kernels call."""
-    return njit(nogil=True, error_model="numpy")(function)
+# Without Numba's reference counting, see docs/decisions/0001. Force-inlined functions never run on their own.
+_INLINED: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
 
 
 def inlined(function: Callable) -> Any:
-    """Mark a function that must become part of its caller, because it is short and called in the hottest loops."""
-    return njit(nogil=True, error_model="numpy", forceinline=True, _nrt=False)(function)
+    """Mark a function that becomes part of the kernels that call it. It cannot allocate."""
+    return njit(**_INLINED)(function)
 
 
 def contracted(function: Callable) -> Any:
-    """Mark an inlined function whose products and sums may be fused; its rounding is not part of any recorded motion."""
-    return njit(nogil=True, error_model="numpy", forceinline=True, _nrt=False, fastmath={"contract"})(function)
+    """Mark an inlined function whose products and sums may be fused: the order of its rounding is nobody's fact."""
+    return njit(fastmath={"contract"}, **_INLINED)(function)

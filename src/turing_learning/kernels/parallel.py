@@ -19,9 +19,7 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix=f"turing-learning-{process}")
 
 
-def run_range(
-    function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1
-) -> None:
+def run_range(function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1) -> None:
     """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
 
     Parameters

@@ -11,7 +11,14 @@ from .world import State, World
 @inlined
 def look_at(i: int, j: int, radius: float, state: State) -> None:
     """Count body `j`, in every slot, if robot `i` has it in its line of sight, and if the two are within reach."""
-    x, y, cosine, sine, reach, seen = state.x[i], state.y[i], state.cosine[i], state.sine[i], state.reach[i], state.seen[i]
+    x, y, cosine, sine, reach, seen = (
+        state.x[i],
+        state.y[i],
+        state.cosine[i],
+        state.sine[i],
+        state.reach[i],
+        state.seen[i],
+    )
     other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
     for w in range(crowd.shape[0]):
         dx = other_x[w] - x[w]

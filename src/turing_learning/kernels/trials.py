@@ -19,7 +19,6 @@ from .motion import (
 from .sensing import sense
 from .world import State, World, new_state
 
-
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
 
@@ -45,7 +44,9 @@ def look(world: World, state: State) -> None:
 
 
 @inlined
-def act(block: int, slots: int, cycle: int, controllers: np.ndarray, keys: np.ndarray, world: World, state: State) -> None:
+def act(
+    block: int, slots: int, cycle: int, controllers: np.ndarray, keys: np.ndarray, world: World, state: State
+) -> None:
     """Command the robots of trials block ... block + slots - 1 and advance everything by a control cycle."""
     for i in range(world.robots):
         for w in range(slots):

@@ -58,12 +58,26 @@ class State(NamedTuple):
 
 def new_state(slots: int, bodies: int) -> State:
     """Allocate the state of `slots` trials of `bodies` bodies."""
-    motion = np.zeros((14, bodies, slots))
+    rows = iter(np.zeros((14, bodies, slots)))
     marks = np.zeros((2, bodies, slots), np.int64)
     return State(
-        *motion,
-        np.zeros(slots),
-        *marks,
+        x=next(rows),
+        y=next(rows),
+        heading=next(rows),
+        vx=next(rows),
+        vy=next(rows),
+        turn=next(rows),
+        forward=next(rows),
+        command=next(rows),
+        sine=next(rows),
+        cosine=next(rows),
+        reach=next(rows),
+        start_x=next(rows),
+        start_y=next(rows),
+        seen=next(rows),
+        crowd=np.zeros(slots),
+        reading=marks[0],
+        near=marks[1],
         involved=np.zeros(bodies, np.int64),
         pairs=np.empty((max(bodies * (bodies - 1) // 2, 1), 2), np.int64),
         saved=np.empty((6, bodies)),

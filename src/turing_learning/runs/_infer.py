@@ -136,7 +136,7 @@ def start(
     """Run a configuration from generation 0 in a folder of its own; see `infer`."""
     folder = RunFolder(Path(out))
     with ExitStack() as lock:
-        with _writable(folder):
+        with _writable(folder, "out"):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             lock.enter_context(folder.locked())
@@ -181,7 +181,7 @@ def resume(
         return load_run(path)
     here = configuration if threads is None else _resolved(None, "default", configuration, {"run.threads": threads})
     with ExitStack() as lock:
-        with _writable(folder):
+        with _writable(folder, "run"):
             lock.enter_context(folder.locked())
             remove_partial(folder.path)
             folder.update_manifest(state=RUNNING, process=this_process())
@@ -323,12 +323,12 @@ def new_run_path(configuration: Configuration, parent: Path = RUNS) -> Path:
 
 
 @contextmanager
-def _writable(folder: RunFolder) -> Iterator[None]:
+def _writable(folder: RunFolder, name: str) -> Iterator[None]:
     """Turn what the operating system says before generation 0 into one message."""
     try:
         yield
     except OSError as error:
         raise RunFolderError(
-            f"`out` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
+            f"`{name}` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
             "Choose another folder, or make room."
         ) from error

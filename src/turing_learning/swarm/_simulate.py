@@ -69,7 +69,9 @@ def build_world(scenario: Scenario, robots: int, objects: int, wheel_noise: floa
 
 def _checked(name: str, array: np.ndarray, shape: tuple[int | None, ...], letters: str) -> np.ndarray:
     array = np.ascontiguousarray(array, dtype=np.float64)
-    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=False))
+    fits = array.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, array.shape, strict=False)
+    )
     if not fits:
         expected = tuple("any" if want is None else want for want in shape)
         raise ValueError(f"`{name}` must have shape {letters} = {expected}; got {array.shape}.")

@@ -31,7 +31,9 @@ class MixedSwarm:
         scenario = self.scenario
         models = np.asarray(models, dtype=np.float64)
         if models.ndim != 2 or models.shape[1] != len(scenario.controller):
-            raise ValueError(f"`models` must have shape (M, P) = (any, {len(scenario.controller)}); got {models.shape}.")
+            raise ValueError(
+                f"`models` must have shape (M, P) = (any, {len(scenario.controller)}); got {models.shape}."
+            )
         trials = len(models)
         controllers = np.empty((trials, scenario.individuals, models.shape[1]))
         controllers[:, : scenario.agents] = scenario.controller

@@ -234,6 +234,17 @@ def test_a_manifest_that_is_none_is_refused(text, tmp_path):
         tl.load_run(tmp_path)
 
 
+def test_a_run_that_cannot_be_written_is_refused(stopped, monkeypatch):
+    def read_only(self):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(RunFolder, "locked", read_only)
+    with pytest.raises(
+        RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Permission denied\)"
+    ):
+        resume(stopped)
+
+
 def test_a_format_from_the_future_is_refused_and_left_alone(finished):
     RunFolder(finished).update_manifest(format_version=2)
     before = contents(finished)

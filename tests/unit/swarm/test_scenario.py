@@ -47,7 +47,10 @@ def test_scenarios_are_frozen():
         (lambda: Trial(duration_s=0.25), r"`trial.duration_s` must be a whole number of control intervals of 0.1 s"),
         (lambda: replace(AGGREGATION, agents=0), r"`scenario.agents` must be 1 or more; got 0"),
         (lambda: replace(AGGREGATION, replicas=0), r"`scenario.replicas` must be 1 or more; got 0"),
-        (lambda: replace(AGGREGATION, controller=(1.0,)), r"`scenario.controller` must be 4 wheel speeds, two for each"),
+        (
+            lambda: replace(AGGREGATION, controller=(1.0,)),
+            r"`scenario.controller` must be 4 wheel speeds, two for each",
+        ),
         (lambda: replace(AGGREGATION, controller=(1.0, 1, 1, float("inf"))), "must be finite wheel speeds"),
     ],
 )

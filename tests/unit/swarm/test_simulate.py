@@ -59,7 +59,9 @@ def test_a_rotated_start_gives_the_rotated_motion(angle, seed):
     turned[..., 0], turned[..., 1] = c * poses[..., 0] - s * poses[..., 1], s * poses[..., 0] + c * poses[..., 1]
     turned[..., 2] += angle
     controllers = np.broadcast_to(OBJECT_CLUSTERING.controller, (1, 5, 6))
-    runs = [tl.swarm.simulate(OBJECT_CLUSTERING, controllers, p, control_steps=10, wheel_noise=0) for p in (poses, turned)]
+    runs = [
+        tl.swarm.simulate(OBJECT_CLUSTERING, controllers, p, control_steps=10, wheel_noise=0) for p in (poses, turned)
+    ]
     # 10 cycles: contacts amplify rounding of 1e-14 by less than 1e5; a grazing ray could differ, which these seeds do not.
     np.testing.assert_allclose(runs[0].speeds, runs[1].speeds, atol=1e-7)
 
@@ -104,8 +106,14 @@ def test_walls_keep_everything_inside():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"controllers": np.zeros((2, 11, 3))}, r"`controllers` must have shape \(R, A, 2 n\) = .*4\); got \(2, 11, 3\)"),
-        ({"initial_poses": np.zeros((3, 11, 3))}, r"`initial_poses` must have shape .*\(2, 'any', 3\); got \(3, 11, 3\)"),
+        (
+            {"controllers": np.zeros((2, 11, 3))},
+            r"`controllers` must have shape \(R, A, 2 n\) = .*4\); got \(2, 11, 3\)",
+        ),
+        (
+            {"initial_poses": np.zeros((3, 11, 3))},
+            r"`initial_poses` must have shape .*\(2, 'any', 3\); got \(3, 11, 3\)",
+        ),
         ({"controllers": np.full((2, 11, 4), np.nan)}, r"`controllers` must be finite; got nan at \(0, 0, 0\)"),
         ({"initial_poses": np.zeros((2, 10, 3))}, r"`number of objects O` must be 0 or more; got -1"),
         ({"control_steps": 0}, "`control_steps` must be 1 or more; got 0"),
@@ -115,7 +123,11 @@ def test_walls_keep_everything_inside():
     ],
 )
 def test_arguments_that_do_not_fit_are_refused(change, message):
-    arguments = {"controllers": np.zeros((2, 11, 4)), "initial_poses": np.zeros((2, 11, 3)), "control_steps": 1} | change
+    arguments = {
+        "controllers": np.zeros((2, 11, 4)),
+        "initial_poses": np.zeros((2, 11, 3)),
+        "control_steps": 1,
+    } | change
     with pytest.raises(ValueError, match=message):
         tl.swarm.simulate(AGGREGATION, **arguments)
 
