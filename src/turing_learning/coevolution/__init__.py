@@ -11,6 +11,7 @@ In the order of the data:
 `Judgments`                                    All classifiers' outputs for all samples, and the decisions.
 `model_reward`, `classifier_reward`            Equations 1 and 2 of the paper: functions of `Judgments`.
 `specificity`, `sensitivity`                   Equations 3 and 4.
+`ClassifierArchive`, `refereed_model_reward`   Past classifiers go on judging models.
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 =============================================  ================================================================
@@ -18,16 +19,18 @@ In the order of the data:
 Other rewards are functions of `Judgments` that return an array with one number for each model or classifier.
 """
 
+from ._archive import ClassifierArchive
 from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import Judgments
 from ._loop import Coevolution
 from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
-from ._rewards import Reward, classifier_reward, model_reward, sensitivity, specificity
+from ._rewards import Reward, classifier_reward, model_reward, refereed_model_reward, sensitivity, specificity
 from ._samples import Samples
 
 __all__ = [
     "Classifier",
+    "ClassifierArchive",
     "Coevolution",
     "Generation",
     "InteractiveInterrogation",
@@ -40,6 +43,7 @@ __all__ = [
     "Samples",
     "classifier_reward",
     "model_reward",
+    "refereed_model_reward",
     "sensitivity",
     "specificity",
 ]

@@ -19,6 +19,8 @@ class Generation:
         Their step sizes.
     model_fitness : (M,)
         Their subjective fitness, equation 1 of the paper, whatever reward the optimizer is told.
+    model_rewards : (M,)
+        What the optimizer is told; by default the subjective fitness.
     classifiers : (N, Q)
         Parameters of the classifiers.
     classifier_step_sizes : (N, Q)
@@ -33,6 +35,7 @@ class Generation:
     models: np.ndarray
     model_step_sizes: np.ndarray
     model_fitness: np.ndarray
+    model_rewards: np.ndarray
     classifiers: np.ndarray
     classifier_step_sizes: np.ndarray
     classifier_fitness: np.ndarray
@@ -45,10 +48,10 @@ class Generation:
 
     @property
     def typical_model(self) -> np.ndarray:
-        """The median (P,), parameter by parameter, of the better half of the models.
+        """The median (P,), parameter by parameter, of the half of the models with the higher rewards.
 
-        Of equally fit models the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are
-        where mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
+        Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where mu is half
+        the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
         """
-        half = np.argsort(-self.model_fitness, kind="stable")[: max(1, len(self.models) // 2)]
+        half = np.argsort(-self.model_rewards, kind="stable")[: max(1, len(self.models) // 2)]
         return np.median(self.models[half], axis=0)

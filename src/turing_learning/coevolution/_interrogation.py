@@ -26,15 +26,23 @@ class PassiveInterrogation:
         self.source = source
         self.classifier = classifier
 
-    def __call__(self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator) -> Judgments:
+    def __call__(
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
+    ) -> Judgments:
         """Collect samples of the M models (M, P) once; return the judgments of the N classifiers (N, Q).
+
+        Referees (B, Q) judge the models' samples too.
 
         Raises
         ------
         ValueError
             If the source or the classifier returns another number of samples or outputs than it was asked for.
         """
-        return _judge(self.classifier, classifiers, _collect(self.source, models, rng))
+        return _judge(self.classifier, classifiers, _collect(self.source, models, rng), referees)
 
 
 class InteractiveInterrogation:
@@ -57,8 +65,16 @@ class InteractiveInterrogation:
         self.source = source
         self.classifier = classifier
 
-    def __call__(self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator) -> Judgments:
+    def __call__(
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
+    ) -> Judgments:
         """Collect samples of the M models (M, P) for each of the N classifiers (N, Q); return the judgments.
+
+        Referees (B, Q) judge samples of their own, too.
 
         Raises
         ------
@@ -72,9 +88,11 @@ class InteractiveInterrogation:
             raise ValueError(
                 f"`source` must yield the same numbers of samples (K, M, C) for every classifier; got {shapes}."
             )
+        referee_parts = [self._interrogate(models, genome, rng) for genome in ([] if referees is None else referees)]
         return Judgments(
             np.concatenate([p.genuine_outputs for p in parts]),
             np.concatenate([p.counterfeit_outputs for p in parts]),
+            np.concatenate([p.counterfeit_outputs for p in referee_parts]) if referee_parts else None,
         )
 
     def _interrogate(self, models: np.ndarray, genome: np.ndarray, rng: np.random.Generator) -> Judgments:
@@ -92,11 +110,20 @@ def _collect(source: SampleSource, models: np.ndarray, rng: np.random.Generator)
     return samples
 
 
-def _judge(classifier: Classifier, genomes: np.ndarray, samples: Samples) -> Judgments:
-    models, count, *series = samples.counterfeit.shape
+def _judge(
+    classifier: Classifier, genomes: np.ndarray, samples: Samples, referees: np.ndarray | None = None
+) -> Judgments:
     genuine = _outputs(classifier, genomes, samples.genuine)
-    counterfeit = _outputs(classifier, genomes, samples.counterfeit.reshape(models * count, *series))
-    return Judgments(genuine, counterfeit.reshape(len(genomes), models, count))
+    counterfeit = _judge_counterfeit(classifier, genomes, samples)
+    if referees is None or len(referees) == 0:
+        return Judgments(genuine, counterfeit)
+    return Judgments(genuine, counterfeit, _judge_counterfeit(classifier, referees, samples))
+
+
+def _judge_counterfeit(classifier: Classifier, genomes: np.ndarray, samples: Samples) -> np.ndarray:
+    models, count, *series = samples.counterfeit.shape
+    outputs = _outputs(classifier, genomes, samples.counterfeit.reshape(models * count, *series))
+    return outputs.reshape(len(genomes), models, count)
 
 
 def _outputs(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:

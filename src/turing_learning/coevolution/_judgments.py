@@ -19,6 +19,8 @@ class Judgments:
         Outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine).
     counterfeit_outputs : (N, M, C)
         Outputs for C samples of each of the M models.
+    referee_outputs : (B, M, C)
+        Outputs of B archived classifiers for samples of the models. None means no referees.
 
     Raises
     ------
@@ -28,10 +30,13 @@ class Judgments:
 
     genuine_outputs: np.ndarray
     counterfeit_outputs: np.ndarray
+    referee_outputs: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)
         _check("counterfeit_outputs", self.counterfeit_outputs, "(N, M, C)", 3)
+        if self.referee_outputs is not None:
+            _check_referees(self.referee_outputs, self.counterfeit_outputs.shape[1:])
         if len(self.genuine_outputs) != len(self.counterfeit_outputs):
             raise ValueError(
                 "`genuine_outputs` and `counterfeit_outputs` must agree in the number of classifiers N; "
@@ -47,6 +52,11 @@ class Judgments:
     def counterfeit(self) -> np.ndarray:
         """Whether each classifier is misled: judges a model's sample genuine; (N, M, C) bool, m_ij in the paper."""
         return self.counterfeit_outputs >= THRESHOLD
+
+    @cached_property
+    def refereed(self) -> np.ndarray | None:
+        """Whether each archived classifier judges a model's sample genuine; (B, M, C) bool, None without referees."""
+        return None if self.referee_outputs is None else self.referee_outputs >= THRESHOLD
 
     @property
     def selection(self) -> str:
@@ -66,3 +76,11 @@ def _check(name: str, outputs: np.ndarray, symbols: str, dimensions: int) -> Non
     if not (outputs.min() >= 0 and outputs.max() <= 1):  # so that NaN, too, is refused
         place = tuple(int(k) for k in np.argwhere(~((outputs >= 0) & (outputs <= 1)))[0])
         raise ValueError(f"`{name}` must be from 0 to 1; got {outputs[place]} at {place} of {symbols}.")
+
+
+def _check_referees(outputs: np.ndarray, samples: tuple[int, ...]) -> None:
+    _check("referee_outputs", outputs, "(B, M, C)", 3)
+    if outputs.shape[1:] != samples:
+        raise ValueError(
+            f"`referee_outputs` must be of shape (B, M, C) = (any, {samples[0]}, {samples[1]}); got {outputs.shape}."
+        )

@@ -6,6 +6,7 @@ import numpy as np
 
 from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
 
+from ._archive import ClassifierArchive
 from ._generation import Generation
 from ._judgments import Judgments
 from ._protocols import Interrogation
@@ -27,6 +28,9 @@ class Coevolution:
     reward_models, reward_classifiers
         What the optimizers are told: functions of the judgments that return (M,) and (N,) finite numbers, larger
         being better. By default equations 1 and 2 of the paper.
+    archive
+        Keeps the best classifier of each generation; those kept judge the models as referees, which only a reward such
+        as `refereed_model_reward` takes into account. None: no archive, as in the paper.
 
     Attributes
     ----------
@@ -52,6 +56,7 @@ class Coevolution:
         seed: Seed,
         reward_models: Reward = model_reward,
         reward_classifiers: Reward = classifier_reward,
+        archive: ClassifierArchive | None = None,
     ) -> None:
         self.generation = 0
         self._interrogation = interrogation
@@ -60,6 +65,7 @@ class Coevolution:
         self._seed = check_seed(seed)
         self._reward_models = reward_models
         self._reward_classifiers = reward_classifiers
+        self._archive = archive
 
     def step(self) -> Generation:
         """Run one generation: let the classifiers judge, reward both populations, improve both.
@@ -77,7 +83,7 @@ class Coevolution:
             If the interrogation or a reward returns something of the wrong shape, or a reward is not finite.
         """
         models, classifiers = self._models.ask(), self._classifiers.ask()
-        judgments = self._interrogation(models, classifiers, generation_rng(self._seed, self.generation))
+        judgments = self._interrogate(models, classifiers)
         _check_judgments(judgments, len(models), len(classifiers))
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
         classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
@@ -86,6 +92,7 @@ class Coevolution:
             models=models,
             model_step_sizes=self._models.step_sizes,
             model_fitness=model_reward(judgments),
+            model_rewards=model_rewards,
             classifiers=classifiers,
             classifier_step_sizes=self._classifiers.step_sizes,
             classifier_fitness=classifier_reward(judgments),
@@ -93,8 +100,16 @@ class Coevolution:
         )
         self._models.tell(model_rewards)
         self._classifiers.tell(classifier_rewards)
+        if self._archive is not None:
+            self._archive.admit(classifiers[np.argmax(generation.classifier_fitness)])
         self.generation += 1
         return generation
+
+    def _interrogate(self, models: np.ndarray, classifiers: np.ndarray) -> Judgments:
+        rng = generation_rng(self._seed, self.generation)
+        if self._archive is None or len(self._archive.genomes) == 0:
+            return self._interrogation(models, classifiers, rng)
+        return self._interrogation(models, classifiers, rng, referees=self._archive.genomes)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to go on from here, as arrays.
@@ -102,7 +117,8 @@ class Coevolution:
         Returns
         -------
         dict
-            "generation", and the states of the optimizers as "models/..." and "classifiers/...".
+            "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the archive,
+            if there is one, as "archive/...".
 
         Raises
         ------
@@ -113,6 +129,7 @@ class Coevolution:
             "generation": np.array(self.generation, dtype=np.int64),
             **{f"models/{name}": array for name, array in self._models.state().items()},
             **{f"classifiers/{name}": array for name, array in self._classifiers.state().items()},
+            **{f"archive/{name}": array for name, array in (self._archive.state() if self._archive else {}).items()},
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -131,6 +148,8 @@ class Coevolution:
         generation = _stored_generation(state)
         self._models.restore(_part(state, "models/"))
         self._classifiers.restore(_part(state, "classifiers/"))
+        if self._archive is not None:
+            self._archive.restore(_part(state, "archive/"))
         self.generation = generation
 
 

@@ -71,5 +71,11 @@ class Classifier(Protocol):
 class Interrogation(Protocol):
     """Let all classifiers judge the system and all models."""
 
-    def __call__(self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator) -> Judgments:
-        """Return the judgments of N classifiers (N, Q) on M models (M, P)."""
+    def __call__(
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
+    ) -> Judgments:
+        """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""

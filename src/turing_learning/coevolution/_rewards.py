@@ -26,6 +26,25 @@ def model_reward(judgments: Judgments) -> np.ndarray:
     return np.count_nonzero(misled, axis=(0, 2)) / (misled.shape[0] * misled.shape[2])
 
 
+def refereed_model_reward(judgments: Judgments, weight: float = 0.5) -> np.ndarray:
+    """Compute the quality of each model before the present classifiers and the archived ones.
+
+    Parameters
+    ----------
+    weight
+        Share of the archived classifiers' judgments, 0 to 1. Without any, the reward is that of `model_reward`.
+
+    Returns
+    -------
+    (M,)
+        0 to 1.
+    """
+    present = model_reward(judgments)
+    if judgments.refereed is None:
+        return present
+    return (1 - weight) * present + weight * judgments.refereed.mean(axis=(0, 2))
+
+
 def classifier_reward(judgments: Judgments) -> np.ndarray:
     """Compute the quality of each classifier: the mean of its specificity and its sensitivity.
 

@@ -3,9 +3,12 @@
 `Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, `CoevolutionSection`, `RunSection`) hold every
 setting of a run; `load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and
 refuses what is wrong in one message (`ConfigurationError`); `to_toml` writes it back with every field explicit.
+`load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
+and `with_settings` see a configuration as dotted keys with values.
 """
 
 from ._errors import ConfigurationError, nearest
+from ._flat import flat_settings, with_settings
 from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
@@ -16,6 +19,7 @@ from ._sections import (
     PopulationSection,
     RunSection,
 )
+from ._study import Variant, load_variants
 from ._toml import to_toml
 
 __all__ = [
@@ -29,7 +33,11 @@ __all__ = [
     "ModelsSection",
     "PopulationSection",
     "RunSection",
+    "Variant",
+    "flat_settings",
     "load_configuration",
+    "load_variants",
     "nearest",
     "to_toml",
+    "with_settings",
 ]

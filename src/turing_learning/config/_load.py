@@ -17,11 +17,19 @@ from ._toml import UNBOUNDED, line_of, read_toml
 
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
-    "paper": {"models": {"minimum_step_size": 0.0}, "classifiers": {"minimum_step_size": 0.0}},
+    "paper": {
+        "models": {"minimum_step_size": 0.0},
+        "classifiers": {"minimum_step_size": 0.0},
+        "coevolution": {"archive": 0},
+    },
 }
-"""What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes."""
+"""What each preset changes: "paper" keeps to the text of the paper, which has neither a floor under the step sizes nor an
+archive of past classifiers."""
 
 DEFAULT_SCENARIO = "aggregation"
+
+STUDY_TABLES = ("grid", "list")
+"""What a file says of a study; see `load_variants`."""
 
 _RULES = {
     "run.threads": '"all" or an integer of at least 1',
@@ -30,7 +38,7 @@ _RULES = {
 
 
 @dataclass(frozen=True)
-class _Origins:
+class Origins:
     """Where each setting comes from, for messages."""
 
     path: Path | None = None
@@ -38,6 +46,7 @@ class _Origins:
     labels: Mapping[str, str] = field(default_factory=dict)
 
     def where(self, key: str) -> str:
+        """Return where a setting comes from, in brackets, or nothing."""
         for label_key in _ancestors(key):
             if label_key in self.labels:
                 return f" [{self.labels[label_key]}]"
@@ -81,11 +90,40 @@ def load_configuration(
     ConfigurationError
         If anything is refused; one message that says what, where, the value and what to do.
     """
-    if preset not in PRESETS:
-        raise ConfigurationError(f"`preset` must be a known preset; got {preset!r}. {nearest(preset, PRESETS)}")
     text, document = ("", {}) if path is None else read_toml(Path(path))
-    origins = _Origins(None if path is None else Path(path), text, _labels(overrides, labels))
-    data = _merged(_merged(PRESETS[preset], document), _nested(overrides or {}))
+    origins = Origins(None if path is None else Path(path), text, _labels(overrides, labels))
+    refuse_study(document, origins)
+    return resolve(merged(preset_named(preset), document), overrides or {}, scenario, origins)
+
+
+def preset_named(name: str) -> dict[str, Any]:
+    """Return what a preset changes.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is none of that name.
+    """
+    if name not in PRESETS:
+        raise ConfigurationError(f"`preset` must be a known preset; got {name!r}. {nearest(name, PRESETS)}")
+    return PRESETS[name]
+
+
+def refuse_study(document: Mapping[str, Any], origins: Origins) -> None:
+    """Raise ConfigurationError if a file describes a study."""
+    for key in STUDY_TABLES:
+        if key in document:
+            raise ConfigurationError(
+                f"`{key}` must be left out of the configuration of a single run; got one{origins.where(key)}. "
+                "Run the file as a study: `turing-learning study --config FILE`."
+            )
+
+
+def resolve(
+    document: Mapping[str, Any], overrides: Mapping[str, Any], scenario: str | Scenario | None, origins: Origins
+) -> Configuration:
+    """Return the configuration of a document with single settings over it; see `load_configuration`."""
+    data = merged(document, _nested(overrides))
     data["scenario"] = _scenario_data(data.get("scenario"), scenario, origins)
     _refuse_unknown_keys(data, origins)
     for section in ("models", "classifiers"):
@@ -119,18 +157,19 @@ def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a document with another over it, table by table."""
     result = dict(base)
     for key, value in over.items():
         below = result.get(key)
         if key == "scenario" and isinstance(below, str) and isinstance(value, Mapping):
             below = {"preset": below}
         both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        result[key] = _merged(below, value) if both else value  # type: ignore[arg-type]
+        result[key] = merged(below, value) if both else value  # type: ignore[arg-type]
     return result
 
 
-def _scenario_data(given: Any, asked: str | Scenario | None, origins: _Origins) -> Any:
+def _scenario_data(given: Any, asked: str | Scenario | None, origins: Origins) -> Any:
     if not isinstance(given, str | Mapping | None):
         raise ConfigurationError(
             f"`scenario` must be a name or a table; got {given!r}{origins.where('scenario')}. "
@@ -139,10 +178,10 @@ def _scenario_data(given: Any, asked: str | Scenario | None, origins: _Origins) 
     table = {"preset": given} if isinstance(given, str) else dict(given or {})
     named = table.pop("preset", None)
     base = _base_scenario(named, table.get("name"), asked, origins)
-    return _without_unbounded(_merged(base, table))
+    return _without_unbounded(merged(base, table))
 
 
-def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins: _Origins) -> dict[str, Any]:
+def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins: Origins) -> dict[str, Any]:
     if named is not None:
         _known_scenario(named, origins.where("scenario.preset"))
     if isinstance(asked, Scenario):
@@ -192,7 +231,7 @@ def _all_keys(kind: Any, prefix: str = "") -> Iterator[str]:
 
 
 def _refuse_unknown_keys(
-    data: Mapping[str, Any], origins: _Origins, kind: Any = Configuration, prefix: str = ""
+    data: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = ""
 ) -> None:
     known = _children(kind)
     for name, value in data.items():
@@ -217,7 +256,7 @@ def _shown(value: Any) -> str:
     return "a table" if isinstance(value, Mapping) else repr(value)
 
 
-def _split_population(values: Mapping[str, Any], section: str, origins: _Origins) -> dict[str, Any]:
+def _split_population(values: Mapping[str, Any], section: str, origins: Origins) -> dict[str, Any]:
     key = f"{section}.population"
     rest = {name: value for name, value in values.items() if name != "population"}
     population = values["population"]
@@ -234,14 +273,14 @@ def _split_population(values: Mapping[str, Any], section: str, origins: _Origins
     return {**rest, "parents": population // 2, "offspring": population // 2}
 
 
-def _validated(data: dict[str, Any], origins: _Origins) -> Configuration:
+def _validated(data: dict[str, Any], origins: Origins) -> Configuration:
     try:
         return Configuration.model_validate_json(json.dumps(data, default=str), strict=True)
     except ValidationError as error:
         raise ConfigurationError(_message(error, data, origins)) from error
 
 
-def _message(error: ValidationError, data: Mapping[str, Any], origins: _Origins) -> str:
+def _message(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> str:
     first = error.errors(include_url=False)[0]
     key = _key_of(first["loc"])
     if first["type"] == "value_error":
@@ -271,7 +310,7 @@ def _looked_up(data: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def _placed(message: str, section: str, origins: _Origins) -> str:
+def _placed(message: str, section: str, origins: Origins) -> str:
     """Name the setting in full and say where it comes from, in a finished message."""
     named = re.match(r"`([\w.]+)", message)
     name = named[1] if named else ""

@@ -63,14 +63,23 @@ class ClassifiersSection(PopulationSection):
 
 
 class CoevolutionSection(Section):
-    """The interplay of the two populations. No options yet."""
+    """The interplay of the two populations.
+
+    `archive` is the number of past classifiers that go on judging models, 0 for none as in the paper; `archive_weight` is
+    their share of a model's reward.
+    """
+
+    archive: Annotated[int, Field(ge=0)] = 100
+    archive_weight: Annotated[float, Field(ge=0, le=1)] = 0.5
 
 
 class RunSection(Section):
     """How long and with what to run.
 
     `threads` is "all" or a number; the results do not depend on it. The run is saved after every `checkpoint_every`
-    generations. The estimate is a median over the last `estimate_window` generations.
+    generations. The estimate is a median over the last `estimate_window` generations. With `history` "full" both
+    populations of every generation are kept, and the run ends with figures and a report; with "thin" only the best and
+    typical models and the quartiles of the fitness, in a hundredth of the space, as studies of many runs do.
     """
 
     generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000
@@ -78,6 +87,7 @@ class RunSection(Section):
     threads: Literal["all"] | Count = "all"
     checkpoint_every: Count = 50
     estimate_window: Count = 100
+    history: Literal["full", "thin"] = "full"
 
 
 class Configuration(Section):

@@ -1,12 +1,20 @@
 """From a configuration to the loop that it describes."""
 
+from functools import partial
+from typing import Any
+
 from turing_learning.classifiers import ElmanClassifier
-from turing_learning.coevolution import Coevolution, PassiveInterrogation
+from turing_learning.coevolution import (
+    ClassifierArchive,
+    Coevolution,
+    PassiveInterrogation,
+    refereed_model_reward,
+)
 from turing_learning.config import Configuration, PopulationSection
 from turing_learning.evolution import EvolutionStrategy
 from turing_learning.swarm import MixedSwarm
 
-MODELS, CLASSIFIERS, INTERROGATION, REPLAY = range(1, 5)
+MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE = range(1, 6)
 """Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet."""
 
 
@@ -26,7 +34,18 @@ def assemble(configuration: Configuration) -> Coevolution:
         _optimizer(configuration.models, len(scenario.parameter_names), (MODELS, seed)),
         _optimizer(configuration.classifiers, classifier.parameters, (CLASSIFIERS, seed)),
         seed=(INTERROGATION, seed),
+        **_archive(configuration),
     )
+
+
+def _archive(configuration: Configuration) -> dict[str, Any]:
+    section = configuration.coevolution
+    if section.archive == 0:
+        return {}
+    return {
+        "archive": ClassifierArchive(section.archive, seed=(ARCHIVE, configuration.run.seed)),
+        "reward_models": partial(refereed_model_reward, weight=section.archive_weight),
+    }
 
 
 def classifier_of(configuration: Configuration) -> ElmanClassifier:

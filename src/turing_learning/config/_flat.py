@@ -1,0 +1,47 @@
+"""A configuration as single settings."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from ._sections import Configuration
+
+
+def flat_settings(configuration: Configuration) -> dict[str, Any]:
+    """Return every setting of a configuration: dotted key -> value, lists for tuples."""
+    return _flattened(configuration.model_dump(mode="json"))
+
+
+def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> Configuration:
+    """Return a configuration with some settings replaced.
+
+    Parameters
+    ----------
+    configuration
+        Resolved.
+    settings
+        Dotted key -> value, as `flat_settings` gives them.
+
+    Raises
+    ------
+    ValueError
+        If a setting is unknown or breaks a rule.
+    """
+    data = configuration.model_dump(mode="json")
+    for key, value in settings.items():
+        *tables, name = key.split(".")
+        table = data
+        for part in tables:
+            table = table.setdefault(part, {})
+        table[name] = value
+    return Configuration.model_validate_json(json.dumps(data), strict=True)
+
+
+def _flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            flat |= _flattened(value, f"{prefix}{key}.")
+        else:
+            flat[prefix + key] = value
+    return flat

@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+
+from turing_learning.coevolution import ClassifierArchive, Judgments, model_reward, refereed_model_reward
+
+
+def filled(capacity, offered, seed=1):
+    archive = ClassifierArchive(capacity, seed=seed)
+    for k in range(offered):
+        archive.admit(np.array([float(k), -1.0]))
+    return archive
+
+
+def test_everything_is_kept_until_the_archive_is_full():
+    np.testing.assert_array_equal(filled(5, 3).genomes[:, 0], [0, 1, 2])
+
+
+def test_a_full_archive_keeps_its_size():
+    assert filled(5, 100).genomes.shape == (5, 2)
+
+
+def test_every_generation_has_the_same_chance_to_be_kept():
+    kept = np.concatenate([filled(10, 50, seed=seed).genomes[:, 0] for seed in range(200)]).astype(int)
+    counts = np.bincount(kept, minlength=50)
+    # 200 archives of 10 out of 50: 40 expected for each, variance 200 * 0.2 * 0.8 = 32; 4.5 standard deviations are 25.
+    assert counts.min() > 40 - 25
+    assert counts.max() < 40 + 25
+
+
+def test_a_restored_archive_goes_on_as_if_nothing_had_happened():
+    whole = filled(4, 30)
+    part = filled(4, 12)
+    copy = ClassifierArchive(4, seed=1)
+    copy.restore(part.state())
+    for k in range(12, 30):
+        copy.admit(np.array([float(k), -1.0]))
+    np.testing.assert_array_equal(copy.genomes, whole.genomes)
+
+
+def test_a_capacity_below_one_is_refused():
+    with pytest.raises(ValueError, match="`capacity` must be 1 or more; got 0"):
+        ClassifierArchive(0, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("state", "message"),
+    [
+        ({"genomes": np.zeros((2, 3))}, r"`state` must hold 'genomes' and 'seen'; got \['genomes'\]"),
+        ({"genomes": np.zeros((9, 3)), "seen": np.array(9)}, r"at most 4 finite classifiers .* got shape \(9, 3\)"),
+    ],
+)
+def test_a_state_that_does_not_fit_is_refused(state, message):
+    with pytest.raises(ValueError, match=message):
+        ClassifierArchive(4, seed=1).restore(state)
+
+
+def judgments(referees):
+    present = np.array([[[0.9], [0.1]], [[0.9], [0.9]]])
+    return Judgments(np.full((2, 3), 0.9), present, referees)
+
+
+def test_referees_have_their_share_of_a_models_reward():
+    refereed = judgments(np.array([[[0.2], [0.8]], [[0.2], [0.2]], [[0.7], [0.1]], [[0.2], [0.1]]]))
+    np.testing.assert_allclose(model_reward(refereed), [1.0, 0.5])
+    np.testing.assert_allclose(refereed_model_reward(refereed, 0.5), [0.5 + 0.5 / 4, 0.25 + 0.5 / 4])
+
+
+def test_without_referees_the_reward_is_equation_1():
+    np.testing.assert_array_equal(refereed_model_reward(judgments(None)), model_reward(judgments(None)))
+
+
+def test_referees_must_have_judged_the_same_models():
+    with pytest.raises(
+        ValueError, match=r"`referee_outputs` must be of shape \(B, M, C\) = \(any, 2, 1\); got \(4, 3, 1\)"
+    ):
+        judgments(np.full((4, 3, 1), 0.5))
