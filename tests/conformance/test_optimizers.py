@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Optimizer
+from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Optimizer, RenewedOptimizer
 
 DIMENSION = 3
 SIZE = 12
@@ -20,9 +20,14 @@ def cma_evolution_strategy(**settings) -> Optimizer:
     return CMAEvolutionStrategy(**{"dimension": DIMENSION, "size": SIZE, **settings})
 
 
+def renewed(*, seed=0, **settings) -> Optimizer:
+    return RenewedOptimizer(lambda k: evolution_strategy(seed=seed if k == 0 else [77, k], **settings), 3, last=3)
+
+
 OPTIMIZERS: dict[str, Callable[..., Optimizer]] = {
     "EvolutionStrategy": evolution_strategy,
     "CMAEvolutionStrategy": cma_evolution_strategy,
+    "RenewedOptimizer": renewed,
 }
 
 

@@ -19,12 +19,12 @@ PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "paper": {
         "models": {"minimum_step_size": 0.0},
-        "classifiers": {"minimum_step_size": 0.0},
+        "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
         "coevolution": {"archive": 0},
     },
 }
-"""What each preset changes: "paper" keeps to the text of the paper, which has neither a floor under the step sizes nor an
-archive of past classifiers."""
+"""What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
+past classifiers and no renewal of the present ones."""
 
 DEFAULT_SCENARIO = "aggregation"
 

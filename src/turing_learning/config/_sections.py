@@ -54,11 +54,15 @@ class ModelsSection(PopulationSection):
 class ClassifiersSection(PopulationSection):
     """The population of classifiers and their networks.
 
+    After every `renewal` generations, but not in the last ones, the population is replaced by random classifiers; 0 for
+    never, as in the paper.
+
     `input_scale` divides the inputs of the networks: "robot" takes the largest speeds of the scenario's robot, a list
     gives one positive number (cm/s, rad/s) for each signal.
     """
 
     hidden: Count = 5
+    renewal: Annotated[int, Field(ge=0)] = 100
     input_scale: Literal["robot"] | tuple[Positive, ...] = "robot"
 
 

@@ -6,6 +6,7 @@ The room knows no robots, no models and no classifiers; it imports nothing but n
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
 `EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``baselines``), behind the same protocol.
+`RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.
 ===========================  ===============================================================================
@@ -15,5 +16,14 @@ from ._cma import CMAEvolutionStrategy
 from ._evolution_strategy import EvolutionStrategy
 from ._optimizer import Optimizer
 from ._randomness import Seed, check_seed, generation_rng
+from ._renewal import RenewedOptimizer
 
-__all__ = ["CMAEvolutionStrategy", "EvolutionStrategy", "Optimizer", "Seed", "check_seed", "generation_rng"]
+__all__ = [
+    "CMAEvolutionStrategy",
+    "EvolutionStrategy",
+    "Optimizer",
+    "RenewedOptimizer",
+    "Seed",
+    "check_seed",
+    "generation_rng",
+]

@@ -11,7 +11,7 @@ from turing_learning.coevolution import (
     refereed_model_reward,
 )
 from turing_learning.config import Configuration, PopulationSection
-from turing_learning.evolution import EvolutionStrategy
+from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.swarm import MixedSwarm
 
 MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE = range(1, 6)
@@ -32,9 +32,21 @@ def assemble(configuration: Configuration) -> Coevolution:
     return Coevolution(
         interrogation,
         _optimizer(configuration.models, len(scenario.parameter_names), (MODELS, seed)),
-        _optimizer(configuration.classifiers, classifier.parameters, (CLASSIFIERS, seed)),
+        _classifiers(configuration, classifier.parameters),
         seed=(INTERROGATION, seed),
         **_archive(configuration),
+    )
+
+
+def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
+    """Return the classifiers' optimizer, renewed for the last time at least one interval before the end."""
+    section, run = configuration.classifiers, configuration.run
+    if section.renewal == 0:
+        return _optimizer(section, parameters, (CLASSIFIERS, run.seed))
+    return RenewedOptimizer(
+        lambda k: _optimizer(section, parameters, (CLASSIFIERS, run.seed, k)),
+        section.renewal,
+        last=max(run.generations - section.renewal, 0),
     )
 
 
@@ -58,7 +70,7 @@ def classifier_of(configuration: Configuration) -> ElmanClassifier:
     )
 
 
-def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, int]) -> EvolutionStrategy:
+def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...]) -> EvolutionStrategy:
     return EvolutionStrategy(
         dimension,
         parents=section.parents,
