@@ -3,18 +3,19 @@
 import math
 
 from .compile import inlined
-from .world import State, World
+from .party import Party
+from .world import World
 
 RESTITUTION = 0.9
 """Coefficient of every body; a contact uses the product of two."""
 
 
 @inlined
-def push_apart(i: int, j: int, w: int, world: World, state: State) -> bool:
-    """Resolve the contact of bodies i < j if their disks overlap; return whether they did."""
-    dx = state.x[i, w] - state.x[j, w]
-    dy = state.y[i, w] - state.y[j, w]
-    reach = world.radius[i] + world.radius[j]
+def push_apart(i: int, j: int, party: Party) -> bool:
+    """Resolve the contact of members i < j if their disks overlap; return whether they did."""
+    dx = party.x[i] - party.x[j]
+    dy = party.y[i] - party.y[j]
+    reach = party.radius[i] + party.radius[j]
     square = dx * dx + dy * dy
     if not square < reach * reach:
         return False
@@ -23,46 +24,45 @@ def push_apart(i: int, j: int, w: int, world: World, state: State) -> bool:
         nx, ny = dx / distance, dy / distance
     else:
         nx, ny = 1.0, 0.0
-    inverse_mass = world.inverse_mass[i] + world.inverse_mass[j]
-    shift = (reach - distance) / inverse_mass
-    state.x[i, w] += nx * shift * world.inverse_mass[i]
-    state.y[i, w] += ny * shift * world.inverse_mass[i]
-    state.x[j, w] -= nx * shift * world.inverse_mass[j]
-    state.y[j, w] -= ny * shift * world.inverse_mass[j]
-    exchange_impulse(i, j, w, nx, ny, world, state)
+    shift = (reach - distance) / (party.inverse_mass[i] + party.inverse_mass[j])
+    party.x[i] += nx * shift * party.inverse_mass[i]
+    party.y[i] += ny * shift * party.inverse_mass[i]
+    party.x[j] -= nx * shift * party.inverse_mass[j]
+    party.y[j] -= ny * shift * party.inverse_mass[j]
+    exchange_impulse(i, j, nx, ny, party)
     return True
 
 
 @inlined
-def exchange_impulse(i: int, j: int, w: int, nx: float, ny: float, world: World, state: State) -> None:
+def exchange_impulse(i: int, j: int, nx: float, ny: float, party: Party) -> None:
     """Exchange an impulse along the normal (nx, ny), from j to i, at the contact point on the boundary of j.
 
     Applied also when the bodies already separate.
     """
-    contact_x = state.x[j, w] + nx * world.radius[j]
-    contact_y = state.y[j, w] + ny * world.radius[j]
-    ax, ay = contact_x - state.x[i, w], contact_y - state.y[i, w]
-    bx, by = contact_x - state.x[j, w], contact_y - state.y[j, w]
-    relative_x = (state.vx[i, w] - state.turn[i, w] * ay) - (state.vx[j, w] - state.turn[j, w] * by)
-    relative_y = (state.vy[i, w] + state.turn[i, w] * ax) - (state.vy[j, w] + state.turn[j, w] * bx)
+    contact_x = party.x[j] + nx * party.radius[j]
+    contact_y = party.y[j] + ny * party.radius[j]
+    ax, ay = contact_x - party.x[i], contact_y - party.y[i]
+    bx, by = contact_x - party.x[j], contact_y - party.y[j]
+    relative_x = (party.vx[i] - party.turn[i] * ay) - (party.vx[j] - party.turn[j] * by)
+    relative_y = (party.vy[i] + party.turn[i] * ax) - (party.vy[j] + party.turn[j] * bx)
     cross_a = ax * ny - ay * nx
     cross_b = bx * ny - by * nx
     impulse = (
         -(1.0 + RESTITUTION * RESTITUTION)
         * (relative_x * nx + relative_y * ny)
         / (
-            world.inverse_mass[i]
-            + world.inverse_mass[j]
-            + cross_a * cross_a * world.inverse_inertia[i]
-            + cross_b * cross_b * world.inverse_inertia[j]
+            party.inverse_mass[i]
+            + party.inverse_mass[j]
+            + cross_a * cross_a * party.inverse_inertia[i]
+            + cross_b * cross_b * party.inverse_inertia[j]
         )
     )
-    state.vx[i, w] += impulse * nx * world.inverse_mass[i]
-    state.vy[i, w] += impulse * ny * world.inverse_mass[i]
-    state.turn[i, w] += impulse * cross_a * world.inverse_inertia[i]
-    state.vx[j, w] -= impulse * nx * world.inverse_mass[j]
-    state.vy[j, w] -= impulse * ny * world.inverse_mass[j]
-    state.turn[j, w] -= impulse * cross_b * world.inverse_inertia[j]
+    party.vx[i] += impulse * nx * party.inverse_mass[i]
+    party.vy[i] += impulse * ny * party.inverse_mass[i]
+    party.turn[i] += impulse * cross_a * party.inverse_inertia[i]
+    party.vx[j] -= impulse * nx * party.inverse_mass[j]
+    party.vy[j] -= impulse * ny * party.inverse_mass[j]
+    party.turn[j] -= impulse * cross_b * party.inverse_inertia[j]
 
 
 @inlined
@@ -76,8 +76,8 @@ def bounced(position: float, speed: float, radius: float, length: float) -> tupl
 
 
 @inlined
-def keep_inside(i: int, w: int, world: World, state: State) -> None:
-    """Put a body that crosses a wall back to touch it and reflect its velocity towards the wall."""
-    radius = world.radius[i]
-    state.x[i, w], state.vx[i, w] = bounced(state.x[i, w], state.vx[i, w], radius, world.width)
-    state.y[i, w], state.vy[i, w] = bounced(state.y[i, w], state.vy[i, w], radius, world.height)
+def keep_inside(i: int, world: World, party: Party) -> None:
+    """Put a member that crosses a wall back to touch it and reflect its velocity towards the wall."""
+    radius = party.radius[i]
+    party.x[i], party.vx[i] = bounced(party.x[i], party.vx[i], radius, world.width)
+    party.y[i], party.vy[i] = bounced(party.y[i], party.vy[i], radius, world.height)

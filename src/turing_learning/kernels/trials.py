@@ -1,26 +1,28 @@
 """Run trials of a swarm from start to end."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
 from .compile import compile_cached, inlined
 from .geometry import sines_and_cosines
-from .motion import (
-    advance_involved,
-    clear_marks,
-    command_wheels,
-    glide_free_robots,
-    may_touch,
-    reach_of_robot,
-    set_object_reach,
-)
+from .involved import advance_involved, clear_marks, may_touch, new_pairs
+from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
+from .party import Party, new_party
+from .rays import read_sensors
 from .sensing import sense
+from .tiles import REORDER_CYCLES, Tiles, new_tiles, renew_boxes, renew_order
 from .world import State, World, new_state
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
+MANY = 40
+"""Up to this number of bodies, plain loops over all pairs are faster, above it tiles, one trial at a time."""
+
+
+def slots_of(bodies: int) -> int:
+    """Return the largest number of trials that are advanced side by side; those of many bodies are advanced one by one."""
+    return 1 if bodies > MANY else SLOTS
 
 
 @inlined
@@ -34,20 +36,43 @@ def start_trial(poses: np.ndarray, controllers: np.ndarray, w: int, world: World
 
 
 @inlined
-def look(world: World, state: State) -> None:
+def sense_in_tiles(cycle: int, world: World, state: State, tiles: Tiles) -> None:
+    """Read the sensors of the only trial, one of many bodies, and bring its tiles up to date."""
+    x, y = state.x[:, 0], state.y[:, 0]
+    if cycle % REORDER_CYCLES == 0:
+        renew_order(x, y, tiles)
+    renew_boxes(x, y, world.sight_radius, state.reach[:, 0], tiles)
+    read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
+    state.crowd[0] = 1.0
+
+
+@inlined
+def look(cycle: int, world: World, state: State, tiles: Tiles | None) -> None:
     """Bring the headings' sines, the reaches and the sensor readings up to date."""
     sines_and_cosines(state.heading.reshape(-1), state.sine.reshape(-1), state.cosine.reshape(-1))
     if world.bodies > world.robots:
         for w in range(state.crowd.shape[0]):
             set_object_reach(w, world, state)
-    sense(world, state)
+    if tiles is None:
+        sense(world, state)
+    else:
+        sense_in_tiles(cycle, world, state, tiles)
 
 
 @inlined
 def act(
-    block: int, slots: int, cycle: int, controllers: np.ndarray, keys: np.ndarray, world: World, state: State
+    block: int,
+    cycle: int,
+    controllers: np.ndarray,
+    keys: np.ndarray,
+    world: World,
+    state: State,
+    pairs: np.ndarray,
+    party: Party,
+    tiles: Tiles | None,
 ) -> None:
-    """Command the robots of trials block ... block + slots - 1 and advance everything by a control cycle."""
+    """Command the robots of the trials from `block` on, one in each slot, and advance everything by a control cycle."""
+    slots = state.crowd.shape[0]
     for i in range(world.robots):
         for w in range(slots):
             state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
@@ -56,7 +81,7 @@ def act(
     clear_marks(state)
     for w in range(slots):
         if may_touch(w, world, state):
-            advance_involved(w, world, state)
+            advance_involved(w, world, state, pairs, party, tiles)
     glide_free_robots(world, state)
 
 
@@ -83,29 +108,8 @@ def record(poses: np.ndarray, sensors: np.ndarray, w: int, world: World, state: 
         sensors[i] = state.reading[i, w]
 
 
-def _observe_trials(
+def _advance_trials(
     block: int,
-    slots: int,
-    initial: np.ndarray,
-    controllers: np.ndarray,
-    keys: np.ndarray,
-    speeds: np.ndarray,
-    world: World,
-    state: State,
-) -> None:
-    """Run trials block ... block + slots - 1: initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2)."""
-    for w in range(slots):
-        start_trial(initial[block + w], controllers[block + w], w, world, state)
-    for cycle in range(speeds.shape[2]):
-        look(world, state)
-        act(block, slots, cycle, controllers, keys, world, state)
-        for w in range(slots):
-            write_speeds(speeds[block + w], cycle, w, world, state)
-
-
-def _record_trials(
-    block: int,
-    slots: int,
     initial: np.ndarray,
     controllers: np.ndarray,
     keys: np.ndarray,
@@ -114,35 +118,49 @@ def _record_trials(
     sensors: np.ndarray,
     world: World,
     state: State,
+    pairs: np.ndarray,
+    party: Party,
+    tiles: Tiles | None,
 ) -> None:
-    """Run trials as above and record poses (R, T + 1, B, 3) and sensor readings (R, T + 1, A) too."""
+    """Run the trials from `block` on, one in each slot of the state.
+
+    initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are empty also poses (R, T + 1, B, 3)
+    and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`.
+    """
+    recorded = poses.shape[0] > 0
+    slots = state.crowd.shape[0]
     for w in range(slots):
         start_trial(initial[block + w], controllers[block + w], w, world, state)
-    for cycle in range(speeds.shape[2] + 1):
-        look(world, state)
-        for w in range(slots):
-            record(poses[block + w, cycle], sensors[block + w, cycle], w, world, state)
+    for cycle in range(speeds.shape[2] + recorded):
+        look(cycle, world, state, tiles)
+        if recorded:
+            for w in range(slots):
+                record(poses[block + w, cycle], sensors[block + w, cycle], w, world, state)
         if cycle < speeds.shape[2]:
-            act(block, slots, cycle, controllers, keys, world, state)
+            act(block, cycle, controllers, keys, world, state, pairs, party, tiles)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)
 
 
-_observe = compile_cached(_observe_trials)
-_record = compile_cached(_record_trials)
-
-
-def _run_in_blocks(kernel: Callable, start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
-    for block in range(start, stop, SLOTS):
-        slots = min(SLOTS, stop - block)
-        kernel(block, slots, *arrays, world, new_state(slots, world.bodies))
-
-
-def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
-    """Fill speeds (R, A, T, 2) of trials start ... stop - 1 from initial poses, controllers and keys."""
-    _run_in_blocks(_observe, start, stop, *arrays, world=world)
+_advance = compile_cached(_advance_trials)
 
 
 def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
-    """Fill speeds, poses (R, T + 1, B, 3) and sensor readings (R, T + 1, A) of trials start ... stop - 1."""
-    _run_in_blocks(_record, start, stop, *arrays, world=world)
+    """Fill speeds, poses (R, T + 1, B, 3) and sensor readings (R, T + 1, A) of trials start ... stop - 1.
+
+    The other arrays are initial poses, controllers and keys.
+    """
+    side_by_side = slots_of(world.bodies)
+    state = new_state(min(side_by_side, stop - start), world.bodies)
+    pairs, party = new_pairs(world.bodies), new_party(world.bodies)
+    tiles = new_tiles(world.bodies, len(pairs)) if world.bodies > MANY else None
+    for block in range(start, stop, side_by_side):
+        if stop - block < len(state.crowd):
+            state = new_state(stop - block, world.bodies)
+        _advance(block, *arrays, world, state, pairs, party, tiles)
+
+
+def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
+    """Fill the speeds (R, A, T, 2) alone."""
+    nothing = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0), np.int8)
+    record_trials(start, stop, *arrays, *nothing, world=world)

@@ -50,9 +50,6 @@ class State(NamedTuple):
     crowd: np.ndarray  # (slots,) float, number of (robot, body) pairs within reach of each other
     reading: np.ndarray  # int64, sensor state
     near: np.ndarray  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
-    involved: np.ndarray  # (bodies,) int64, the bodies of one trial with near = 1, in order
-    pairs: np.ndarray  # (pairs, 2) int64, bodies of one trial that are near each other, in order
-    saved: np.ndarray  # (6, bodies) motion of the bodies involved at the start of the cycle
     work: np.ndarray  # (9, bodies, slots) angles, sines and cosines
 
 
@@ -78,8 +75,5 @@ def new_state(slots: int, bodies: int) -> State:
         crowd=np.zeros(slots),
         reading=marks[0],
         near=marks[1],
-        involved=np.zeros(bodies, np.int64),
-        pairs=np.empty((max(bodies * (bodies - 1) // 2, 1), 2), np.int64),
-        saved=np.empty((6, bodies)),
         work=np.zeros((9, bodies, slots)),
     )

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ..kernels.parallel import run_range
-from ..kernels.trials import SLOTS, observe_trials, record_trials
+from ..kernels.trials import observe_trials, record_trials, slots_of
 from ..kernels.world import World
 from ._scenario import Scenario
 
@@ -130,14 +130,20 @@ def simulate(
     result = Simulation(
         poses=np.empty((trials, control_steps + 1, robots + objects, 3)),
         sensors=np.empty((trials, control_steps + 1, robots), np.int8),
-        speeds=np.empty((trials, robots, control_steps, 2)),
+        speeds=_new_speeds(trials, robots, control_steps),
     )
     poses = poses.copy()
     poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
     world = build_world(scenario, robots, objects, noise)
     outputs = (result.speeds, result.poses, result.sensors)
-    run_range(partial(record_trials, world=world), trials, threads, poses, controllers, keys, *outputs, grain=SLOTS)
+    grain = slots_of(world.bodies)
+    run_range(partial(record_trials, world=world), trials, threads, poses, controllers, keys, *outputs, grain=grain)
     return result
+
+
+def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
+    """Return room for speeds (R, A, T, 2), in memory robot by robot: so they are judged."""
+    return np.empty((robots, trials, steps, 2)).transpose(1, 0, 2, 3)
 
 
 def observe(
@@ -149,9 +155,10 @@ def observe(
 ) -> np.ndarray:
     """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
-    speeds = np.empty((robots, trials, scenario.control_steps, 2)).transpose(1, 0, 2, 3)
+    speeds = _new_speeds(trials, robots, scenario.control_steps)
     world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise)
-    run_range(partial(observe_trials, world=world), trials, threads, poses, controllers, keys, speeds, grain=SLOTS)
+    grain = slots_of(world.bodies)
+    run_range(partial(observe_trials, world=world), trials, threads, poses, controllers, keys, speeds, grain=grain)
     return speeds
 
 

@@ -1,0 +1,122 @@
+"""The physics steps of a control cycle, for the bodies that may touch something.
+
+Only the pairs that are near are looked at. This is exact as long as no body moves farther in the cycle than its reach allows: a
+pair left out has a distance of at least the two reaches, each a radius and a largest travel. Every movement is checked against
+this; where one exceeds it, the cycle is begun anew with a larger reach, and in the end with all pairs of all bodies.
+"""
+
+import math
+
+import numpy as np
+
+from .compile import inlined
+from .contacts import keep_inside, push_apart
+from .geometry import sines_and_cosines, wrapped
+from .party import Party
+from .world import World
+
+ALL_PAIRS = -1
+"""Number of listed pairs that stands for every pair."""
+
+
+@inlined
+def slowed(speed_x: float, speed_y: float, friction: float, dt: float) -> tuple[float, float]:
+    """Return a gliding velocity after one step of dry and viscous friction."""
+    speed = math.sqrt(speed_x * speed_x + speed_y * speed_y)
+    if speed < friction * dt or speed == 0.0:
+        return 0.0, 0.0
+    ax = -friction * speed_x / speed - 0.01 * speed_x
+    ay = -friction * speed_y / speed - 0.01 * speed_y
+    return speed_x + ax * dt, speed_y + ay * dt
+
+
+@inlined
+def set_robot_velocities(robots: int, dt: float, party: Party) -> None:
+    """Give the first `robots` members the velocities commanded, along heading + (turn rate before) dt / 2."""
+    angles, sines, cosines = party.work[0], party.work[1], party.work[2]
+    for k in range(robots):
+        angles[k] = party.heading[k] + party.turn[k] * dt * 0.5
+    sines_and_cosines(angles[:robots], sines[:robots], cosines[:robots])
+    for k in range(robots):
+        party.vx[k] = party.forward[k] * cosines[k]
+        party.vy[k] = party.forward[k] * sines[k]
+        party.turn[k] = party.command[k]
+
+
+@inlined
+def set_object_velocities(robots: int, members: int, dt: float, deceleration: float, party: Party) -> None:
+    """Slow down the members after the first `robots`."""
+    for k in range(robots, members):
+        party.vx[k], party.vy[k] = slowed(party.vx[k], party.vy[k], deceleration, dt)
+        party.turn[k], _ = slowed(party.turn[k], 0.0, deceleration, dt)
+
+
+@inlined
+def strays(k: int, party: Party) -> bool:
+    """Return whether a member is farther from its start than its reach allows."""
+    dx = party.x[k] - party.start_x[k]
+    dy = party.y[k] - party.start_y[k]
+    return not dx * dx + dy * dy <= party.travel[k]
+
+
+@inlined
+def advance_positions(members: int, dt: float, party: Party) -> int:
+    """Advance positions and headings by a physics step; return the number of members that stray."""
+    astray = 0
+    for k in range(members):
+        party.x[k] += party.vx[k] * dt
+        party.y[k] += party.vy[k] * dt
+        party.heading[k] = party.heading[k] + party.turn[k] * dt
+        astray += strays(k, party)
+    return astray
+
+
+@inlined
+def resolve_contacts(members: int, listed: int, pairs: np.ndarray, party: Party) -> int:
+    """Resolve the contacts of the listed pairs of members, in order; return how often a member was pushed astray."""
+    count = members * (members - 1) // 2 if listed == ALL_PAIRS else listed
+    astray = 0
+    i, j = 0, 0
+    for k in range(count):
+        if listed == ALL_PAIRS:
+            j += 1
+            if j == members:
+                i += 1
+                j = i + 1
+        else:
+            i, j = pairs[k, 0], pairs[k, 1]
+        if push_apart(i, j, party):
+            astray += strays(i, party) + strays(j, party)
+    return astray
+
+
+@inlined
+def finish_step(members: int, world: World, party: Party) -> int:
+    """Keep the members inside the arena and wrap their headings; return the number of members that stray."""
+    astray = 0
+    if world.width > 0.0:
+        for k in range(members):
+            keep_inside(k, world, party)
+            astray += strays(k, party)
+    for k in range(members):
+        party.heading[k] = wrapped(party.heading[k])
+    return astray
+
+
+@inlined
+def step_cycle(robots: int, members: int, listed: int, pairs: np.ndarray, world: World, party: Party) -> bool:
+    """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members, or with all.
+
+    Returns False, with the cycle incomplete, as soon as a member strays; never if all pairs are considered.
+    """
+    dt = world.interval / world.substeps
+    for _ in range(world.substeps):
+        set_robot_velocities(robots, dt, party)
+        set_object_velocities(robots, members, dt, world.deceleration, party)
+        astray = advance_positions(members, dt, party)
+        if astray == 0 or listed == ALL_PAIRS:
+            astray = resolve_contacts(members, listed, pairs, party)
+        astray += finish_step(members, world, party)
+        if astray > 0 and listed != ALL_PAIRS:
+            return False
+    return True
