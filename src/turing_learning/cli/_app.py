@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from . import _study
 from ._main import Interrupted
 
 if TYPE_CHECKING:
@@ -22,13 +23,14 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+_study.register(app)
 
 ThreadsOption = Annotated[
     int | None,
     typer.Option("--threads", metavar="N", help="Number of threads; all by default. The result does not depend on it."),
 ]
 ForceOption = Annotated[bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")]
-RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")]
+RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a study folder.")]
 
 
 def _version(asked: bool) -> None:
@@ -95,8 +97,8 @@ def infer(
             f"`SCENARIO` must be given, or a file with --config; got neither. Choose from: {names}."
         )
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    given = {key: _value(text) for key, text in options.items() if text is not None}
-    overrides = _parsed(settings or []) | given
+    given = {key: toml_value(text) for key, text in options.items() if text is not None}
+    overrides = parsed(settings or []) | given
     labels = {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in overrides}
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
     path = out or new_run_path(configuration)
@@ -104,11 +106,25 @@ def infer(
 
 
 @app.command(epilog="Example: turing-learning resume runs/aggregation-20261121-093015-seed1")
-def resume(run: RunArgument, threads: ThreadsOption = None) -> None:
-    """Go on with a run that was stopped or killed; the result is as if it never had been."""
+def resume(
+    run: RunArgument,
+    threads: ThreadsOption = None,
+    workers: _study.WorkersOption = None,
+    cluster: _study.ClusterOption = None,
+) -> None:
+    """Go on with a run or study that was stopped or killed; the result is as if it never had been."""
     from turing_learning.config import ConfigurationError
     from turing_learning.runs import resume as resume_run
+    from turing_learning.studies import is_study
 
+    options = {"threads": threads} if is_study(run) else {"workers": workers, "cluster": cluster}
+    for name, value in options.items():
+        if value is not None:
+            what = "study, whose runs have one thread each" if is_study(run) else "single run"
+            raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
+    if is_study(run):
+        _study.resume(run, workers, cluster)
+        return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
     _execute(lambda **watch: resume_run(run, threads=threads, **watch), run)
@@ -116,13 +132,17 @@ def resume(run: RunArgument, threads: ThreadsOption = None) -> None:
 
 @app.command(epilog="Example: turing-learning show runs/aggregation-20261121-093015-seed1")
 def show(run: RunArgument) -> None:
-    """Print what a run has inferred so far."""
+    """Print what a run or study has inferred so far."""
     from rich.console import Console
 
     from turing_learning.runs import load_run
+    from turing_learning.studies import is_study
 
     from ._tables import print_result
 
+    if is_study(run):
+        _study.show(run)
+        return
     print_result(Console(), load_run(run))
 
 
@@ -197,7 +217,7 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     print_result(console, result)
 
 
-def _parsed(settings: list[str]) -> dict[str, Any]:
+def parsed(settings: list[str]) -> dict[str, Any]:
     """Return dotted key -> value of KEY=VALUE texts; a value that is not TOML is a text."""
     from turing_learning.config import ConfigurationError
 
@@ -208,11 +228,12 @@ def _parsed(settings: list[str]) -> dict[str, Any]:
             raise ConfigurationError(
                 f"`--set` must be KEY=VALUE; got {setting!r}. For example: --set models.parents=20"
             )
-        values[key.strip()] = _value(text)
+        values[key.strip()] = toml_value(text)
     return values
 
 
-def _value(text: str) -> Any:
+def toml_value(text: str) -> Any:
+    """Return the value that a text is in TOML, or else the text."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
     except tomllib.TOMLDecodeError:

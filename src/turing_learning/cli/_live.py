@@ -124,7 +124,7 @@ def _header(progress: "Progress") -> Table:
         Text(f"generation {progress.completed}/{progress.total}", style="bold"),
         ProgressBar(total=progress.total, completed=progress.completed, width=30),
         Text(_rate(progress)),
-        Text(f"{_clock(progress.seconds_left)} left"),
+        Text(f"{clock(progress.seconds_left)} left"),
     )
     return grid
 
@@ -166,7 +166,8 @@ def _rate(progress: "Progress") -> str:
     return f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
+    """Return a duration (s) as minutes and seconds, with hours if there are any."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

@@ -11,7 +11,7 @@ In the order of the data:
 `Judgments`                                    All classifiers' outputs for all samples, and the decisions.
 `model_reward`, `classifier_reward`            Equations 1 and 2 of the paper: functions of `Judgments`.
 `specificity`, `sensitivity`                   Equations 3 and 4.
-`ClassifierArchive`, `refereed_model_reward`   Past classifiers go on judging models.
+`ClassifierArchive`, `jury_reward`             Past classifiers go on judging models.
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 =============================================  ================================================================
@@ -25,7 +25,7 @@ from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import Judgments
 from ._loop import Coevolution
 from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
-from ._rewards import Reward, classifier_reward, model_reward, refereed_model_reward, sensitivity, specificity
+from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
 from ._samples import Samples
 
 __all__ = [
@@ -42,8 +42,8 @@ __all__ = [
     "SampleSource",
     "Samples",
     "classifier_reward",
+    "jury_reward",
     "model_reward",
-    "refereed_model_reward",
     "sensitivity",
     "specificity",
 ]

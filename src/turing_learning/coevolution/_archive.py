@@ -25,6 +25,9 @@ class ClassifierArchive:
     ----------
     genomes : (B, Q)
         The classifiers kept; empty at first.
+    specificity : (B,)
+        Share of genuine samples that each judged genuine in its own generation. It stays true, because the system does not
+        change.
 
     Raises
     ------
@@ -42,22 +45,28 @@ class ClassifierArchive:
             raise ValueError(f"`capacity` must be 1 or more; got {capacity}.")
         self.capacity = capacity
         self.genomes = np.empty((0, 0))
+        self.specificity = np.empty(0)
         self._seed = check_seed(seed)
         self._seen = 0
 
-    def admit(self, genome: np.ndarray) -> None:
+    def admit(self, genome: np.ndarray, specificity: float) -> None:
         """Offer a classifier (Q,): kept with probability capacity / number offered so far, in the place of another."""
         place = int(generation_rng(self._seed, self._seen).integers(self._seen + 1))
         self._seen += 1
         if len(self.genomes) < self.capacity:
             self.genomes = np.vstack([*self.genomes, genome])
+            self.specificity = np.append(self.specificity, specificity)
         elif place < self.capacity:
-            self.genomes = self.genomes.copy()
-            self.genomes[place] = genome
+            self.genomes, self.specificity = self.genomes.copy(), self.specificity.copy()
+            self.genomes[place], self.specificity[place] = genome, specificity
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the classifiers and the number offered so far."""
-        return {"genomes": self.genomes.copy(), "seen": np.array(self._seen, dtype=np.int64)}
+        """Return the classifiers, their specificity, and the number offered so far."""
+        return {
+            "genomes": self.genomes.copy(),
+            "specificity": self.specificity.copy(),
+            "seen": np.array(self._seen, dtype=np.int64),
+        }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state.
@@ -67,11 +76,16 @@ class ClassifierArchive:
         ValueError
             If the state lacks an array or holds more classifiers than the capacity.
         """
-        if "genomes" not in state or "seen" not in state:
-            raise ValueError(f"`state` must hold 'genomes' and 'seen'; got {sorted(state)}.")
+        if not {"genomes", "specificity", "seen"} <= set(state):
+            raise ValueError(f"`state` must hold 'genomes', 'specificity' and 'seen'; got {sorted(state)}.")
         genomes = np.array(state["genomes"], dtype=np.float64)
         if genomes.ndim != 2 or len(genomes) > self.capacity or not np.isfinite(genomes).all():
             raise ValueError(
                 f"`state['genomes']` must be at most {self.capacity} finite classifiers (B, Q); got shape {genomes.shape}."
             )
-        self.genomes, self._seen = genomes, int(state["seen"])
+        specificity = np.array(state["specificity"], dtype=np.float64)
+        if specificity.shape != (len(genomes),) or not ((specificity >= 0) & (specificity <= 1)).all():
+            raise ValueError(
+                f"`state['specificity']` must be {len(genomes)} shares from 0 to 1; got shape {specificity.shape}."
+            )
+        self.genomes, self.specificity, self._seen = genomes, specificity, int(state["seen"])

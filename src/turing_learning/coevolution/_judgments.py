@@ -21,6 +21,8 @@ class Judgments:
         Outputs for C samples of each of the M models.
     referee_outputs : (B, M, C)
         Outputs of B archived classifiers for samples of the models. None means no referees.
+    referee_specificity : (B,)
+        Share of genuine samples that each archived classifier judged genuine in its own generation; None without referees.
 
     Raises
     ------
@@ -31,6 +33,7 @@ class Judgments:
     genuine_outputs: np.ndarray
     counterfeit_outputs: np.ndarray
     referee_outputs: np.ndarray | None = None
+    referee_specificity: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)

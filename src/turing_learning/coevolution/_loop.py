@@ -1,6 +1,7 @@
 """The Turing Learning loop."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from ._archive import ClassifierArchive
 from ._generation import Generation
 from ._judgments import Judgments
 from ._protocols import Interrogation
-from ._rewards import Reward, classifier_reward, model_reward
+from ._rewards import Reward, classifier_reward, model_reward, specificity
 
 
 class Coevolution:
@@ -30,7 +31,7 @@ class Coevolution:
         being better. By default equations 1 and 2 of the paper.
     archive
         Keeps the best classifier of each generation; those kept judge the models as referees, which only a reward such
-        as `refereed_model_reward` takes into account. None: no archive, as in the paper.
+        as `jury_reward` takes into account. None: no archive, as in the paper.
 
     Attributes
     ----------
@@ -101,7 +102,8 @@ class Coevolution:
         self._models.tell(model_rewards)
         self._classifiers.tell(classifier_rewards)
         if self._archive is not None:
-            self._archive.admit(classifiers[np.argmax(generation.classifier_fitness)])
+            best = int(np.argmax(generation.classifier_fitness))
+            self._archive.admit(classifiers[best], float(specificity(judgments)[best]))
         self.generation += 1
         return generation
 
@@ -109,7 +111,8 @@ class Coevolution:
         rng = generation_rng(self._seed, self.generation)
         if self._archive is None or len(self._archive.genomes) == 0:
             return self._interrogation(models, classifiers, rng)
-        return self._interrogation(models, classifiers, rng, referees=self._archive.genomes)
+        judgments = self._interrogation(models, classifiers, rng, referees=self._archive.genomes)
+        return replace(judgments, referee_specificity=self._archive.specificity)
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to go on from here, as arrays.

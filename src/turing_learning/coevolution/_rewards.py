@@ -26,23 +26,30 @@ def model_reward(judgments: Judgments) -> np.ndarray:
     return np.count_nonzero(misled, axis=(0, 2)) / (misled.shape[0] * misled.shape[2])
 
 
-def refereed_model_reward(judgments: Judgments, weight: float = 0.5) -> np.ndarray:
-    """Compute the quality of each model before the present classifiers and the archived ones.
+def jury_reward(judgments: Judgments) -> np.ndarray:
+    """Compute the quality of each model before a jury of present and archived classifiers, weighted by competence.
 
-    Parameters
-    ----------
-    weight
-        Share of the archived classifiers' judgments, 0 to 1. Without any, the reward is that of `model_reward`.
+    A juror's weight is Youden's J = specificity + sensitivity - 1 where positive: how well it tells the system from the
+    present models. One that guesses has no vote. The sensitivity of archived classifiers is that against the present models,
+    their specificity that of their own generation. Where nobody can tell anything, the reward is that of `model_reward`.
 
     Returns
     -------
     (M,)
-        0 to 1.
+        Weighted share of the judgments of a model's samples that are "genuine"; 0 to 1.
+
+    Source
+    ------
+    docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
     """
-    present = model_reward(judgments)
-    if judgments.refereed is None:
-        return present
-    return (1 - weight) * present + weight * judgments.refereed.mean(axis=(0, 2))
+    accepted = judgments.counterfeit.mean(axis=2)
+    competence = specificity(judgments) - accepted.mean(axis=1)
+    if judgments.refereed is not None and judgments.referee_specificity is not None:
+        referees = judgments.refereed.mean(axis=2)
+        accepted = np.concatenate((accepted, referees))
+        competence = np.append(competence, judgments.referee_specificity - referees.mean(axis=1))
+    weights = np.maximum(competence, 0)
+    return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
 
 
 def classifier_reward(judgments: Judgments) -> np.ndarray:

@@ -69,12 +69,11 @@ class ClassifiersSection(PopulationSection):
 class CoevolutionSection(Section):
     """The interplay of the two populations.
 
-    `archive` is the number of past classifiers that go on judging models, 0 for none as in the paper; `archive_weight` is
-    their share of a model's reward.
+    `archive` is the number of past classifiers that go on judging models; with them, classifiers old and new have votes
+    according to their competence. 0: none, and equal votes, as in the paper.
     """
 
     archive: Annotated[int, Field(ge=0)] = 100
-    archive_weight: Annotated[float, Field(ge=0, le=1)] = 0.5
 
 
 class RunSection(Section):
@@ -90,7 +89,7 @@ class RunSection(Section):
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 1
     threads: Literal["all"] | Count = "all"
     checkpoint_every: Count = 50
-    estimate_window: Count = 100
+    estimate_window: Count = 300
     history: Literal["full", "thin"] = "full"
 
 
@@ -110,6 +109,15 @@ class Configuration(Section):
             raise ValueError(
                 f'`classifiers.input_scale` must be "robot" or {len(self.scenario.input_scale)} positive numbers, '
                 f"one for each signal; got {list(scale)}."
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _check_renewal(self) -> "Configuration":
+        if self.classifiers.renewal > 0 and self.coevolution.archive == 0:
+            raise ValueError(
+                "`classifiers.renewal` must be 0 without an archive (coevolution.archive = 0), which would remember what "
+                f"renewed classifiers forget; got {self.classifiers.renewal}."
             )
         return self
 

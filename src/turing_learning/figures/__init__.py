@@ -8,6 +8,8 @@
     Fitness of models and classifiers over generations, with the spans in which selection stopped.
 `step_sizes_figure`
     Mutation strengths over generations.
+`box_figure`, `error_box_figure`, `convergence_figure`, `error_histogram_figure`
+    Many runs in one picture: their parameters and errors as boxes, medians over generations, a histogram.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -22,11 +24,16 @@ from ._fitness import fitness_figure
 from ._parameters import parameters_figure
 from ._save import save_figure
 from ._step_sizes import step_sizes_figure
+from ._studies import box_figure, convergence_figure, error_box_figure, error_histogram_figure
 from ._svg import svg_markup
 from ._swarm import swarm_frame
 
 __all__ = [
+    "box_figure",
+    "convergence_figure",
+    "error_box_figure",
     "error_figure",
+    "error_histogram_figure",
     "fitness_figure",
     "parameters_figure",
     "save_figure",

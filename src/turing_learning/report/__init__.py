@@ -3,6 +3,8 @@
 `report_page`
     A whole run as one HTML file without outside parts, from a `RunReport`: its `RunTable` of `ParameterRow`, its
     `Picture` figures, configuration, manifest, and replay.
+`study_page`
+    A study of many runs as one HTML file, from a `StudyReport` of `Listing` tables and `Picture` figures.
 `replay_page`
     A page with nothing but a `Replay`: one or more `Swarm`, side by side.
 `write_gif`, `write_mp4`
@@ -17,17 +19,21 @@ from ._film import write_gif, write_mp4
 from ._page import replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
+from ._study import Listing, StudyReport, study_page
 
 __all__ = [
+    "Listing",
     "ParameterRow",
     "Picture",
     "Replay",
     "RunReport",
     "RunTable",
+    "StudyReport",
     "Swarm",
     "describe_selection",
     "replay_page",
     "report_page",
+    "study_page",
     "write_gif",
     "write_mp4",
     "write_page",

@@ -12,6 +12,10 @@
     One trial of a scenario, as page or film.
 `RunFolder`
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock.
+`stored_generations`, `stored_traces`
+    What the last checkpoint of a run holds, without the rest of it.
+`write_atomically`, `write_json`
+    Files that are there whole or not at all.
 `RunFolderError`, `RunStorageError`
     A folder that is refused before anything runs; a run that cannot be written any further.
 """
@@ -20,8 +24,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ._errors import RunFolderError, RunStorageError
+from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
+    from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder
     from ._infer import infer, load_run, new_run_path, resume, start
     from ._paper import paper_absolute_errors
@@ -46,8 +52,12 @@ __all__ = [
     "run_table",
     "scenario_named",
     "start",
+    "stored_generations",
+    "stored_traces",
     "swarm_replay",
     "trial_replay",
+    "write_atomically",
+    "write_json",
     "write_trial",
 ]
 
@@ -65,6 +75,8 @@ _LAZY = {
     "run_table": "_present",
     "scenario_named": "_trial",
     "start": "_infer",
+    "stored_generations": "_checkpoints",
+    "stored_traces": "_checkpoints",
     "swarm_replay": "_present",
     "trial_replay": "_trial",
     "write_trial": "_trial",

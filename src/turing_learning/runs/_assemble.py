@@ -1,6 +1,5 @@
 """From a configuration to the loop that it describes."""
 
-from functools import partial
 from typing import Any
 
 from turing_learning.classifiers import ElmanClassifier
@@ -8,7 +7,7 @@ from turing_learning.coevolution import (
     ClassifierArchive,
     Coevolution,
     PassiveInterrogation,
-    refereed_model_reward,
+    jury_reward,
 )
 from turing_learning.config import Configuration, PopulationSection
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
@@ -56,7 +55,7 @@ def _archive(configuration: Configuration) -> dict[str, Any]:
         return {}
     return {
         "archive": ClassifierArchive(section.archive, seed=(ARCHIVE, configuration.run.seed)),
-        "reward_models": partial(refereed_model_reward, weight=section.archive_weight),
+        "reward_models": jury_reward,
     }
 
 

@@ -69,6 +69,14 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> Path:
     return path
 
 
+def replace_checkpoints(folder: Path, checkpoint: Checkpoint) -> None:
+    """Write a checkpoint and remove all others."""
+    path = save_checkpoint(folder, checkpoint)
+    for old in _newest_first(folder):
+        if old != path:
+            old.unlink(missing_ok=True)
+
+
 def latest_checkpoint(folder: Path) -> Latest:
     """Read the newest checkpoint that is as it was written.
 
@@ -84,6 +92,26 @@ def latest_checkpoint(folder: Path) -> Latest:
             return Latest(Checkpoint(_generation_of(path), arrays), tuple(damaged))
         damaged.append(path)
     return Latest(None, tuple(damaged))
+
+
+def stored_generations(folder: Path) -> int:
+    """Return the number of generations in the newest checkpoint of a folder, 0 if there is none; nothing is read."""
+    return max((_generation_of(path) for path in folder.glob("generation-*.npz")), default=0)
+
+
+def stored_traces(folder: Path) -> dict[str, np.ndarray] | None:
+    """Return the traces in the newest usable checkpoint of a folder, None if there is none.
+
+    Parameters
+    ----------
+    folder
+        A run's folder of checkpoints; may be missing.
+    """
+    checkpoint = latest_checkpoint(folder).checkpoint
+    if checkpoint is None:
+        return None
+    prefix = "traces/"
+    return {name.removeprefix(prefix): a for name, a in checkpoint.arrays.items() if name.startswith(prefix)}
 
 
 def discard_checkpoints(folder: Path, above: int) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._traces import NOT_RUN, SELECTION_CODES
+from ._traces import NOT_RUN, QUANTILES, SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
     import xarray
@@ -55,12 +55,25 @@ class Layout:
 
     def attributes(self, name: str) -> dict[str, Any]:
         """Return what describes a variable."""
-        if name != "selection":
-            return {}
-        return {
-            "flag_values": [NOT_RUN, *SELECTION_CODES.values()],
-            "flag_meanings": " ".join(["not_run", *(word.replace(" ", "_") for word in SELECTION_CODES)]),
-        }
+        return selection_attributes() if name == "selection" else {}
+
+
+def selection_attributes() -> dict[str, Any]:
+    """Return what the codes of `selection` mean."""
+    return {
+        "flag_values": [NOT_RUN, *SELECTION_CODES.values()],
+        "flag_meanings": " ".join(["not_run", *(word.replace(" ", "_") for word in SELECTION_CODES)]),
+    }
+
+
+class ThinRecorder:
+    """Keep nothing but what the traces keep."""
+
+    def record(self, values: Mapping[str, np.ndarray]) -> None:
+        """Do nothing."""
+
+    def flush(self) -> None:
+        """Do nothing."""
 
 
 class HistoryRecorder:
@@ -208,3 +221,32 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
     import xarray
 
     return xarray.open_zarr(path, chunks=None).isel({GENERATION: slice(0, completed)})
+
+
+def thin_dataset(traces: Traces, parameters: Sequence[str]) -> "xarray.Dataset":
+    """Return what the traces keep as named arrays.
+
+    Parameters
+    ----------
+    traces
+        Of the completed generations.
+    parameters
+        Names of the P model parameters.
+    """
+    import xarray
+
+    models, fitness = (GENERATION, "parameter"), (GENERATION, "quantile")
+    return xarray.Dataset(
+        {
+            "model_fitness_quantiles": (fitness, traces["model_fitness_quantiles"]),
+            "classifier_fitness_quantiles": (fitness, traces["classifier_fitness_quantiles"]),
+            "best_model": (models, traces["best_model"]),
+            "typical_model": (models, traces["typical_model"]),
+            "selection": ((GENERATION,), traces["selection"], selection_attributes()),
+        },
+        coords={
+            GENERATION: np.arange(traces.completed),
+            "parameter": np.array(parameters),
+            "quantile": np.array(QUANTILES),
+        },
+    )

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from turing_learning.config import Configuration, load_configuration, to_toml
 from turing_learning.swarm import Scenario
 
-from ._checkpoints import Checkpoint, latest_checkpoint
+from ._checkpoints import Checkpoint, latest_checkpoint, replace_checkpoints
 from ._errors import RunFolderError
 from ._files import remove_partial, write_json
 from ._folder import RunFolder
-from ._history import dataset_in_memory, dataset_on_disk
+from ._history import dataset_in_memory, dataset_on_disk, thin_dataset
 from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
 from ._result import Attachments, Result, result_from_json, summarize
 from ._session import Observer, Session, part, storage
@@ -118,6 +118,8 @@ def _infer_in_memory(
     completed = session.traces.completed
 
     def history() -> "xarray.Dataset":
+        if configuration.run.history == "thin":
+            return thin_dataset(session.traces, session.layout.parameters)
         return dataset_in_memory(session.layout, session.arrays, completed)
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
@@ -207,7 +209,10 @@ def _run(
     with storage(folder):
         write_json(folder.result_path, result.to_json())
         folder.update_manifest(state=RUNNING if session.complete else STOPPED, seconds=session.seconds)
-        if session.complete:
+        if session.complete and configuration.run.history == "thin":
+            folder.update_manifest(state=FINISHED, finished=now())
+            replace_checkpoints(folder.checkpoints_path, session.outcome())
+        elif session.complete:
             _finish(result, folder, configuration)
     return result
 
@@ -228,8 +233,13 @@ def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> 
 
 
 def _attachments(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
+    def history() -> "xarray.Dataset":
+        if configuration.run.history == "thin":
+            return thin_dataset(_stored_traces(folder, configuration), configuration.scenario.parameter_names)
+        return dataset_on_disk(folder.history_path, completed)
+
     return Attachments(
-        history=lambda: dataset_on_disk(folder.history_path, completed),
+        history=history,
         report=_reporter(configuration, folder.manifest, folder.report_path),
     )
 
@@ -275,13 +285,27 @@ def load_run(path: str | Path) -> Result:
     stored = _stored_result(folder, configuration) if finished else None
     if stored is not None:
         return stored
+    return _result_of(_stored_checkpoint(folder), folder, configuration)
+
+
+def _stored_checkpoint(folder: RunFolder) -> Checkpoint:
     checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
     if checkpoint is None:
         raise RunFolderError(
             f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
             f"Begin it with `turing-learning resume {folder.path}`."
         )
-    return _result_of(checkpoint, folder, configuration)
+    return checkpoint
+
+
+def _stored_traces(folder: RunFolder, configuration: Configuration) -> Traces:
+    return _traces_of(_stored_checkpoint(folder), configuration)
+
+
+def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
+    traces = Traces(configuration.run.generations, len(configuration.scenario.parameter_names))
+    traces.restore(part(checkpoint.arrays, "traces/"))
+    return traces
 
 
 def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
@@ -294,8 +318,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
 
 
 def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
-    traces = Traces(configuration.run.generations, len(configuration.scenario.parameter_names))
-    traces.restore(part(checkpoint.arrays, "traces/"))
+    traces = _traces_of(checkpoint, configuration)
     return summarize(
         configuration,
         traces,

@@ -64,20 +64,30 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
             "Fitness over generations",
             "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
             figures.fitness_figure(
-                history["model_fitness"].to_numpy(),
-                history["classifier_fitness"].to_numpy(),
+                _fitness(history, "model"),
+                _fitness(history, "classifier"),
                 stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
             ),
         ),
-        _Drawing(
-            "step-sizes",
-            "Step sizes over generations",
-            "Median mutation strength of each parameter, and of the classifiers' weights.",
-            figures.step_sizes_figure(
-                np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
-            ),
-        ),
+        *([] if "model_step_size" not in history else [_step_sizes(history, names)]),
     ]
+
+
+def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
+    """Return the fitness of all individuals, or of a thin history the quantiles, which have the same quartiles."""
+    name = f"{population}_fitness"
+    return history[name if name in history else f"{name}_quantiles"].to_numpy()
+
+
+def _step_sizes(history: "xarray.Dataset", names: tuple[str, ...]) -> _Drawing:
+    return _Drawing(
+        "step-sizes",
+        "Step sizes over generations",
+        "Median mutation strength of each parameter, and of the classifiers' weights.",
+        figures.step_sizes_figure(
+            np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
+        ),
+    )
 
 
 def _weights_median(history: "xarray.Dataset") -> np.ndarray:

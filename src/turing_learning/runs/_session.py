@@ -15,7 +15,7 @@ from ._assemble import assemble, classifier_of
 from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
 from ._errors import RunStorageError
 from ._folder import RunFolder
-from ._history import HistoryRecorder, Layout, create_store, holds, memory_arrays, open_store
+from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, holds, memory_arrays, open_store
 from ._traces import Traces, generation_values
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -97,8 +97,15 @@ class Session:
         self._begun = time.perf_counter()
         self._seconds_before = 0.0
         state = self._restored_state() if folder is not None else None
-        self.arrays = self._opened_arrays(new=state is None)
-        self._recorder = HistoryRecorder(self.layout, self.arrays, self.traces.completed)
+        self.arrays: Mapping[str, np.ndarray] = {}
+        self._recorder: HistoryRecorder | ThinRecorder = ThinRecorder()
+        if not self._thin:
+            self.arrays = self._opened_arrays(new=state is None)
+            self._recorder = HistoryRecorder(self.layout, self.arrays, self.traces.completed)
+
+    @property
+    def _thin(self) -> bool:
+        return self.configuration.run.history == "thin"
 
     @property
     def complete(self) -> bool:
@@ -159,9 +166,16 @@ class Session:
             seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
         )
 
+    def outcome(self) -> Checkpoint:
+        """Return a checkpoint without the state of the coevolution: enough for the result of a complete run."""
+        return Checkpoint(self.traces.completed, self._outcome())
+
     def _state(self) -> dict[str, np.ndarray]:
+        evolving = {f"coevolution/{name}": array for name, array in self._coevolution.state().items()}
+        return evolving | self._outcome()
+
+    def _outcome(self) -> dict[str, np.ndarray]:
         return {
-            **{f"coevolution/{name}": array for name, array in self._coevolution.state().items()},
             **{f"traces/{name}": array for name, array in self.traces.state().items()},
             "seconds": np.array(self.seconds),
         }
@@ -172,7 +186,7 @@ class Session:
         assert folder is not None
         latest = latest_checkpoint(folder.checkpoints_path)
         checkpoint = latest.checkpoint
-        if checkpoint is not None and not holds(folder.history_path, self.layout, checkpoint.generation):
+        if checkpoint is not None and not self._holds_history(checkpoint.generation):
             _LOGGER.warning("The history in %s is damaged; the run begins again at generation 0.", folder.path)
             checkpoint = None
         done = checkpoint.generation if checkpoint else 0
@@ -185,6 +199,9 @@ class Session:
         self.traces.restore(part(checkpoint.arrays, "traces/"))
         self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         return checkpoint.arrays
+
+    def _holds_history(self, generations: int) -> bool:
+        return self._thin or (self._folder is not None and holds(self._folder.history_path, self.layout, generations))
 
     def _opened_arrays(self, *, new: bool) -> Mapping[str, np.ndarray]:
         if self._folder is None:

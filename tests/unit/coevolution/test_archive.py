@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import ClassifierArchive, Judgments, model_reward, refereed_model_reward
+from turing_learning.coevolution import ClassifierArchive, Judgments, jury_reward, model_reward
 
 
 def filled(capacity, offered, seed=1):
     archive = ClassifierArchive(capacity, seed=seed)
     for k in range(offered):
-        archive.admit(np.array([float(k), -1.0]))
+        archive.admit(np.array([float(k), -1.0]), k / 100)
     return archive
 
 
@@ -33,8 +33,9 @@ def test_a_restored_archive_goes_on_as_if_nothing_had_happened():
     copy = ClassifierArchive(4, seed=1)
     copy.restore(part.state())
     for k in range(12, 30):
-        copy.admit(np.array([float(k), -1.0]))
+        copy.admit(np.array([float(k), -1.0]), k / 100)
     np.testing.assert_array_equal(copy.genomes, whole.genomes)
+    np.testing.assert_array_equal(copy.specificity, whole.genomes[:, 0] / 100)
 
 
 def test_a_capacity_below_one_is_refused():
@@ -45,8 +46,15 @@ def test_a_capacity_below_one_is_refused():
 @pytest.mark.parametrize(
     ("state", "message"),
     [
-        ({"genomes": np.zeros((2, 3))}, r"`state` must hold 'genomes' and 'seen'; got \['genomes'\]"),
-        ({"genomes": np.zeros((9, 3)), "seen": np.array(9)}, r"at most 4 finite classifiers .* got shape \(9, 3\)"),
+        ({"genomes": np.zeros((2, 3))}, r"`state` must hold 'genomes', 'specificity' and 'seen'; got \['genomes'\]"),
+        (
+            {"genomes": np.zeros((2, 3)), "specificity": np.full(2, 1.5), "seen": np.array(2)},
+            r"must be 2 shares from 0 to 1; got shape \(2,\)",
+        ),
+        (
+            {"genomes": np.zeros((9, 3)), "specificity": np.ones(9), "seen": np.array(9)},
+            r"at most 4 finite classifiers .* got shape \(9, 3\)",
+        ),
     ],
 )
 def test_a_state_that_does_not_fit_is_refused(state, message):
@@ -54,19 +62,27 @@ def test_a_state_that_does_not_fit_is_refused(state, message):
         ClassifierArchive(4, seed=1).restore(state)
 
 
-def judgments(referees):
-    present = np.array([[[0.9], [0.1]], [[0.9], [0.9]]])
-    return Judgments(np.full((2, 3), 0.9), present, referees)
+def judgments(referees=None, specificity=None):
+    """Two classifiers of specificity 1 and 2/3; the first misled by model 0, the second by both."""
+    genuine = np.array([[0.9, 0.9, 0.9], [0.9, 0.9, 0.1]])
+    return Judgments(genuine, np.array([[[0.9], [0.1]], [[0.9], [0.9]]]), referees, specificity)
 
 
-def test_referees_have_their_share_of_a_models_reward():
-    refereed = judgments(np.array([[[0.2], [0.8]], [[0.2], [0.2]], [[0.7], [0.1]], [[0.2], [0.1]]]))
-    np.testing.assert_allclose(model_reward(refereed), [1.0, 0.5])
-    np.testing.assert_allclose(refereed_model_reward(refereed, 0.5), [0.5 + 0.5 / 4, 0.25 + 0.5 / 4])
+def test_only_who_tells_the_system_from_the_models_has_a_vote():
+    # Youden's J: 1 - 1/2 = 1/2 for the first classifier, 2/3 - 1 < 0 for the second.
+    np.testing.assert_allclose(jury_reward(judgments()), [1.0, 0.0])
 
 
-def test_without_referees_the_reward_is_equation_1():
-    np.testing.assert_array_equal(refereed_model_reward(judgments(None)), model_reward(judgments(None)))
+def test_referees_vote_according_to_their_specificity_then_and_their_sensitivity_now():
+    referees = np.array([[[0.2], [0.8]], [[0.9], [0.9]], [[0.1], [0.1]]])
+    # J of the jurors: 1/2 and none as above; 1 - 1/2, 1 - 1 = 0 and 1/4 - 0.
+    refereed = judgments(referees, np.array([1.0, 1.0, 0.25]))
+    np.testing.assert_allclose(jury_reward(refereed), [0.5 / 1.25, 0.5 / 1.25])
+
+
+def test_where_nobody_can_tell_anything_the_reward_is_equation_1():
+    blind = Judgments(np.full((2, 3), 0.1), np.array([[[0.9], [0.1]], [[0.9], [0.9]]]))
+    np.testing.assert_array_equal(jury_reward(blind), model_reward(blind))
 
 
 def test_referees_must_have_judged_the_same_models():

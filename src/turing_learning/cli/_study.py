@@ -1,0 +1,204 @@
+"""The commands of studies."""
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ._main import Interrupted
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turing_learning.studies import Plan, StudyResult
+
+WorkersOption = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", help="Number of worker processes; one for each processor by default."),
+]
+ClusterOption = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for example tcp://10.0.0.1:8786."),
+]
+StudyArgument = Annotated[Path, typer.Argument(metavar="STUDY", help="A study folder.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands of studies to the command line."""
+    app.command(
+        epilog="Examples:\n\n"
+        "  turing-learning study aggregation --runs 30\n\n"
+        "  turing-learning study random-behaviors --runs 1000 --workers 8\n\n"
+        "  turing-learning study aggregation --config grid.toml --cluster tcp://10.0.0.1:8786 --out /shared/grid\n\n"
+        "  turing-learning study aggregation --out /shared/thirty --write-slurm thirty.sh\n\n"
+        "Ctrl-C stops all runs after their present generation; `turing-learning resume STUDY` goes on."
+    )(study)
+    app.command(hidden=True)(study_run)
+    app.command(hidden=True)(study_collect)
+
+
+def study(
+    scenario: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="SCENARIO", help="Name of a scenario, see `scenarios`; or random-behaviors; or in the file."
+        ),
+    ] = None,
+    runs: Annotated[
+        int, typer.Option("--runs", metavar="N", help="Number of runs of each configuration, one seed after the other.")
+    ] = 30,
+    first_seed: Annotated[int, typer.Option("--first-seed", metavar="S", help="Seed of the first run.")] = 1,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config", metavar="FILE", help=r"TOML file with any setting, and a \[grid] or \[\[list]] of settings."
+        ),
+    ] = None,
+    preset: Annotated[
+        str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
+    ] = "default",
+    generations: Annotated[
+        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
+    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Folder of the study, gone on with if it is there; a new one by default."
+        ),
+    ] = None,
+    write_slurm: Annotated[
+        Path | None,
+        typer.Option("--write-slurm", metavar="FILE", help="Write a job script for Slurm, and run nothing."),
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", metavar="", help="Replace a study that is in the folder already.")
+    ] = False,
+) -> None:
+    """Execute many runs, and leave a folder with a table, figures, and a report."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.studies import BEHAVIORS, new_study_path, plan_study
+    from turing_learning.studies._study import Hands, execute_study
+    from turing_learning.swarm import SCENARIOS
+
+    if scenario is None and config is None:
+        names = ", ".join([*SCENARIOS, BEHAVIORS.name])
+        raise ConfigurationError(
+            f"`SCENARIO` must be given, or a file with --config; got neither. Choose from: {names}."
+        )
+    hands = Hands(workers, cluster=cluster)
+    values, labels = _settings(settings or [], generations)
+    plan = plan_study(
+        scenario, runs=runs, first_seed=first_seed, preset=preset, config=config, settings=values, labels=labels
+    )
+    path = out or new_study_path(plan)
+    if write_slurm is not None:
+        _write_slurm(plan, path, write_slurm, hands, force=force)
+        return
+    _execute(lambda **watch: execute_study(plan, path, hands, force=force, **watch), path)
+
+
+def _settings(settings: list[str], generations: str | None) -> tuple[dict[str, Any], dict[str, str]]:
+    from ._app import parsed, toml_value
+
+    values = parsed(settings)
+    labels = {key: f"--set {key}" for key in values}
+    if generations is not None:
+        values["run.generations"], labels["run.generations"] = toml_value(generations), "--generations"
+    return values, labels
+
+
+def _write_slurm(plan: "Plan", path: Path, script: Path, hands: Any, *, force: bool) -> None:
+    from turing_learning.config import ConfigurationError
+    from turing_learning.studies import StudyFolder, write_slurm
+    from turing_learning.studies._slurm import refuse_script
+    from turing_learning.studies._study import create_study
+
+    if hands.cluster is not None or hands.workers is not None:
+        raise ConfigurationError(
+            f"`write-slurm` must be given without workers and cluster; got {script} beside one. Slurm is the cluster."
+        )
+    refuse_script(script.absolute(), force=force)
+    with ExitStack() as stack:
+        create_study(plan, StudyFolder(path), stack, force=force)
+    submit = write_slurm(script, path, len(plan), force=force)
+    typer.echo(f"{script}: {len(plan)} runs in {path}. Time and memory of a run stand at its head. Submit:")
+    typer.echo(f"  {submit}")
+
+
+def resume(path: Path, workers: int | None, cluster: str | None) -> None:
+    """Go on with a study."""
+    from turing_learning.studies import resume_study
+
+    _execute(lambda **watch: resume_study(path, workers=workers, cluster=cluster, **watch), path)
+
+
+def show(path: Path) -> None:
+    """Print the table of a study."""
+    from rich.console import Console
+
+    from turing_learning.studies import load_study
+
+    from ._study_view import print_study
+
+    print_study(Console(), load_study(path))
+
+
+def study_run(
+    study: StudyArgument, number: Annotated[int, typer.Argument(metavar="NUMBER", help="Number of the run, from 1.")]
+) -> None:
+    """Execute one run of a study, or go on with it: the job of a Slurm array."""
+    from turing_learning.studies import run_one
+
+    from ._signals import stop_on_signals
+
+    try:
+        with stop_on_signals() as should_stop:
+            run = run_one(study, number, should_stop)
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"interrupted; go on with: turing-learning study-run {study} {number}") from error
+    if run.reason:
+        typer.echo(f"run {number} failed: {run.reason}", err=True)
+        raise typer.Exit(1)
+    if not run.complete:
+        raise Interrupted(f"stopped; go on with: turing-learning study-run {study} {number}")
+    typer.echo(f"run {number}: {run.verdict}")
+
+
+def study_collect(study: StudyArgument) -> None:
+    """Make the table, figures and report of the runs of a study that are complete."""
+    from rich.console import Console
+
+    from turing_learning.studies import collect_study
+
+    from ._study_view import print_study
+
+    print_study(Console(), collect_study(study))
+
+
+def _execute(execute: "Callable[..., StudyResult]", path: Path) -> None:
+    from rich.console import Console
+
+    from ._signals import stop_on_signals
+    from ._study_view import print_study, watching_study
+
+    console = Console()
+    ahead = f"go on with: turing-learning resume {path}"
+    try:
+        with stop_on_signals() as should_stop, watching_study(console, should_stop) as view:
+            result = execute(observer=view, should_stop=should_stop)
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"interrupted; {ahead}") from error
+    if result.unfinished:
+        done = sum(run.complete for run in result.runs)
+        raise Interrupted(f"stopped after {done} of {len(result.runs)} runs; {ahead}")
+    print_study(console, result)
+    if result.failed:
+        typer.echo(f"{len(result.failed)} runs failed; try them again with: turing-learning resume {path}", err=True)
+        raise typer.Exit(1)

@@ -1,0 +1,95 @@
+"""A job script for Slurm: an array with one job for each run, and a step that collects."""
+
+import shlex
+import sys
+from pathlib import Path
+
+from turing_learning.config import ConfigurationError
+from turing_learning.runs import write_atomically
+
+MINUTES = 60  # asked for each run; the script says where to change it
+
+SCRIPT = """#!/bin/bash
+# Study {study}: {runs} runs.
+# Submit:
+#   {submit}
+#SBATCH --job-name=turing-learning
+#SBATCH --ntasks=1
+#SBATCH --cpus-per-task=1
+#SBATCH --mem=1G
+#SBATCH --time={minutes}
+#SBATCH --output={log}
+#SBATCH --signal=TERM@60
+#SBATCH --requeue
+# A run that is stopped or killed goes on from its checkpoint when it is submitted again.
+set -eu
+export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
+if [ -n "${{SLURM_ARRAY_TASK_ID:-}}" ]; then
+    exec {command} study-run {study} "$SLURM_ARRAY_TASK_ID"
+fi
+exec {command} study-collect {study}
+"""
+
+
+def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool = False) -> str:
+    """Write a job script for a study and return the line that submits it.
+
+    With ``SLURM_ARRAY_TASK_ID`` the script executes the run of that number, without it the step that makes the table.
+
+    Parameters
+    ----------
+    script
+        The file to write.
+    study
+        The study folder, on a disk that all nodes share.
+    runs
+        Number of runs.
+    force
+        Whether a file that exists is replaced.
+
+    Returns
+    -------
+    str
+        A shell command: the array, and after its end the collecting step.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file exists or cannot be written.
+    """
+    path, folder = Path(script).absolute(), Path(study).absolute()
+    refuse_script(path, force=force)
+    submit = submission(path, runs)
+    text = SCRIPT.format(
+        study=shlex.quote(str(folder)),
+        runs=runs,
+        submit=submit,
+        minutes=MINUTES,
+        log=str(folder / "slurm-%A-%a.log").replace(" ", "\\ "),
+        command=f"{shlex.quote(sys.executable)} -m turing_learning",
+    )
+    try:
+        write_atomically(path, text.encode())
+        path.chmod(0o755)
+    except OSError as error:
+        raise ConfigurationError(
+            f"`write-slurm` must be a file that can be written; got {path} ({error.strerror or error})."
+        ) from error
+    return submit
+
+
+def refuse_script(path: Path, *, force: bool) -> None:
+    """Raise ConfigurationError unless a job script may be written to a path."""
+    if path.is_dir() or not path.parent.is_dir():
+        raise ConfigurationError(f"`write-slurm` must be a file in a folder that exists; got {path}.")
+    if path.exists() and not force:
+        raise ConfigurationError(
+            f"`write-slurm` must be a file that does not exist; got {path}. Choose another name, or replace it with "
+            "--force."
+        )
+
+
+def submission(script: Path, runs: int) -> str:
+    """Return the shell command that submits the array and, when it has ended, the collecting step."""
+    quoted = shlex.quote(str(script))
+    return f"job=$(sbatch --parsable --array=1-{runs} {quoted}) && sbatch --dependency=afterany:${{job%%;*}} {quoted}"

@@ -1,0 +1,369 @@
+"""The doors: study, resume_study, load_study, and the steps of a study on a Slurm cluster."""
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.config import ConfigurationError
+from turing_learning.kernels.parallel import default_threads
+from turing_learning.runs import RunFolderError, RunStorageError
+from turing_learning.swarm import Scenario
+
+from ._backends import Backend, DaskBackend, ExecutorBackend, dask_cluster, require_visible
+from ._conduct import conduct
+from ._execute import Task, execute
+from ._folder import StudyFolder
+from ._plan import Plan, plan_study
+from ._progress import StudyObserver
+from ._table import StudyResult, StudyRun, read_run, read_study
+from ._workers import Workers
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+RUNS = Path("runs")
+
+
+@dataclass(frozen=True)
+class Hands:
+    """Who executes the runs; at most one of them is given.
+
+    Parameters
+    ----------
+    workers
+        Number of worker processes on this machine; None takes one for each processor.
+    executor
+        An executor of `concurrent.futures`.
+    cluster
+        Address of a Dask scheduler.
+    """
+
+    workers: int | None = None
+    executor: Executor | None = None
+    cluster: str | None = None
+
+    def __post_init__(self) -> None:
+        names = ("workers", "executor", "cluster")
+        given = [name for name in names if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
+        if self.workers is not None and self.workers < 1:
+            raise ConfigurationError(f"`workers` must be at least 1; got {self.workers}.")
+
+
+def study(
+    scenario: str | Scenario | None = None,
+    *,
+    runs: int = 30,
+    first_seed: int = 1,
+    generations: int | None = None,
+    preset: str = "default",
+    config: str | Path | None = None,
+    settings: Mapping[str, Any] | None = None,
+    grid: Mapping[str, Sequence[Any]] | None = None,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    cluster: str | None = None,
+    out: str | Path | None = None,
+    force: bool = False,
+    observer: StudyObserver | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> StudyResult:
+    """Execute many runs and summarize them.
+
+    Without `executor` and `cluster` worker processes on this machine do the work. Each run has one thread and a folder
+    of its own in the study folder. The table does not depend on who executes the runs, nor in what order.
+
+    Parameters
+    ----------
+    scenario
+        As in `infer`; "random-behaviors" draws the agents' parameters uniformly in [-1, 1] from the seed of each run.
+    runs
+        Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
+    first_seed
+        >= 0.
+    generations
+        Number of generations of each run, >= 1.
+    preset, config
+        As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``.
+    settings
+        Dotted key -> value, over preset and file.
+    grid
+        Dotted key -> values: all combinations are run.
+    workers
+        Number of worker processes; one for each processor by default.
+    executor
+        An executor of `concurrent.futures` that executes the runs; it stays open.
+    cluster
+        Address of a Dask scheduler; its workers must see the study folder.
+    out
+        The study folder; a new one under runs/ by default. If it holds the same study, that is gone on with.
+    force
+        Whether another study that is in the folder may be replaced.
+    observer
+        Called with a `StudyProgress` a few times a second.
+    should_stop
+        Asked a few times a second; once it returns True, all runs stop after their present generation and can go on.
+
+    Returns
+    -------
+    StudyResult
+        The table.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting is refused, or the cluster is not there.
+    RunFolderError
+        If the folder is refused, for example because it holds a study of other settings.
+    RunStorageError
+        If the table cannot be written; the study can be resumed.
+    ExecutorError
+        If the executor or cluster breaks; the study can be resumed.
+
+    Examples
+    --------
+    >>> import turing_learning as tl
+    >>> result = tl.study("aggregation", runs=30)  # doctest: +SKIP
+    >>> result.below(0.05)  # doctest: +SKIP
+    30
+    """
+    hands = Hands(workers, executor, cluster)
+    known = dict(settings or {}) | ({} if generations is None else {"run.generations": generations})
+    labels = {} if generations is None else {"run.generations": "argument generations"}
+    plan = plan_study(
+        scenario,
+        runs=runs,
+        first_seed=first_seed,
+        preset=preset,
+        config=config,
+        settings=known,
+        labels=labels,
+        grid=grid,
+    )
+    return execute_study(
+        plan, out or new_study_path(plan), hands, force=force, observer=observer, should_stop=should_stop
+    )
+
+
+def execute_study(
+    plan: Plan,
+    out: str | Path,
+    hands: Hands,
+    *,
+    force: bool = False,
+    observer: StudyObserver | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> StudyResult:
+    """Execute a plan in a folder; see `study`."""
+    folder = StudyFolder(Path(out))
+    with ExitStack() as stack:
+        with _writable(folder):
+            folder.refuse_if_taken(plan, force=force)
+        client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
+        with _writable(folder):
+            create_study(plan, folder, stack, force=force)
+        return _execute(folder, plan, hands, client, observer, should_stop)
+
+
+def create_study(plan: Plan, folder: StudyFolder, stack: ExitStack, *, force: bool = False) -> None:
+    """Make the folder of a study, or take the one that is there, and hold its lock until the stack is closed."""
+    with _writable(folder):
+        folder.refuse_if_taken(plan, force=force)
+        folder.path.mkdir(parents=True, exist_ok=True)
+        stack.enter_context(folder.locked())
+        folder.create(plan, force=force)
+
+
+def resume_study(
+    path: str | Path,
+    *,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    cluster: str | None = None,
+    observer: StudyObserver | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> StudyResult:
+    """Go on with a study: runs that are not complete go on from their checkpoints, failed ones are tried again.
+
+    Parameters
+    ----------
+    path
+        The study folder.
+    workers, executor, cluster, observer, should_stop
+        As in `study`.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a study, or is in use.
+    ConfigurationError, RunStorageError, ExecutorError
+        As in `study`.
+    """
+    hands = Hands(workers, executor, cluster)
+    folder = StudyFolder(Path(path))
+    plan = folder.plan()
+    with ExitStack() as stack:
+        client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
+        with _writable(folder):
+            stack.enter_context(folder.locked())
+        return _execute(folder, plan, hands, client, observer, should_stop)
+
+
+def _execute(
+    folder: StudyFolder,
+    plan: Plan,
+    hands: Hands,
+    client: "Client | None",
+    observer: StudyObserver | None,
+    should_stop: Callable[[], bool] | None,
+) -> StudyResult:
+    if client is not None and hands.cluster is not None:
+        require_visible(client, folder.study_path.absolute(), hands.cluster)
+    with _backend(folder, plan, hands, client) as backend, _storage(folder):
+        conduct(folder, plan, backend, observer, should_stop)
+    result = read_study(folder, plan)
+    return result if result.unfinished else _written(folder, plan)
+
+
+@contextmanager
+def _backend(folder: StudyFolder, plan: Plan, hands: Hands, client: "Client | None") -> Iterator[Backend]:
+    if client is not None:
+        yield DaskBackend(client)
+    elif hands.executor is not None:
+        yield ExecutorBackend(hands.executor)
+    else:
+        left = [number for number in plan.numbers if not read_run(folder, plan, number).complete]
+        count = min(hands.workers or default_threads(), len(left))
+        workers = Workers(count, str(folder.path.absolute()), _first_of_each_network(plan, left))
+        try:
+            yield workers
+        finally:
+            workers.close()
+
+
+def _first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
+    """Return runs that, together, need all kernels that the runs need: these are made for the size of the network."""
+    key = "classifiers.hidden"
+    found: dict[Any, int] = {}
+    for number in numbers:
+        found.setdefault(plan.settings[number - 1].get(key), number)
+    return list(found.values())
+
+
+def _written(folder: StudyFolder, plan: Plan) -> StudyResult:
+    """Read the runs, and write tables, figures and report."""
+    from turing_learning.report import write_page
+
+    from ._convergence import convergences
+    from ._csv import write_tables
+    from ._present import draw_study, save_study_figures, study_report
+
+    result = read_study(folder, plan)
+    medians = convergences(folder, plan, result.runs)
+    with _storage(folder):
+        write_tables(result, medians, plan.base.scenario.parameter_names)
+        drawings = draw_study(result, plan, medians)
+        save_study_figures(drawings, folder)
+        write_page(study_report(result, plan, drawings), folder.report_path)
+    return result
+
+
+def load_study(path: str | Path) -> StudyResult:
+    """Open a study that is finished, stopped, or still running.
+
+    Parameters
+    ----------
+    path
+        The study folder.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a study.
+    """
+    folder = StudyFolder(Path(path))
+    return read_study(folder, folder.plan())
+
+
+def run_one(path: str | Path, number: int, should_stop: Callable[[], bool] | None = None) -> StudyRun:
+    """Execute one run of a study in this process, or go on with it.
+
+    Parameters
+    ----------
+    path
+        The study folder.
+    number
+        Number of the run, from 1.
+    should_stop
+        Called after every generation.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a study.
+    ConfigurationError
+        If there is no run of that number.
+    """
+    folder = StudyFolder(Path(path))
+    plan = folder.plan()
+    if number not in plan.numbers:
+        raise ConfigurationError(f"`number` must be between 1 and {len(plan)}; got {number}.")
+    execute(Task(str(folder.path.absolute()), number), should_stop)
+    return read_run(folder, plan, number)
+
+
+def collect_study(path: str | Path) -> StudyResult:
+    """Make tables, figures and report of the runs that are complete.
+
+    Parameters
+    ----------
+    path
+        The study folder.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a study, or is in use.
+    RunStorageError
+        If they cannot be written.
+    """
+    folder = StudyFolder(Path(path))
+    plan = folder.plan()
+    with folder.locked():
+        return _written(folder, plan)
+
+
+def new_study_path(plan: Plan, parent: Path = RUNS) -> Path:
+    """Return a folder for a study that does not exist, named after scenario and time."""
+    name = f"{plan.base.scenario.name}-study-{time.strftime('%Y%m%d-%H%M%S')}"
+    path, number = parent / name, 2
+    while path.exists():
+        path, number = parent / f"{name}-{number}", number + 1
+    return path
+
+
+@contextmanager
+def _writable(folder: StudyFolder) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RunFolderError(
+            f"`out` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
+            "Choose another folder, or make room."
+        ) from error
+
+
+@contextmanager
+def _storage(folder: StudyFolder) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RunStorageError(
+            f"`out` must be a folder with space left; could not write to {folder.path} ({error.strerror or error}). "
+            f"Make room, then go on with `turing-learning resume {folder.path}`."
+        ) from error

@@ -1,0 +1,301 @@
+"""The table of a study: one entry per run, statistics per parameter; read from the run folders, in order."""
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from turing_learning.analysis import name_failure
+from turing_learning.runs import TIMINGS
+
+from ._execute import COMPLETE, FAILED, STOPPED, WAITING
+from ._folder import FAILURE, StudyFolder
+from ._plan import SEED, Plan
+
+GOOD, FAIR = 0.05, 0.1
+"""MAE of the estimate below which a run is good, or fair."""
+
+MODELS = ("best_model", "estimate")
+ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+
+BEHAVIORS_PAPER = (0.01, 0.02, 0.07, 0.05)
+"""Mean absolute errors of 1000 runs of random behaviors: paper, section 4.6.4."""
+
+
+@dataclass(frozen=True)
+class StudyRun:
+    """One run of a study.
+
+    Attributes
+    ----------
+    number
+        From 1, in the order of the plan.
+    settings
+        In which it differs from other runs.
+    state
+        "complete", "stopped", "failed", or "waiting".
+    reason
+        Why it failed.
+    result
+        What `result.json` holds but the timings; None until the run is complete.
+    seconds
+        Time the run took (s), which makes no two runs different.
+    """
+
+    number: int
+    settings: dict[str, Any]
+    state: str
+    reason: str = ""
+    result: dict[str, Any] | None = None
+    seconds: float | None = field(default=None, compare=False)
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return self.settings[SEED]
+
+    @property
+    def complete(self) -> bool:
+        """Whether all generations are completed."""
+        return self.result is not None
+
+    @property
+    def estimate_mae(self) -> float | None:
+        """MAE of the estimate; None until the run is complete, or where there is no truth."""
+        return None if self.result is None else self.result["estimate_mae"]
+
+    @property
+    def verdict(self) -> str:
+        """How good the run is: "good", "fair", "poor (how it misses the truth)", or why there is no result."""
+        if self.result is None:
+            return self.state
+        if self.estimate_mae is None:
+            return "no truth"
+        if self.estimate_mae < GOOD:
+            return "good"
+        return "fair" if self.estimate_mae < FAIR else f"poor ({self._miss(self.result)})"
+
+    def _miss(self, result: dict[str, Any]) -> str:
+        estimate, truth = (np.array(list(result[name].values())) for name in ("estimate", "truth"))
+        return name_failure(estimate, truth)
+
+
+@dataclass(frozen=True)
+class ParameterSummary:
+    """Statistics of one parameter over the complete runs of one configuration.
+
+    Attributes
+    ----------
+    group
+        The settings of the configuration; empty if the study has only one.
+    parameter
+        Its name.
+    model
+        "best_model" or "estimate".
+    runs
+        Number of complete runs.
+    mean, median
+        Of the absolute errors.
+    standard_deviation
+        Of the absolute errors, with n - 1; None for a single run.
+    paper
+        The paper's mean of the absolute error of the best model; None where it has none.
+    """
+
+    group: dict[str, Any]
+    parameter: str
+    model: str
+    runs: int
+    mean: float
+    standard_deviation: float | None
+    median: float
+    paper: float | None
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study has found.
+
+    Attributes
+    ----------
+    scenario
+        Name of the scenario.
+    title
+        The same for a heading.
+    runs
+        All runs, in order.
+    summaries
+        Statistics, configuration by configuration, parameter by parameter.
+    path
+        The study folder.
+    """
+
+    scenario: str
+    title: str
+    runs: tuple[StudyRun, ...]
+    summaries: tuple[ParameterSummary, ...]
+    path: Path = field(compare=False)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all runs are complete."""
+        return all(run.complete for run in self.runs)
+
+    @property
+    def failed(self) -> tuple[StudyRun, ...]:
+        """The runs that failed, each with its reason."""
+        return tuple(run for run in self.runs if run.state == FAILED)
+
+    @property
+    def unfinished(self) -> tuple[StudyRun, ...]:
+        """The runs that have not been begun, or can go on."""
+        return tuple(run for run in self.runs if run.state in (STOPPED, WAITING))
+
+    @property
+    def maes(self) -> tuple[float, ...]:
+        """MAE of the estimate of the complete runs, in order."""
+        return tuple(run.estimate_mae for run in self.runs if run.estimate_mae is not None)
+
+    @property
+    def groups(self) -> tuple[dict[str, Any], ...]:
+        """The configurations that have complete runs."""
+        return unique(summary.group for summary in self.summaries)
+
+    def below(self, limit: float) -> int:
+        """Return the number of complete runs whose estimate has an MAE below a limit."""
+        return sum(mae < limit for mae in self.maes)
+
+    def kinds(self) -> dict[str, int]:
+        """Return verdict -> number of runs, good ones first, then the most frequent."""
+        counts: dict[str, int] = {}
+        for run in self.runs:
+            kind = f"failed ({run.reason.partition(':')[0]})" if run.state == FAILED else run.verdict
+            counts[kind] = counts.get(kind, 0) + 1
+        return dict(sorted(counts.items(), key=lambda item: (item[0] != "good", item[0] != "fair", -item[1], item[0])))
+
+    def __str__(self) -> str:
+        lines = [f"{self.title}: {describe(self)}"]
+        for summary in self.summaries:
+            spread = "-" if summary.standard_deviation is None else f"{summary.standard_deviation:.4f}"
+            where = " ".join(f"{key}={value}" for key, value in summary.group.items())
+            lines.append(
+                f"{summary.parameter:>8} {summary.model:<10} mean {summary.mean:.4f}  std {spread}  "
+                f"median {summary.median:.4f}  {where}".rstrip()
+            )
+        return "\n".join(lines)
+
+
+def describe(result: StudyResult) -> str:
+    """Say in one sentence how many runs there are and how good they are."""
+    done = sum(run.complete for run in result.runs)
+    text = f"{done} of {len(result.runs)} runs complete"
+    if result.failed:
+        text += f", {len(result.failed)} failed"
+    if result.maes:
+        text += f"; MAE of the estimate below {GOOD:g} in {result.below(GOOD)}, below {FAIR:g} in {result.below(FAIR)}"
+    return text
+
+
+def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
+    """Read how a run stands."""
+    path, settings = folder.run_path(number), plan.settings[number - 1]
+    result = _json(path / "result.json")
+    if result is not None and result.get("complete"):
+        untimed = {name: value for name, value in result.items() if name not in TIMINGS}
+        return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
+    failure = _json(path / FAILURE)
+    if failure is not None:
+        return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
+    return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
+
+
+def _json(path: Path) -> dict[str, Any] | None:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content if isinstance(content, dict) else None
+
+
+def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:
+    """Read all runs of a study and summarize them."""
+    runs = tuple(read_run(folder, plan, number) for number in plan.numbers)
+    scenario = plan.base.scenario
+    return StudyResult(scenario.name, scenario.title, runs, tuple(_summaries(plan, runs)), folder.path)
+
+
+def members(plan: Plan, runs: Iterable[StudyRun]) -> list[tuple[dict[str, Any], list[StudyRun]]]:
+    """Return the complete runs of each configuration."""
+    found: list[tuple[dict[str, Any], list[StudyRun]]] = []
+    for run in runs:
+        if not run.complete:
+            continue
+        group = plan.group(run.number)
+        here = next((one for one in found if one[0] == group), None)
+        if here is None:
+            found.append((group, [run]))
+        else:
+            here[1].append(run)
+    return found
+
+
+def _summaries(plan: Plan, runs: Iterable[StudyRun]) -> Iterable[ParameterSummary]:
+    for group, own in members(plan, runs):
+        for name in plan.base.scenario.parameter_names:
+            for model in MODELS:
+                errors = errors_of(own, model, name)
+                if errors.size:
+                    yield _summary(plan, group, own, name, model, errors)
+
+
+def _summary(
+    plan: Plan, group: dict[str, Any], own: list[StudyRun], name: str, model: str, errors: np.ndarray
+) -> ParameterSummary:
+    return ParameterSummary(
+        group=group,
+        parameter=name,
+        model=model,
+        runs=len(own),
+        mean=float(errors.mean()),
+        standard_deviation=float(errors.std(ddof=1)) if len(errors) > 1 else None,
+        median=float(np.median(errors)),
+        paper=_paper(plan, own, name),
+    )
+
+
+def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
+    if plan.behaviors:
+        return dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))[name]
+    given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
+    return given.pop() if len(given) == 1 else None
+
+
+def errors_of(runs: Iterable[StudyRun], model: str, name: str) -> np.ndarray:
+    """Return the absolute errors of a parameter over runs."""
+    return values_of(runs, lambda result: (result[ERRORS[model]] or {}).get(name))
+
+
+def values_of(runs: Iterable[StudyRun], value: Callable[[dict[str, Any]], float | None]) -> np.ndarray:
+    """Return one number of each complete run, without those that have none."""
+    found = (value(run.result) for run in runs if run.result is not None)
+    return np.array([number for number in found if number is not None], dtype=float)
+
+
+def paired(summaries: Iterable[ParameterSummary]) -> dict[str, dict[str, ParameterSummary]]:
+    """Return parameter -> model -> summary, of one configuration."""
+    found: dict[str, dict[str, ParameterSummary]] = {}
+    for one in summaries:
+        found.setdefault(one.parameter, {})[one.model] = one
+    return found
+
+
+def unique(groups: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
+    """Return each group once, in order."""
+    found: list[dict[str, Any]] = []
+    for group in groups:
+        if group not in found:
+            found.append(group)
+    return tuple(found)

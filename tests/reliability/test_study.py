@@ -1,0 +1,156 @@
+"""Whole studies through the command line: killed workers, Ctrl-C, another process, Slurm."""
+
+import json
+import os
+import signal
+import subprocess
+
+import pytest
+from study_tools import SMALL, begin, call, executed_by, going, kill_in_mid_run, tables, wait_until
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+
+
+def study(*arguments):
+    return ["study", "aggregation", *SMALL, *arguments]
+
+
+def busy(folder):
+    """Return the process ids of workers that have saved a run and not finished it."""
+    return set(going(folder).values())
+
+
+def alive(pid):
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A study of four runs that nobody disturbed."""
+    folder = tmp_path_factory.mktemp("studies") / "undisturbed"
+    done = call(*study("--runs", 4, "--generations", 400, "--workers", 1, "--out", folder))
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    run, victim = wait_until(lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 0, err
+    assert executed_by(folder, run) != victim
+    assert tables(folder) == tables(undisturbed)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(number, undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    pids = wait_until(lambda: busy(folder), "a busy worker", process)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=30)
+    assert process.returncode == 130, out + err
+    assert err.endswith(f" of 4 runs; go on with: turing-learning resume {folder}\n")
+    assert err.startswith("stopped after ")
+    assert not any(map(alive, pids))
+    assert not list(folder.glob("stop-*"))
+    states = [json.loads(path.read_text())["state"] for path in folder.glob("runs/*/manifest.json")]
+    assert "stopped" in states
+    assert "running" not in states
+    done = call("resume", folder, "--workers", 2)
+    assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_workers_end_with_the_study_that_was_killed_and_it_can_be_resumed(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    pids = wait_until(lambda: busy(folder), "a busy worker", process)
+    process.kill()
+    process.communicate()
+    wait_until(lambda: not any(map(alive, pids)), "the workers' end", seconds=20)
+    assert call("resume", folder, "--workers", 2).returncode == 0
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_second_process_is_refused(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    process = begin(*study("--runs", 2, "--generations", 100_000, "--workers", 1, "--out", folder))
+    wait_until(lambda: busy(folder), "a busy worker", process)
+    done = call("resume", folder)
+    process.kill()
+    process.communicate()
+    assert done.returncode == 2
+    assert done.stderr == (
+        f"error: `study` must not be in use; got {folder}, on which another process works. "
+        "Wait until it ends, or stop it.\n"
+    )
+
+
+def test_the_same_study_again_changes_nothing(undisturbed):
+    before = tables(undisturbed)
+    stamps = {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")}
+    done = call(*study("--runs", 4, "--generations", 400, "--out", undisturbed))
+    assert done.returncode == 0, done.stderr
+    assert tables(undisturbed) == before
+    assert {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")} == stamps
+
+
+def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, tmp_path):
+    folder, script, fake = tmp_path / "study", tmp_path / "job.sh", tmp_path / "bin"
+    done = call(*study("--runs", 4, "--generations", 400, "--out", folder, "--write-slurm", script))
+    assert done.returncode == 0, done.stderr
+    assert not (folder / "runs").exists()
+    submit = done.stdout.splitlines()[-1].strip()
+    # A stand-in for sbatch: executes the array one by one, or the script itself, and prints a job's number.
+    fake.mkdir()
+    (fake / "sbatch").write_text(
+        "#!/bin/bash\n"
+        f'echo "$@" >> {tmp_path}/submitted\n'
+        'for a in "$@"; do script=$a; done\n'
+        "if [[ $* == *--array=1-4* ]]; then\n"
+        '  for i in 1 2 3 4; do SLURM_ARRAY_TASK_ID=$i "$script" >&2 || exit 1; done; echo "17;cluster"\n'
+        'else "$script"; fi\n'
+    )
+    (fake / "sbatch").chmod(0o755)
+    environment = os.environ | {"PATH": f"{fake}:{os.environ['PATH']}"}
+    ran = subprocess.run(["bash", "-c", submit], env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    assert (tmp_path / "submitted").read_text().splitlines() == [
+        f"--parsable --array=1-4 {script}",
+        f"--dependency=afterany:17 {script}",
+    ]
+    assert "4 of 4 runs complete" in ran.stdout
+    assert tables(folder) == tables(undisturbed)
+
+
+def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_again(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    call(*study("--runs", 1, "--generations", 100_000, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
+    process = begin("study-run", folder, 1)
+    wait_until(lambda: busy(folder), "a checkpoint", process)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert err == f"stopped; go on with: turing-learning study-run {folder} 1\n"
+    assert json.loads((folder / "runs/0001/manifest.json").read_text())["state"] == "stopped"
+
+
+def test_a_run_that_fails_is_named_and_the_study_goes_on(undisturbed, tmp_path):
+    folder = tmp_path / "study"
+    call(*study("--runs", 4, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
+    (folder / "runs" / "0003").mkdir(parents=True)
+    (folder / "runs" / "0003" / "precious.txt").write_text("not a run")
+    done = call("resume", folder, "--workers", 2)
+    assert done.returncode == 1
+    assert done.stderr == f"1 runs failed; try them again with: turing-learning resume {folder}\n"
+    assert "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
+    assert "3 of 4 runs complete, 1 failed" in done.stdout
+    (folder / "runs" / "0003" / "precious.txt").unlink()
+    assert call("resume", folder).returncode == 0
+    assert tables(folder) == tables(undisturbed)

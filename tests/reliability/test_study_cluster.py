@@ -1,0 +1,73 @@
+"""A study on a Dask cluster: real processes on the loopback interface, one of them killed."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from study_tools import SMALL, begin, call, executed_by, kill_in_mid_run, tables, wait_until
+
+pytest.importorskip("distributed", reason="needs the extra `cluster`")
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+
+STUDY = ["study", "aggregation", *SMALL, "--runs", 6, "--generations", 800]
+
+
+@pytest.fixture
+def processes():
+    """Start programs of Dask; all are ended after the test."""
+    started = []
+
+    def start(program, *arguments):
+        command = [sys.executable, "-m", f"distributed.cli.dask_{program}", *map(str, arguments)]
+        started.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+        return started[-1]
+
+    yield start
+    for process in started:
+        process.kill()
+    for process in started:
+        process.wait()
+
+
+@pytest.fixture
+def scheduler(processes, tmp_path):
+    """Start a scheduler; return its address."""
+    file = tmp_path / "scheduler.json"
+    processes("scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
+    wait_until(file.exists, "scheduler")
+    return json.loads(file.read_text())["address"]
+
+
+def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_path):
+    options = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"]
+    workers = [processes("worker", scheduler, *options) for _ in range(3)]
+    folder, local = tmp_path / "cluster", tmp_path / "local"
+    study = begin(*STUDY, "--cluster", scheduler, "--out", folder)
+    theirs = {worker.pid for worker in workers}
+    run, victim = wait_until(lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", study)
+    out, err = study.communicate(timeout=120)
+    assert study.returncode == 0, err
+    assert "6 of 6 runs complete" in out
+    assert executed_by(folder, run) in theirs - {victim}
+    done = call(*STUDY, "--workers", 2, "--out", local)
+    assert done.returncode == 0, done.stderr
+    assert tables(folder) == tables(local)
+
+
+def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tmp_path):
+    done = call(*STUDY, "--cluster", scheduler, "--out", tmp_path / "study")
+    assert done.returncode == 2
+    assert done.stderr.startswith(f"error: `cluster` must have at least one worker; got '{scheduler}' with none.")
+    assert not (tmp_path / "study").exists()
+
+
+def test_a_cluster_that_is_not_there_is_named_before_anything_runs(tmp_path):
+    done = call(*STUDY, "--cluster", "tcp://127.0.0.1:9", "--out", tmp_path / "study")
+    assert done.returncode == 2
+    assert done.stderr.startswith(
+        "error: `cluster` must be the address of a Dask scheduler that answers; got 'tcp://127.0.0.1:9' ("
+    )
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "study").exists()

@@ -1,0 +1,25 @@
+import numpy as np
+import pytest
+
+from turing_learning.analysis import name_failure
+
+TRUTH = np.array([0.5, 1.0, 1.0, 0.5, 0.1, 0.5])
+
+
+@pytest.mark.parametrize(
+    ("estimate", "name"),
+    [
+        (TRUTH + 0.05, "good"),
+        ([0.5, 1.0, 1.0, 0.5, 12.0, -11.0], "runaway"),
+        ([1.0, 0.5, 0.5, 1.0, 0.1, 0.5], "states exchanged"),
+        ([0.5, 1.0, 1.0, 0.5, 0.95, 0.52], "I = 2 as I = 1"),
+        ([0.5, 1.0, 1.0, 0.5, 0.9, -0.9], "other"),
+    ],
+)
+def test_failures_have_names(estimate, name):
+    assert name_failure(np.array(estimate), TRUTH) == name
+
+
+def test_a_model_of_another_length_is_refused():
+    with pytest.raises(ValueError, match=r"must have the same shape \(2 n,\); got \(4,\) and \(6,\)"):
+        name_failure(TRUTH[:4], TRUTH)

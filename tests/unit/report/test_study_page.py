@@ -1,0 +1,39 @@
+from turing_learning import report
+
+LISTINGS = (
+    report.Listing(
+        "errors", "Errors", ("Parameter", "Mean"), [("vl0 <b>", 0.25), ("vr0", None)], note="Of <all> runs."
+    ),
+    report.Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good"), (2, 12345.678)], folded=True),
+)
+
+
+def page(**changes):
+    return report.study_page(report.StudyReport("A study & more", "2 of 2 runs.", LISTINGS, **changes))
+
+
+def test_a_page_shows_its_tables_and_escapes_what_it_shows():
+    html = page(configuration="[run]\nseed = 1 # <>")
+    for text in (
+        "<title>A study &amp; more</title>",
+        '<th scope="row">vl0 &lt;b&gt;</th><td>0.2500</td>',
+        '<th scope="row">vr0</th><td>&ndash;</td>',
+        '<th scope="row">2</th><td>1.235e+04</td>',
+        "Of &lt;all&gt; runs.",
+        "seed = 1 # &lt;&gt;",
+    ):
+        assert text in html
+
+
+def test_long_tables_are_folded_and_come_after_the_figures():
+    html = page(figures=(report.Picture("Boxes", "<svg></svg>"),))
+    assert html.index('id="errors"') < html.index("<svg>") < html.index('<details id="runs">')
+
+
+def test_a_warning_is_shown_where_there_is_one():
+    assert 'class="health warning" role="note">1 &lt; 2 runs failed' in page(warning="1 < 2 runs failed")
+    assert 'role="note"' not in page()
+
+
+def test_the_page_may_load_nothing():
+    assert "default-src 'none'" in page()

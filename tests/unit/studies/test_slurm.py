@@ -1,0 +1,43 @@
+import subprocess
+
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.studies import write_slurm
+
+
+def test_the_script_is_a_valid_one_that_names_study_and_runs(tmp_path):
+    script = tmp_path / "a job.sh"
+    submit = write_slurm(script, tmp_path / "my study", 30)
+    assert submit.startswith(f"job=$(sbatch --parsable --array=1-30 '{script}') && sbatch --dependency=afterany:")
+    text = script.read_text()
+    assert f"study-run '{tmp_path}/my study' \"$SLURM_ARRAY_TASK_ID\"" in text
+    assert f"study-collect '{tmp_path}/my study'" in text
+    assert "#SBATCH --cpus-per-task=1" in text
+    assert subprocess.run(["bash", "-n", script], check=False).returncode == 0
+
+
+def test_a_script_is_replaced_by_force_only(tmp_path):
+    script = tmp_path / "job.sh"
+    script.write_text("mine")
+    with pytest.raises(ConfigurationError, match=r"^`write-slurm` must be a file that does not exist; got .*job\.sh"):
+        write_slurm(script, tmp_path, 1)
+    assert script.read_text() == "mine"
+    write_slurm(script, tmp_path, 1, force=True)
+    assert "sbatch" in script.read_text()
+
+
+def test_a_script_must_be_in_a_folder_that_exists(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"^`write-slurm` must be a file in a folder that exists; got "):
+        write_slurm(tmp_path / "missing" / "job.sh", tmp_path, 1)
+
+
+def test_a_script_that_cannot_be_written_is_named(tmp_path, monkeypatch):
+    def fail(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("turing_learning.studies._slurm.write_atomically", fail)
+    with pytest.raises(
+        ConfigurationError, match=r"file that can be written; got .*job\.sh \(No space left on device\)"
+    ):
+        write_slurm(tmp_path / "job.sh", tmp_path, 1)
