@@ -54,7 +54,7 @@ class ModelsSection(PopulationSection):
 class ClassifiersSection(PopulationSection):
     """The population of classifiers and their networks.
 
-    After every `renewal` generations, but not in the last ones, the population is replaced by random classifiers; 0 for
+    In the first half of a run the population is replaced by random classifiers after every `renewal` generations; 0 for
     never, as in the paper.
 
     `input_scale` divides the inputs of the networks: "robot" takes the largest speeds of the scenario's robot, a list

@@ -38,14 +38,14 @@ def assemble(configuration: Configuration) -> Coevolution:
 
 
 def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
-    """Return the classifiers' optimizer, renewed for the last time at least one interval before the end."""
+    """Return the classifiers' optimizer, which is renewed in the first half of the run only."""
     section, run = configuration.classifiers, configuration.run
     if section.renewal == 0:
         return _optimizer(section, parameters, (CLASSIFIERS, run.seed))
     return RenewedOptimizer(
         lambda k: _optimizer(section, parameters, (CLASSIFIERS, run.seed, k)),
         section.renewal,
-        last=max(run.generations - section.renewal, 0),
+        last=run.generations // 2,
     )
 
 
