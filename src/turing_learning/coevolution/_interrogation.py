@@ -114,10 +114,10 @@ def _judge(
     classifier: Classifier, genomes: np.ndarray, samples: Samples, referees: np.ndarray | None = None
 ) -> Judgments:
     genuine = _outputs(classifier, genomes, samples.genuine)
-    counterfeit = _judge_counterfeit(classifier, genomes, samples)
     if referees is None or len(referees) == 0:
-        return Judgments(genuine, counterfeit)
-    return Judgments(genuine, counterfeit, _judge_counterfeit(classifier, referees, samples))
+        return Judgments(genuine, _judge_counterfeit(classifier, genomes, samples))
+    counterfeit = _judge_counterfeit(classifier, np.concatenate((genomes, referees)), samples)
+    return Judgments(genuine, counterfeit[: len(genomes)], counterfeit[len(genomes) :])
 
 
 def _judge_counterfeit(classifier: Classifier, genomes: np.ndarray, samples: Samples) -> np.ndarray:

@@ -39,7 +39,15 @@ def run_range(function: Callable[..., None], count: int, threads: int | None, *a
         return
     chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
     bounds = [count * k // chunks for k in range(chunks + 1)]
-    pool = _pool(threads, os.getpid())
-    futures = [pool.submit(function, bounds[k], bounds[k + 1], *arguments) for k in range(chunks)]
-    for future in futures:
-        future.result()
+    pieces = iter(range(chunks))  # drawing the next piece is one step of the interpreter, so no two threads get the same
+
+    def work() -> None:
+        for k in pieces:
+            function(bounds[k], bounds[k + 1], *arguments)
+
+    futures = [_pool(threads - 1, os.getpid()).submit(work) for _ in range(min(threads, chunks) - 1)]
+    try:
+        work()
+    finally:
+        for future in futures:
+            future.result()
