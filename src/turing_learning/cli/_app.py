@@ -8,6 +8,7 @@ import typer
 
 from . import _study
 from ._main import Interrupted
+from ._numbers import integer, real
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,7 +28,12 @@ _study.register(app)
 
 ThreadsOption = Annotated[
     int | None,
-    typer.Option("--threads", metavar="N", help="Number of threads; all by default. The result does not depend on it."),
+    typer.Option(
+        "--threads",
+        metavar="N",
+        help="Number of threads; all by default. The result does not depend on it.",
+        parser=integer,
+    ),
 ]
 ForceOption = Annotated[bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")]
 RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a study folder.")]
@@ -161,10 +167,15 @@ def simulate(
         ),
     ] = None,
     robots: Annotated[
-        int | None, typer.Option("--robots", metavar="A", help="Number of robots; the scenario's by default.")
+        int | None,
+        typer.Option("--robots", metavar="A", help="Number of robots; the scenario's by default.", parser=integer),
     ] = None,
-    duration: Annotated[float, typer.Option("--duration", metavar="SECONDS", help="Duration of the trial.")] = 180.0,
-    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of initial poses and noise.")] = 1,
+    duration: Annotated[
+        float, typer.Option("--duration", metavar="SECONDS", help="Duration of the trial.", parser=real)
+    ] = 180.0,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="S", help="Seed of initial poses and noise.", parser=integer)
+    ] = 1,
     threads: ThreadsOption = None,
     out: Annotated[
         Path | None,
@@ -201,12 +212,14 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to go on."""
     from rich.console import Console
 
+    from turing_learning.runs import resume_command
+
     from ._live import watching
     from ._signals import stop_on_signals
     from ._tables import print_result
 
     console = Console()
-    ahead = f"go on with: turing-learning resume {path}"
+    ahead = f"go on with: {resume_command(path)}"
     try:
         with stop_on_signals() as should_stop, watching(console) as view:
             result = run(observer=view, should_stop=should_stop)

@@ -1,8 +1,11 @@
 """The entry point: run a command, and turn what a user can cause into one line and an exit code."""
 
+import errno
 import os
 import sys
 from collections.abc import Sequence
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 
@@ -39,8 +42,11 @@ def _run(arguments: list[str]) -> int:
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - nobody reads on
         return FAILED
+    except MemoryError as error:
+        return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
     except Exception as error:
-        return _say(f"error: {_message(error)}", _code(error))
+        code, message = _code(error), _message(error)
+        return _say(f"error: {message}", code) if message else code  # without a message help has been printed
     return outcome if isinstance(outcome, int) else DONE
 
 
@@ -59,6 +65,8 @@ def _code(error: Exception) -> int:
         return FAILED
     if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
         return REFUSED
+    if isinstance(error, OSError) and error.errno in _NO_ROOM:  # for what is printed
+        return FAILED
     raise error
 
 

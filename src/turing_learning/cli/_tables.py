@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 
 from ._live import number
@@ -12,12 +13,18 @@ if TYPE_CHECKING:
     from turing_learning.swarm import Scenario
 
 
+_ESTIMATE = ("estimate", "true", "error:estimate")
+_BEST = ("best model", "error:best", "paper")
+_ALL = _ESTIMATE + _BEST
+WIDEST = 1000  # characters, to ask how wide a table would be
+
 CAPTION = "error: absolute; paper: the absolute error that the paper reports for the best model"
 
 
 def print_result(console: Console, result: "Result") -> None:
     """Print the table of a run, how long it took, and where its files are."""
-    console.print(result_table(result))
+    for table in _fitting_tables(console, result):
+        console.print(table)
     console.print(
         f"{result.generations} generations in {result.seconds_total:.1f} s, "
         f"{1000 * result.seconds_per_generation:.1f} ms each (median)",
@@ -36,17 +43,27 @@ def _print_places(console: Console, result: "Result") -> None:
     console.print(f"run:    {result.path}", markup=False, highlight=False, soft_wrap=True)
 
 
-def result_table(result: "Result") -> Table:
-    """Return the table inferred / true / absolute error / the paper's figure."""
+def _fitting_tables(console: Console, result: "Result") -> list[Table]:
+    """Return one table, or on a narrow terminal, which would cut off its numbers, two below each other."""
+    whole = result_table(result)
+    fits = Measurement.get(console, console.options.update(width=WIDEST), whole).maximum <= console.width
+    return [whole] if fits else [result_table(result, _ESTIMATE), result_table(result, _BEST)]
+
+
+def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
+    """Return the table inferred / true / absolute error / the paper's figure, or some of its columns."""
     state = "" if result.complete else ", not complete"
-    table = Table(title=f"{result.scenario}, seed {result.seed}{state}", title_justify="left", caption=CAPTION)
+    table = Table(
+        title=f"{result.scenario}, seed {result.seed}{state}",
+        title_justify="left",
+        caption=None if columns == _ESTIMATE else CAPTION,
+    )
     table.caption_justify = "left"
-    table.add_column("parameter")
-    for heading in ("estimate", "true", "error", "best model", "error", "paper"):
-        table.add_column(heading, justify="right")
+    table.add_column("parameter" if columns == _ALL else "")
+    for column in columns:
+        table.add_column(column.partition(":")[0], justify="right")
     for name, value in result.estimate.items():
-        table.add_row(
-            name,
+        entries = (
             number(value),
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
@@ -54,9 +71,15 @@ def result_table(result: "Result") -> Table:
             _entry(result.absolute_error, name),
             _entry(result.paper_absolute_error, name, digits=2),
         )
+        table.add_row(name, *_chosen(entries, columns))
     table.add_section()
-    table.add_row("mean", "", "", _optional(result.estimate_mae), "", _optional(result.mae), "")
+    means = ("", "", _optional(result.estimate_mae), "", _optional(result.mae), "")
+    table.add_row("mean", *_chosen(means, columns))
     return table
+
+
+def _chosen(entries: tuple[str, ...], columns: tuple[str, ...]) -> list[str]:
+    return [entries[_ALL.index(column)] for column in columns]
 
 
 def _entry(values: dict[str, float] | None, name: str, digits: int = 3) -> str:

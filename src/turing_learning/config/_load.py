@@ -3,10 +3,11 @@
 import json
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any, get_type_hints
 
+import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from turing_learning.swarm import SCENARIOS, Scenario
@@ -104,8 +105,8 @@ def preset_named(name: str) -> dict[str, Any]:
     ConfigurationError
         If there is none of that name.
     """
-    if name not in PRESETS:
-        raise ConfigurationError(f"`preset` must be a known preset; got {name!r}. {nearest(name, PRESETS)}")
+    if not isinstance(name, str) or name not in PRESETS:
+        raise ConfigurationError(f"`preset` must be a known preset; got {name!r}. {nearest(str(name), PRESETS)}")
     return PRESETS[name]
 
 
@@ -123,6 +124,7 @@ def resolve(
     document: Mapping[str, Any], overrides: Mapping[str, Any], scenario: str | Scenario | None, origins: Origins
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
+    _refuse_values_of_tables(document, origins)
     data = merged(document, _nested(overrides))
     data["scenario"] = _scenario_data(data.get("scenario"), scenario, origins)
     _refuse_unknown_keys(data, origins)
@@ -192,7 +194,7 @@ def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins:
         if other not in (None, asked):
             raise ConfigurationError(
                 f"`scenario` must be the same everywhere; got {asked!r} as an argument and {other!r}"
-                f"{origins.where('scenario.preset')}. Leave one of them out."
+                f"{origins.where('scenario.name' if named is None else 'scenario.preset')}. Leave one of them out."
             )
     if asked is None and named is None and name is not None:
         return {}
@@ -228,6 +230,22 @@ def _all_keys(kind: Any, prefix: str = "") -> Iterator[str]:
     for name, child in _children(kind).items():
         yield prefix + name
         yield from _all_keys(child, f"{prefix}{name}.")
+
+
+def _refuse_values_of_tables(
+    document: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = ""
+) -> None:
+    """Refuse a value in the place of a table, over which a single setting would be laid and hide it."""
+    for name, below in _children(kind).items():
+        value = document.get(name)
+        if isinstance(value, Mapping):
+            _refuse_values_of_tables(value, origins, below, f"{prefix}{name}.")
+        elif name in document and _children(below) and prefix + name != "scenario":
+            place = replace(origins, labels={}).where(prefix + name)  # in the file, not that of the settings below it
+            raise ConfigurationError(
+                f"`{prefix}{name}` must be a table; got {value!r}{place}. "
+                f"Write [{prefix}{name}] and its settings below it."
+            )
 
 
 def _refuse_unknown_keys(
@@ -275,9 +293,14 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
 
 def _validated(data: dict[str, Any], origins: Origins) -> Configuration:
     try:
-        return Configuration.model_validate_json(json.dumps(data, default=str), strict=True)
+        return Configuration.model_validate_json(json.dumps(data, default=_plain), strict=True)
     except ValidationError as error:
         raise ConfigurationError(_message(error, data, origins)) from error
+
+
+def _plain(value: Any) -> Any:
+    """Return what JSON can carry: a number for one of NumPy's, else a text."""
+    return value.item() if isinstance(value, np.generic) else str(value)
 
 
 def _message(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> str:

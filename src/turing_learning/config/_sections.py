@@ -6,12 +6,16 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from turing_learning.swarm import Scenario
 
+from ._limits import check_limits
+
 LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
+LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
+Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
 
 
 class Section(BaseModel):
@@ -28,8 +32,8 @@ class PopulationSection(Section):
 
     parents: Count = 50
     offspring: Count = 50
-    initial_low: float = -1.0
-    initial_high: float = 1.0
+    initial_low: Start = -1.0
+    initial_high: Start = 1.0
     initial_step_size: Positive = 1.0
     minimum_step_size: Annotated[float, Field(ge=0)] = 0.01
 
@@ -119,6 +123,11 @@ class Configuration(Section):
                 "`classifiers.renewal` must be 0 without an archive (coevolution.archive = 0), which would remember what "
                 f"renewed classifiers forget; got {self.classifiers.renewal}."
             )
+        return self
+
+    @model_validator(mode="after")
+    def _check_limits(self) -> "Configuration":
+        check_limits(self)
         return self
 
     @property

@@ -39,7 +39,9 @@ def run_range(function: Callable[..., None], count: int, threads: int | None, *a
         return
     chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
     bounds = [count * k // chunks for k in range(chunks + 1)]
-    pieces = iter(range(chunks))  # drawing the next piece is one step of the interpreter, so no two threads get the same
+    pieces = iter(
+        range(chunks)
+    )  # drawing the next piece is one step of the interpreter, so no two threads get the same
 
     def work() -> None:
         for k in pieces:

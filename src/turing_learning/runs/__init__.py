@@ -10,8 +10,8 @@
     What an observer is told after every generation.
 `trial_replay`, `write_trial`
     One trial of a scenario, as page or film.
-`RunFolder`
-    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock.
+`RunFolder`, `resume_command`
+    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to go on with it.
 `stored_generations`, `stored_traces`
     What the last checkpoint of a run holds, without the rest of it.
 `write_atomically`, `write_json`
@@ -28,7 +28,7 @@ from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from ._checkpoints import stored_generations, stored_traces
-    from ._folder import RunFolder
+    from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
@@ -49,6 +49,7 @@ __all__ = [
     "paper_absolute_errors",
     "refuse_film_path",
     "resume",
+    "resume_command",
     "run_table",
     "scenario_named",
     "start",
@@ -66,6 +67,7 @@ _LAZY = {
     "Progress": "_session",
     "Result": "_result",
     "RunFolder": "_folder",
+    "resume_command": "_folder",
     "infer": "_infer",
     "load_run": "_infer",
     "new_run_path": "_infer",

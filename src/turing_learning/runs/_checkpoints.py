@@ -4,7 +4,7 @@ import hashlib
 import io
 import re
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,10 +34,11 @@ class Checkpoint:
 
 @dataclass(frozen=True)
 class Latest:
-    """The newest usable checkpoint, None if there is none, and the files that had to be passed over."""
+    """The newest usable checkpoint, None if there is none, and the files passed over: damaged ones, and refused ones."""
 
     checkpoint: Checkpoint | None
     damaged: tuple[Path, ...]
+    refused: tuple[Path, ...] = ()
 
 
 def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> Path:
@@ -77,21 +78,27 @@ def replace_checkpoints(folder: Path, checkpoint: Checkpoint) -> None:
             old.unlink(missing_ok=True)
 
 
-def latest_checkpoint(folder: Path) -> Latest:
+def latest_checkpoint(folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True) -> Latest:
     """Read the newest checkpoint that is as it was written.
 
     Parameters
     ----------
     folder
         May be missing.
+    accept
+        Asked about each such checkpoint, the newest first, until it says yes.
     """
     damaged: list[Path] = []
+    refused: list[Path] = []
     for path in _newest_first(folder):
         arrays = _read(path)
-        if arrays is not None:
-            return Latest(Checkpoint(_generation_of(path), arrays), tuple(damaged))
-        damaged.append(path)
-    return Latest(None, tuple(damaged))
+        if arrays is None:
+            damaged.append(path)
+        elif accept(checkpoint := Checkpoint(_generation_of(path), arrays)):
+            return Latest(checkpoint, tuple(damaged), tuple(refused))
+        else:
+            refused.append(path)
+    return Latest(None, tuple(damaged), tuple(refused))
 
 
 def stored_generations(folder: Path) -> int:
@@ -123,7 +130,14 @@ def discard_checkpoints(folder: Path, above: int) -> None:
 
 def _newest_first(folder: Path) -> list[Path]:
     found = [path for path in folder.glob("generation-*.npz") if _NAME.match(path.name)]
-    return sorted(found, key=lambda path: (_generation_of(path), path.stat().st_mtime_ns), reverse=True)
+    return sorted(found, key=lambda path: (_generation_of(path), _written_at(path)), reverse=True)
+
+
+def _written_at(path: Path) -> int:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:  # the run that a reader looks at goes on, and has removed it
+        return 0
 
 
 def _generation_of(path: Path) -> int:

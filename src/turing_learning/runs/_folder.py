@@ -1,5 +1,6 @@
 """A run folder: its files, its lock, and whether it is one."""
 
+import shlex
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +15,11 @@ from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
 _RESULTS = ("result.json", "report.html", "checkpoints", "history.zarr", "figures")
+
+
+def resume_command(path: Path) -> str:
+    """Return the command that goes on with a run, to be pasted into a shell."""
+    return f"turing-learning resume {shlex.quote(str(path))}"
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,11 @@ class RunFolder:
                 f"`format_version` must be at most {FORMAT_VERSION}; got {manifest['format_version']} "
                 f"[{self.manifest_path}]. Use the version of turing-learning that wrote this run, or a later one."
             )
+        if not isinstance(manifest.get("state"), str):
+            raise RunFolderError(
+                f"`run` must be a run folder; got {self.path}, whose manifest has no state [{self.manifest_path}]. "
+                "Restore the file."
+            )
         return manifest
 
     def is_run(self) -> bool:
@@ -158,7 +169,7 @@ class RunFolder:
             if not force:
                 raise RunFolderError(
                     f"`out` must be a new or empty folder; got {self.path}, which holds a run. "
-                    f"Go on with `turing-learning resume {self.path}`, choose another folder, or replace it with "
+                    f"Go on with `{resume_command(self.path)}`, choose another folder, or replace it with "
                     "--force."
                 )
         elif others := self._foreign_names():

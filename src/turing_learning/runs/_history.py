@@ -1,7 +1,9 @@
 """The whole history of a run: every generation's populations, step sizes and fitness values."""
 
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -75,6 +77,10 @@ class ThinRecorder:
     def flush(self) -> None:
         """Do nothing."""
 
+    def seals(self) -> dict[str, np.ndarray]:
+        """Return nothing."""
+        return {}
+
 
 class HistoryRecorder:
     """Collect generations and write them chunk by chunk.
@@ -85,15 +91,19 @@ class HistoryRecorder:
         The sizes.
     arrays
         Name -> array over all generations, anything that takes ``array[start:stop] = block``.
-    start
-        Number of generations that the arrays hold already.
+    seals
+        What `seals` returned when the arrays had been flushed the last time; None for empty arrays.
     """
 
-    def __init__(self, layout: Layout, arrays: Mapping[str, Any], start: int = 0) -> None:
+    def __init__(
+        self, layout: Layout, arrays: Mapping[str, Any], seals: Mapping[str, np.ndarray] | None = None
+    ) -> None:
         self._arrays = arrays
         self._chunk = layout.chunk
-        self._start = start
         self._count = 0
+        self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
+        self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
+        self._start = self._stops[-1] if self._stops else 0
         self._buffers = {
             name: np.empty((layout.chunk, *layout.shape(dimensions)), dtype=kind)
             for name, (dimensions, kind) in layout.variables().items()
@@ -114,7 +124,13 @@ class HistoryRecorder:
         for name, buffer in self._buffers.items():
             self._arrays[name][self._start : self._start + self._count] = buffer[: self._count]
         self._start += self._count
+        self._stops.append(self._start)
+        self._checksums.append(_checksum({name: buffer[: self._count] for name, buffer in self._buffers.items()}))
         self._count = 0
+
+    def seals(self) -> dict[str, np.ndarray]:
+        """Return where each block that was flushed ends, and its checksum; see `intact`."""
+        return {"stops": np.array(self._stops, dtype=np.int64), "checksums": np.array(self._checksums, dtype=np.uint32)}
 
 
 def memory_arrays(layout: Layout) -> dict[str, np.ndarray]:
@@ -184,17 +200,54 @@ def open_store(path: Path) -> Mapping[str, Any]:
     """Open a history on disk for reading and writing."""
     import zarr
 
-    group = zarr.open_group(str(path), mode="r+", zarr_format=2)
-    return {str(name): group[name] for name in group.array_keys()}
+    # a chunk of nothing but zeros is a file too, so that `holds` can tell it from one that is lost
+    with zarr.config.set({"array.write_empty_chunks": True}):
+        group = zarr.open_group(str(path), mode="r+", zarr_format=2)
+        return {str(name): group[name] for name in group.array_keys()}
 
 
 def holds(path: Path, layout: Layout, generations: int) -> bool:
     """Return whether a history on disk fits the layout and has all chunks of its first generations."""
+    if not (path / ".zmetadata").is_file():
+        return False
     try:
         arrays = open_store(path)
     except (OSError, KeyError, ValueError):
         return False
     return all(_holds_array(arrays.get(name), layout, spec, generations) for name, spec in layout.variables().items())
+
+
+def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> bool:
+    """Return whether the first generations of a history on disk are as they were flushed.
+
+    Parameters
+    ----------
+    path, layout, generations
+        As in `holds`.
+    seals
+        Of the recorder that had flushed these generations.
+    """
+    if not holds(path, layout, generations):
+        return False
+    stops = seals["stops"].tolist()
+    if (stops[-1] if stops else 0) != generations:
+        return False
+    arrays = open_store(path)
+    try:
+        found = [
+            _checksum({name: arrays[name][start:stop] for name in layout.variables()})
+            for start, stop in pairwise([0, *stops])
+        ]
+    except (OSError, ValueError):  # zarr's words for a chunk that is cut short
+        return False
+    return found == seals["checksums"].tolist()
+
+
+def _checksum(values: Mapping[str, np.ndarray]) -> int:
+    total = 0
+    for array in values.values():
+        total = zlib.crc32(np.ascontiguousarray(array).data, total)
+    return total
 
 
 def _holds_array(array: Any, layout: Layout, spec: tuple[tuple[str, ...], str], generations: int) -> bool:

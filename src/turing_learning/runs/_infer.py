@@ -7,13 +7,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.config import Configuration, load_configuration, to_toml
+from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.swarm import Scenario
 
 from ._checkpoints import Checkpoint, latest_checkpoint, replace_checkpoints
 from ._errors import RunFolderError
 from ._files import remove_partial, write_json
-from ._folder import RunFolder
+from ._folder import RunFolder, resume_command
 from ._history import dataset_in_memory, dataset_on_disk, thin_dataset
 from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
 from ._result import Attachments, Result, result_from_json, summarize
@@ -100,6 +100,11 @@ def _resolved(
     overrides: Mapping[str, Any],
 ) -> Configuration:
     labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides}
+    if not isinstance(config, str | Path | Configuration | None):
+        raise ConfigurationError(
+            f"`config` must be a TOML file or a Configuration; got {type(config).__name__}. Give single settings to "
+            "`turing_learning.config.load_configuration`, and its result here."
+        )
     if isinstance(config, Configuration):
         flat = {
             f"{name}.{key}": value for name, section in config.model_dump().items() for key, value in section.items()
@@ -179,16 +184,33 @@ def resume(
     """
     folder = RunFolder(Path(path))
     configuration = folder.configuration()
-    if folder.manifest()["state"] == FINISHED:
+    if _is_whole(folder, configuration):
         return load_run(path)
     here = configuration if threads is None else _resolved(None, "default", configuration, {"run.threads": threads})
     with ExitStack() as lock:
         with _writable(folder, "run"):
             lock.enter_context(folder.locked())
+            if _is_whole(folder, configuration) or _restored_result(folder, configuration):
+                return load_run(path)
             remove_partial(folder.path)
             folder.update_manifest(state=RUNNING, process=this_process())
             session = Session(here, folder)
         return _run(session, folder, configuration, observer, should_stop)
+
+
+def _is_whole(folder: RunFolder, configuration: Configuration) -> bool:
+    """Return whether a run is finished and has its result."""
+    return folder.manifest()["state"] == FINISHED and _stored_result(folder, configuration) is not None
+
+
+def _restored_result(folder: RunFolder, configuration: Configuration) -> bool:
+    """Write the result of a finished run again, if its checkpoint is left; the caller holds the lock."""
+    if folder.manifest()["state"] != FINISHED:
+        return False
+    checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
+    if checkpoint is not None:
+        write_json(folder.result_path, _result_of(checkpoint, folder, configuration).to_json())
+    return checkpoint is not None
 
 
 def _run(
@@ -293,7 +315,7 @@ def _stored_checkpoint(folder: RunFolder) -> Checkpoint:
     if checkpoint is None:
         raise RunFolderError(
             f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
-            f"Begin it with `turing-learning resume {folder.path}`."
+            f"Begin it with `{resume_command(folder.path)}`."
         )
     return checkpoint
 

@@ -14,8 +14,8 @@ from turing_learning.config import Configuration
 from ._assemble import assemble, classifier_of
 from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
 from ._errors import RunStorageError
-from ._folder import RunFolder
-from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, holds, memory_arrays, open_store
+from ._folder import RunFolder, resume_command
+from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
 from ._traces import Traces, generation_values
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -101,7 +101,9 @@ class Session:
         self._recorder: HistoryRecorder | ThinRecorder = ThinRecorder()
         if not self._thin:
             self.arrays = self._opened_arrays(new=state is None)
-            self._recorder = HistoryRecorder(self.layout, self.arrays, self.traces.completed)
+            self._recorder = HistoryRecorder(
+                self.layout, self.arrays, None if state is None else part(state, "history/")
+            )
 
     @property
     def _thin(self) -> bool:
@@ -172,7 +174,8 @@ class Session:
 
     def _state(self) -> dict[str, np.ndarray]:
         evolving = {f"coevolution/{name}": array for name, array in self._coevolution.state().items()}
-        return evolving | self._outcome()
+        history = {f"history/{name}": array for name, array in self._recorder.seals().items()}
+        return evolving | history | self._outcome()
 
     def _outcome(self) -> dict[str, np.ndarray]:
         return {
@@ -184,12 +187,11 @@ class Session:
         """Take over the newest usable checkpoint, if there is one and the history reaches as far."""
         folder = self._folder
         assert folder is not None
-        latest = latest_checkpoint(folder.checkpoints_path)
+        latest = latest_checkpoint(folder.checkpoints_path, self._holds_history)
         checkpoint = latest.checkpoint
-        if checkpoint is not None and not self._holds_history(checkpoint.generation):
-            _LOGGER.warning("The history in %s is damaged; the run begins again at generation 0.", folder.path)
-            checkpoint = None
         done = checkpoint.generation if checkpoint else 0
+        if latest.refused:
+            _LOGGER.warning("The history in %s is damaged; the run goes on from generation %d.", folder.path, done)
         for path in latest.damaged:
             _LOGGER.warning("Checkpoint %s is damaged; the run goes on from generation %d.", path.name, done)
         discard_checkpoints(folder.checkpoints_path, above=done)
@@ -200,8 +202,11 @@ class Session:
         self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         return checkpoint.arrays
 
-    def _holds_history(self, generations: int) -> bool:
-        return self._thin or (self._folder is not None and holds(self._folder.history_path, self.layout, generations))
+    def _holds_history(self, checkpoint: Checkpoint) -> bool:
+        if self._thin:
+            return True
+        folder, seals = self._folder, part(checkpoint.arrays, "history/")
+        return folder is not None and intact(folder.history_path, self.layout, checkpoint.generation, seals)
 
     def _opened_arrays(self, *, new: bool) -> Mapping[str, np.ndarray]:
         if self._folder is None:
@@ -225,5 +230,5 @@ def storage(folder: RunFolder | None) -> Iterator[None]:
             raise
         raise RunStorageError(
             f"`out` must be a folder with space left; could not write to {folder.path} "
-            f"({error.strerror or error}). Make room, then go on with `turing-learning resume {folder.path}`."
+            f"({error.strerror or error}). Make room, then go on with `{resume_command(folder.path)}`."
         ) from error

@@ -1,7 +1,8 @@
 """One trial of a scenario, to look at."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -66,6 +67,8 @@ def trial_replay(
     from ._present import swarm_replay
 
     _check(scenario, controller, robots, duration_s, seed)
+    if threads is not None and threads < 1:
+        raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads}.")
     own = controller is None
     genome = np.asarray(scenario.controller if own else controller, dtype=float)
     poses = initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots)
@@ -104,7 +107,14 @@ def refuse_film_path(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a page or film may be written to a path."""
     if path.suffix.lower() not in SUFFIXES:
         raise ConfigurationError(f"`out` must end with one of {', '.join(SUFFIXES)}; got {path}.")
-    if path.is_dir() or (path.exists() and not force):
+    if not path.parent.is_dir():
+        raise ConfigurationError(
+            f"`out` must be a file that can be written; got {path} (there is no folder {path.parent}). "
+            "Choose another place, or make the folder."
+        )
+    with _writing(path):
+        taken = path.is_dir() or (path.exists() and not force)
+    if taken:
         raise ConfigurationError(
             f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with --force."
         )
@@ -130,12 +140,19 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     from turing_learning import report
 
     refuse_film_path(path, force=force)
-    try:
+    with _writing(path):
         if path.suffix.lower() == ".gif":
             return report.write_gif(replay, path, speed=FILM_SPEED)
         if path.suffix.lower() == ".mp4":
             return report.write_mp4(replay, path, speed=FILM_SPEED)
         return report.write_page(report.replay_page(replay), path)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Turn what the operating system says about a film's file into one message."""
+    try:
+        yield
     except ImportError as error:
         raise ConfigurationError(str(error)) from error
     except OSError as error:

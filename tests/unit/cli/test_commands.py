@@ -1,5 +1,6 @@
 """What every command prints, and the exit codes."""
 
+import errno
 import json
 import os
 import signal
@@ -136,6 +137,17 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["simulate", "aggregation", "--robots", "0"], "`robots` must be between 1 and 1000; got 0."),
         (["simulate", "aggregation", "--duration", "nan"], "`duration` must be above 0"),
         (["simulate", "aggregation", "--out", "a.txt"], "`out` must end with one of .html, .gif, .mp4; got a.txt."),
+        (
+            ["simulate", "aggregation", "--robots", "2.5"],
+            "Invalid value for '--robots': must be an integer; got '2.5'.",
+        ),
+        (["simulate", "aggregation", "--duration", "x"], "Invalid value for '--duration': must be a number; got 'x'."),
+        (["simulate", "aggregation", "--threads", "0"], "`threads` must be an integer of at least 1; got 0."),
+        (["simulate", "aggregation", "--out", "no/a.gif"], "got no/a.gif (there is no folder no)."),
+        (
+            ["infer", "aggregation", "--set", "models.parents=1000000000", "--out", "run"],
+            "`models.parents` must be smaller, as keeping the history between two checkpoints needs",
+        ),
         (["nonsense"], "No such command 'nonsense'."),
         (["simulate"], "Missing argument 'SCENARIO'."),
     ],
@@ -157,6 +169,43 @@ def test_a_trial_is_written_and_not_overwritten(call, refused, tmp_path):
     assert call(*arguments)[:2] == (0, "aggregation.html\n")
     assert (tmp_path / "aggregation.html").stat().st_size > 1000
     assert "`out` must be a file that does not exist; got aggregation.html." in refused(*arguments)
+
+
+def test_without_a_command_there_is_help_and_nothing_else(call):
+    code, out, err = call()
+    assert (code, err) == (2, "")
+    assert "Usage: turing-learning" in out
+
+
+@pytest.mark.parametrize(
+    ("trouble", "said"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "error: [Errno 28] No space left on device\n"),
+        (
+            MemoryError("Unable to allocate 9 GiB"),
+            "error: this machine has not enough memory (Unable to allocate 9 GiB); ",
+        ),
+    ],
+)
+def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(trouble, said, call, monkeypatch):
+    import turing_learning.runs
+
+    def broken(path):
+        raise trouble
+
+    monkeypatch.setattr(turing_learning.runs, "load_run", broken, raising=False)
+    code, _, err = call("show", ".")
+    assert code == 1
+    assert err.startswith(said)
+
+
+def test_no_number_is_cut_off_on_a_narrow_terminal(call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")
+    assert code == 0
+    assert "…" not in out
+    assert max(map(len, out.splitlines()[1:])) <= 40
+    assert [heading in out for heading in ("estimate", "best model", "paper")] == [True] * 3
 
 
 def test_a_bug_is_not_hidden(monkeypatch):

@@ -1,5 +1,7 @@
 import math
+import re
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -53,7 +55,7 @@ def test_a_written_configuration_reads_back_equal(name, written):
     assert load_configuration(written(to_toml(configuration))) == configuration
 
 
-@given(low=st.floats(-1e300, 0), step=st.floats(0.02, 1e6), seed=st.integers(0, 2**63 - 1))
+@given(low=st.floats(-1e6, 0), step=st.floats(0.02, 1e6), seed=st.integers(0, 2**63 - 1))
 def test_numbers_survive_writing_bit_by_bit(low, step, seed, tmp_path_factory):
     overrides = {"models.initial_low": low, "models.initial_step_size": step, "run.seed": seed}
     configuration = load_configuration(overrides=overrides)
@@ -178,7 +180,14 @@ def test_all_threads_are_none():
             '[scenario]\nname = "mine"',
             "`scenario.title` must be given; got nothing [{path}:1]. Set it, or name a preset scenario.",
         ),
-        ("models = 3", "`models` must be a table; got 3 [{path}:1]."),
+        (
+            "models = 3",
+            "`models` must be a table; got 3 [{path}:1]. Write [models] and its settings below it.",
+        ),
+        (
+            "[models]\ninitial_low = -1e7",
+            "`models.initial_low` must be greater than or equal to -1000000; got -10000000.0 [{path}:2].",
+        ),
         (
             "[classifiers]\ninput_scale = [1.0]",
             '`classifiers.input_scale` must be "robot" or 2 positive numbers, one for each signal; '
@@ -233,6 +242,78 @@ def test_a_table_and_a_value_under_one_name_are_refused():
     assert refused(overrides={"run": 1, "run.seed": 2}) == (
         "`run.seed` must be a setting of its own; got 'run' both as a table and as a value. Leave one out."
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "overrides"),
+    [
+        ("run = 3", {"run.seed": 1}),
+        ("[[run]]\nseed = 2", {"run.seed": 1}),
+        ("[scenario]\nrobot = 3", {"scenario.robot.radius_cm": 3.0}),
+    ],
+)
+def test_a_value_in_the_place_of_a_table_is_refused_and_not_hidden_by_a_setting(text, overrides, written):
+    path = written(text)
+    assert re.search(rf" must be a table; got .* \[{path}:[12]\]\. Write \[", refused(path, overrides=overrides))
+
+
+def test_numbers_of_numpy_are_numbers():
+    configuration = load_configuration(overrides={"run.seed": np.int64(5), "models.initial_low": np.float64(-0.5)})
+    assert (configuration.run.seed, configuration.models.initial_low) == (5, -0.5)
+
+
+def test_a_preset_that_is_no_text_is_refused():
+    assert refused(preset=None) == "`preset` must be a known preset; got None. Choose from: default, paper."
+
+
+def test_a_scenario_of_another_name_is_refused_with_its_place():
+    assert refused(scenario="aggregation", overrides={"scenario.name": "mine"}) == (
+        "`scenario` must be the same everywhere; got 'aggregation' as an argument and 'mine' [override scenario.name]. "
+        "Leave one of them out."
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("scenario.robot.radius_cm", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
+        ("scenario.robot.mass_g", 1e-300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e-300"),
+        (
+            "scenario.robot.wheel_distance_cm",
+            1e-9,
+            "must make the largest speeds between 1e-09 and 1e+09; got 2.56e+10",
+        ),
+        ("classifiers.input_scale", [1.0, 1e300], "must be between 1e-09 and 1e+09; got 1e+300"),
+        (
+            "classifiers.hidden",
+            254,
+            "must be at most 253, as a network has at most 255 inputs and hidden neurons; got 254",
+        ),
+        ("models.parents", 10**9, "must be smaller, as keeping the history between two checkpoints needs 2.98e+03 GiB"),
+        (
+            "scenario.agents",
+            100_000,
+            "must be smaller, as searching the bodies of a trial for near pairs needs 149 GiB",
+        ),
+        ("scenario.trial.duration_s", 1e9, "must be smaller, as a generation's motion needs 6.56e+05 GiB, and 64 are"),
+        (
+            "scenario.trial.physics_steps",
+            10**9,
+            "must be smaller, as a generation has 1.1e+14 physics steps of a robot",
+        ),
+    ],
+)
+def test_what_no_machine_can_do_is_refused_before_anything_runs(key, value, message):
+    said = refused(overrides={key: value})
+    assert said.startswith(f"`{key}` {message}")
+    assert f" [override {key}]" in said
+
+
+def test_a_judgment_of_too_many_samples_is_refused():
+    said = refused(
+        overrides={"models.population": 200_000, "classifiers.population": 200_000, "run.checkpoint_every": 1}
+    )
+    assert "must be smaller, as judging a generation needs" in said
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,22 @@ def test_arrays_of_python_objects_are_refused(tmp_path):
     with pytest.raises(ValueError, match="Object arrays cannot be saved when allow_pickle=False"):
         save_checkpoint(tmp_path, Checkpoint(1, {"a": np.array([{}], dtype=object)}))
     assert latest_checkpoint(tmp_path).checkpoint is None
+
+
+def test_a_checkpoint_that_is_not_accepted_is_passed_over(tmp_path):
+    save_checkpoint(tmp_path, checkpoint(1))
+    newest = save_checkpoint(tmp_path, checkpoint(2))
+    latest = latest_checkpoint(tmp_path, lambda found: found.generation < 2)
+    assert latest.checkpoint.generation == 1
+    assert latest.refused == (newest,)
+    assert latest.damaged == ()
+
+
+def test_a_checkpoint_that_is_removed_while_it_is_looked_for_is_passed_over(tmp_path, monkeypatch):
+    save_checkpoint(tmp_path, checkpoint(1))
+    gone = tmp_path / "generation-000002-0123456789abcdef.npz"
+    monkeypatch.setattr(Path, "glob", lambda folder, pattern: [gone, *folder.iterdir()])
+    assert latest_checkpoint(tmp_path).checkpoint.generation == 1
 
 
 def test_later_checkpoints_are_discarded(tmp_path):

@@ -9,6 +9,7 @@ from turing_learning.runs._history import (
     dataset_in_memory,
     dataset_on_disk,
     holds,
+    intact,
     memory_arrays,
     open_store,
 )
@@ -62,7 +63,8 @@ def test_a_history_that_is_flushed_and_opened_in_mid_chunk_goes_on(tmp_path):
     recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
     record(recorder, 0, 6)
     recorder.flush()
-    recorder = HistoryRecorder(LAYOUT, open_store(path), start=6)
+    recorder = HistoryRecorder(LAYOUT, open_store(path), recorder.seals())
+    assert recorder.seals()["stops"].tolist() == [4, 6]
     record(recorder, 6, 10)
     recorder.flush()
     assert_holds(dataset_on_disk(path, 10), 10)
@@ -88,7 +90,7 @@ def test_a_history_knows_how_far_it_reaches(tmp_path):
     assert not holds(path, LAYOUT, 9)
 
 
-@pytest.mark.parametrize("name", ["classifier/1.0.0", ".zgroup"])
+@pytest.mark.parametrize("name", ["classifier/1.0.0", ".zgroup", ".zmetadata"])
 def test_a_history_that_lacks_a_file_is_recognized(name, tmp_path):
     path = tmp_path / "history.zarr"
     record(HistoryRecorder(LAYOUT, create_store(path, LAYOUT)), 0, 8)
@@ -102,3 +104,48 @@ def test_a_history_of_other_sizes_is_recognized(tmp_path):
     other = Layout(generations=10, models=4, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
     assert not holds(path, other, 0)
     assert not holds(tmp_path / "missing.zarr", LAYOUT, 0)
+
+
+def test_a_chunk_of_zeros_is_kept_as_a_file(tmp_path):
+    path = tmp_path / "history.zarr"
+    recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
+    for number in range(LAYOUT.generations):
+        recorder.record(values(number) | {"selection": np.array(0, np.int8)})
+    recorder.flush()
+    assert (path / "selection" / "0").exists()
+    assert holds(path, LAYOUT, LAYOUT.generations)
+
+
+@pytest.fixture
+def flushed(tmp_path):
+    """A history of six generations, flushed after the fourth and the sixth, and its seals."""
+    path = tmp_path / "history.zarr"
+    recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
+    record(recorder, 0, 6)
+    recorder.flush()
+    return path, recorder.seals()
+
+
+def test_a_history_that_was_not_touched_is_intact(flushed):
+    path, seals = flushed
+    assert intact(path, LAYOUT, 6, seals)
+    record(HistoryRecorder(LAYOUT, open_store(path), seals), 6, 8)  # a later block changes nothing
+    assert intact(path, LAYOUT, 6, seals)
+
+
+def test_seals_of_other_generations_do_not_fit(flushed):
+    path, seals = flushed
+    assert not intact(path, LAYOUT, 4, seals)
+    assert not intact(path, LAYOUT, 0, seals)
+
+
+def altered(content):
+    return bytes([content[0] ^ 1]) + content[1:]
+
+
+@pytest.mark.parametrize("damage", [lambda content: content[:-1], lambda content: b"", altered])
+@pytest.mark.parametrize("name", ["model/0.0.0", "classifier_step_size/1.0.0", "selection/0"])
+def test_a_chunk_that_is_cut_short_or_altered_is_recognized(name, damage, flushed):
+    path, seals = flushed
+    (path / name).write_bytes(damage((path / name).read_bytes()))
+    assert not intact(path, LAYOUT, 6, seals)

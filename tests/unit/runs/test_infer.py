@@ -2,6 +2,7 @@ import json
 import logging
 import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from turing_learning.runs import (
     new_run_path,
     paper_absolute_errors,
     resume,
+    resume_command,
     start,
 )
 
@@ -189,8 +191,37 @@ def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, capl
     (stopped / "history.zarr" / "model" / "0.0.0").unlink()
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped)
-    assert caplog.messages == [f"The history in {stopped} is damaged; the run begins again at generation 0."]
+    assert caplog.messages == [f"The history in {stopped} is damaged; the run goes on from generation 0."]
     assert untimed(stopped) == untimed(whole)
+
+
+@pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0"])
+def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(name, stopped, whole, caplog):
+    chunk = stopped / "history.zarr" / name
+    chunk.write_bytes(chunk.read_bytes()[:-5])
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        resume(stopped)
+    assert caplog.messages == [f"The history in {stopped} is damaged; the run goes on from generation 3."]
+    assert untimed(stopped) == untimed(whole)
+    assert xr.open_zarr(stopped / "history.zarr").identical(xr.open_zarr(whole / "history.zarr"))
+
+
+@pytest.mark.parametrize("left", [None, b"", b"xx", b"[]", b'{"generations": 7}'])
+def test_a_finished_run_that_lost_its_result_gets_it_back(left, finished, whole):
+    (finished / "result.json").unlink()
+    if left is not None:
+        (finished / "result.json").write_bytes(left)
+    others = {name: content for name, content in contents(finished).items() if name.name != "result.json"}
+    resume(finished)
+    assert contents(finished) == others | {Path("result.json"): (whole / "result.json").read_bytes()}
+
+
+def test_a_finished_run_that_lost_result_and_checkpoints_runs_again(finished, whole):
+    (finished / "result.json").unlink()
+    shutil.rmtree(finished / "checkpoints")
+    resume(finished)
+    assert untimed(finished) == untimed(whole)
+    assert json.loads((finished / "manifest.json").read_text())["state"] == "finished"
 
 
 def test_nothing_is_overwritten_without_force(finished, small):
@@ -232,6 +263,23 @@ def test_a_manifest_that_is_none_is_refused(text, tmp_path):
     (tmp_path / "manifest.json").write_text(text)
     with pytest.raises(RunFolderError, match="`run` must be a run folder"):
         tl.load_run(tmp_path)
+
+
+def test_a_manifest_without_a_state_is_refused(finished):
+    path = finished / "manifest.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"state": None}))
+    for door in (tl.load_run, resume):
+        with pytest.raises(RunFolderError, match=r"whose manifest has no state \[.*manifest.json\]. Restore the file."):
+            door(finished)
+
+
+def test_what_is_no_configuration_is_refused():
+    with pytest.raises(ConfigurationError, match=r"`config` must be a TOML file or a Configuration; got dict\."):
+        tl.infer(config={"run": {"seed": 1}})
+
+
+def test_the_command_that_goes_on_can_be_pasted_whatever_the_folder(tmp_path):
+    assert resume_command(tmp_path / "my run") == f"turing-learning resume '{tmp_path}/my run'"
 
 
 def test_a_run_that_cannot_be_written_is_refused(stopped, monkeypatch):

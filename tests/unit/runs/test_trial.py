@@ -1,5 +1,8 @@
+import errno
+
 import pytest
 
+import turing_learning.report
 from turing_learning.config import ConfigurationError
 from turing_learning.runs import scenario_named, trial_replay, write_trial
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
@@ -27,6 +30,7 @@ def test_a_given_controller_is_executed():
         ({"robots": 0}, "`robots` must be between 1 and 1000; got 0."),
         ({"duration_s": 0.0}, "`duration` must be above 0 and at most 3600 s; got 0."),
         ({"duration_s": float("nan")}, "`duration` must be above 0 and at most 3600 s; got nan."),
+        ({"threads": 0}, "`threads` must be an integer of at least 1; got 0."),
         ({"seed": -1}, "`seed` must be greater than or equal to 0; got -1."),
     ],
 )
@@ -72,6 +76,20 @@ def test_an_unknown_suffix_is_refused(replay, tmp_path):
 
 def test_a_folder_that_is_missing_is_refused(replay, tmp_path):
     with pytest.raises(
-        ConfigurationError, match=r"must be a file that can be written; got .* \(No such file or directory\)"
+        ConfigurationError, match=r"can be written; got .* \(there is no folder .*no\)\. Choose another"
     ):
         write_trial(replay, tmp_path / "no" / "a.html")
+
+
+def test_a_name_that_no_file_can_have_is_refused(replay, tmp_path):
+    with pytest.raises(ConfigurationError, match=r"can be written; got .*\.html \(File name too long\)"):
+        write_trial(replay, tmp_path / f"{'a' * 300}.html")
+
+
+def test_a_file_that_cannot_be_written_is_refused(replay, tmp_path, monkeypatch):
+    def full(page, path):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(turing_learning.report, "write_page", full)
+    with pytest.raises(ConfigurationError, match=r"can be written; got .*a\.html \(No space left on device\)"):
+        write_trial(replay, tmp_path / "a.html")
