@@ -42,14 +42,19 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
     ------
     docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
     """
-    accepted = judgments.counterfeit.mean(axis=2)
+    accepted = _shares(judgments.counterfeit)
     competence = specificity(judgments) - accepted.mean(axis=1)
     if judgments.refereed is not None and judgments.referee_specificity is not None:
-        referees = judgments.refereed.mean(axis=2)
+        referees = _shares(judgments.refereed)
         accepted = np.concatenate((accepted, referees))
         competence = np.append(competence, judgments.referee_specificity - referees.mean(axis=1))
     weights = np.maximum(competence, 0)
     return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
+
+
+def _shares(misled: np.ndarray) -> np.ndarray:
+    """Return the share (N, M) of each model's C samples, of (N, M, C), that mislead a classifier."""
+    return np.count_nonzero(misled, axis=2) / misled.shape[2] if misled.shape[2] > 1 else misled[:, :, 0].astype(float)
 
 
 def classifier_reward(judgments: Judgments) -> np.ndarray:

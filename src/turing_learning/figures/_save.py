@@ -40,7 +40,15 @@ def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, 
     """
     if not name or Path(name).name != name or name.startswith("."):
         raise ValueError(f"`name` must be a file name without folder and leading dot; got {name!r}.")
+    settle_layout(figure)
     return _write(figure, Path(folder) / f"{name}.png"), _write(figure, Path(folder) / f"{name}.svg")
+
+
+def settle_layout(figure: "Figure") -> None:
+    """Lay a figure out once and for all; otherwise it is drawn twice for each file."""
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
 
 
 def _write(figure: "Figure", path: Path) -> Path:
