@@ -1,14 +1,14 @@
 """The commands."""
 
-import tomllib
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import _study
 from ._main import Interrupted
 from ._numbers import integer, real
+from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -71,12 +71,8 @@ def infer(
     config: Annotated[
         Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting of a configuration.")
     ] = None,
-    preset: Annotated[
-        str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
-    ] = "default",
-    generations: Annotated[
-        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default.")
-    ] = None,
+    preset: PresetOption = "default",
+    generations: GenerationsOption = None,
     seed: Annotated[
         str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers; 1 by default.")
     ] = None,
@@ -87,25 +83,16 @@ def infer(
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
     ] = None,
     force: ForceOption = False,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
-    ] = None,
+    settings: SettingsOption = None,
 ) -> None:
     """Infer the behavior of a swarm by Turing Learning, and leave a run folder with a report."""
-    from turing_learning.config import ConfigurationError, load_configuration
+    from turing_learning.config import load_configuration
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
 
-    if scenario is None and config is None:
-        names = ", ".join(SCENARIOS)
-        raise ConfigurationError(
-            f"`SCENARIO` must be given, or a file with --config; got neither. Choose from: {names}."
-        )
+    require_scenario(scenario, config, SCENARIOS)
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    given = {key: toml_value(text) for key, text in options.items() if text is not None}
-    overrides = parsed(settings or []) | given
-    labels = {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in overrides}
+    overrides, labels = settings_of(settings, options)
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
     path = out or new_run_path(configuration)
     _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
@@ -228,29 +215,6 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
     print_result(console, result)
-
-
-def parsed(settings: list[str]) -> dict[str, Any]:
-    """Return dotted key -> value of KEY=VALUE texts; a value that is not TOML is a text."""
-    from turing_learning.config import ConfigurationError
-
-    values: dict[str, Any] = {}
-    for setting in settings:
-        key, equals, text = setting.partition("=")
-        if not equals or not key.strip():
-            raise ConfigurationError(
-                f"`--set` must be KEY=VALUE; got {setting!r}. For example: --set models.parents=20"
-            )
-        values[key.strip()] = toml_value(text)
-    return values
-
-
-def toml_value(text: str) -> Any:
-    """Return the value that a text is in TOML, or else the text."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
 
 
 def _numbers(text: str) -> list[float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._main import Interrupted
+from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -55,16 +56,9 @@ def study(
             "--config", metavar="FILE", help=r"TOML file with any setting, and a \[grid] or \[\[list]] of settings."
         ),
     ] = None,
-    preset: Annotated[
-        str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
-    ] = "default",
-    generations: Annotated[
-        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default.")
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
-    ] = None,
+    preset: PresetOption = "default",
+    generations: GenerationsOption = None,
+    settings: SettingsOption = None,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     out: Annotated[
@@ -82,18 +76,13 @@ def study(
     ] = False,
 ) -> None:
     """Execute many runs, and leave a folder with a table, figures, and a report."""
-    from turing_learning.config import ConfigurationError
     from turing_learning.studies import BEHAVIORS, new_study_path, plan_study
     from turing_learning.studies._study import Hands, execute_study
     from turing_learning.swarm import SCENARIOS
 
-    if scenario is None and config is None:
-        names = ", ".join([*SCENARIOS, BEHAVIORS.name])
-        raise ConfigurationError(
-            f"`SCENARIO` must be given, or a file with --config; got neither. Choose from: {names}."
-        )
+    require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
     hands = Hands(workers, cluster=cluster)
-    values, labels = _settings(settings or [], generations)
+    values, labels = settings_of(settings, {"run.generations": generations})
     plan = plan_study(
         scenario, runs=runs, first_seed=first_seed, preset=preset, config=config, settings=values, labels=labels
     )
@@ -102,16 +91,6 @@ def study(
         _write_slurm(plan, path, write_slurm, hands, force=force)
         return
     _execute(lambda **watch: execute_study(plan, path, hands, force=force, **watch), path)
-
-
-def _settings(settings: list[str], generations: str | None) -> tuple[dict[str, Any], dict[str, str]]:
-    from ._app import parsed, toml_value
-
-    values = parsed(settings)
-    labels = {key: f"--set {key}" for key in values}
-    if generations is not None:
-        values["run.generations"], labels["run.generations"] = toml_value(generations), "--generations"
-    return values, labels
 
 
 def _write_slurm(plan: "Plan", path: Path, script: Path, hands: Any, *, force: bool) -> None:

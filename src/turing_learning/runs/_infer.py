@@ -243,9 +243,9 @@ def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> 
     """Draw and write everything; the state comes last, so that a run that was killed here does it again."""
     from turing_learning.report import write_page
 
-    from ._present import draw, report_page, save_figures
+    from ._present import draw, drawn_history, report_page, save_figures
 
-    history = result.history.load()
+    history = drawn_history(result)
     drawings = draw(history, configuration)
     save_figures(drawings, folder.figures_path)
     closed = {"state": FINISHED, "finished": now()}
@@ -272,11 +272,11 @@ def _reporter(
     def write(result: Result, path: Path | None) -> Path:
         from turing_learning.report import write_page
 
-        from ._present import draw, report_page
+        from ._present import draw, drawn_history, report_page
 
         target = path or default
         assert target is not None
-        history = result.history.load()
+        history = drawn_history(result)
         drawings = draw(history, configuration)
         return write_page(report_page(result, history, configuration, drawings, manifest_rows(manifest())), target)
 

@@ -33,6 +33,11 @@ class _Drawing(NamedTuple):
     figure: "Figure"
 
 
+def drawn_history(result: Result) -> "xarray.Dataset":
+    """Return the history in memory without the populations, which no page shows and which are half of it."""
+    return result.history.drop_vars(["model", "classifier"], errors="ignore").load()
+
+
 def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawing]:
     """Draw the figures of a run.
 
