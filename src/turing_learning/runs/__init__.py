@@ -23,7 +23,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._errors import RunFolderError, RunStorageError
+from ._errors import RunFolderError, RunStorageError, refuse_future_format
 from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ __all__ = [
     "new_run_path",
     "paper_absolute_errors",
     "refuse_film_path",
+    "refuse_future_format",
     "resume",
     "resume_command",
     "run_table",

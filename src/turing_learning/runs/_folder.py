@@ -10,7 +10,7 @@ from typing import Any
 
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 
-from ._errors import RunFolderError
+from ._errors import RunFolderError, refuse_future_format
 from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
@@ -91,11 +91,7 @@ class RunFolder:
                 f"`run` must be a run folder; got {self.path} without a readable manifest.json. "
                 "Give the folder that `infer` has made."
             )
-        if manifest["format_version"] > FORMAT_VERSION:
-            raise RunFolderError(
-                f"`format_version` must be at most {FORMAT_VERSION}; got {manifest['format_version']} "
-                f"[{self.manifest_path}]. Use the version of turing-learning that wrote this run, or a later one."
-            )
+        refuse_future_format(manifest["format_version"], FORMAT_VERSION, self.manifest_path, "run")
         if not isinstance(manifest.get("state"), str):
             raise RunFolderError(
                 f"`run` must be a run folder; got {self.path}, whose manifest has no state [{self.manifest_path}]. "

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.runs import RunFolderError
+from turing_learning.runs import RunFolderError, refuse_future_format
 
 if TYPE_CHECKING:
     from ._plan import Plan
@@ -85,11 +85,7 @@ class StudyFolder:
                 f"`study` must be a study folder; got {self.path} without a readable study.json. "
                 "Give the folder that `study` has made."
             )
-        if content["format_version"] > FORMAT_VERSION:
-            raise RunFolderError(
-                f"`format_version` must be at most {FORMAT_VERSION}; got {content['format_version']} "
-                f"[{self.study_path}]. Use the version of turing-learning that wrote this study, or a later one."
-            )
+        refuse_future_format(content["format_version"], FORMAT_VERSION, self.study_path, "study")
         try:
             if content["configuration_sha256"] != _digest(self.configuration_path):
                 raise RunFolderError(
