@@ -23,12 +23,12 @@ def random_case(seed, inputs, hidden, shape=(3, 5, 20), spread=1.0):
 def test_outputs_equal_the_plain_network(inputs, hidden):
     classifier, genomes, samples = random_case(1, inputs, hidden)
     expected = naive_elman.judge(genomes, samples, inputs, hidden)
-    # Activations are off by 2e-6; with weights in [-1, 1] and a slope of at most 1/4 an error grows at most by the
+    # Activations are off by 6e-6; with weights in [-1, 1] and a slope of at most 1/4 an error grows at most by the
     # factor H / 4 in a step, and in a random network it decays.
     np.testing.assert_allclose(classifier.judge(genomes, samples), expected, atol=2e-5, rtol=0)
 
 
-@pytest.mark.parametrize("count", [1, 63, 64, 65, 130])
+@pytest.mark.parametrize("count", [1, 31, 32, 33, 65])
 def test_every_sample_is_judged_whatever_their_number(count):
     classifier, genomes, samples = random_case(2, 2, 5, shape=(2, count, 3))
     expected = naive_elman.judge(genomes, samples, 2, 5)

@@ -30,7 +30,7 @@ class ElmanClassifier:
 
     so that Q = (D + 1) H + H^2 + H + 1, 46 for two inputs and five hidden neurons.
 
-    Computed in single precision; activations are off by less than 2e-6. Any finite numbers are judged, none gives NaN:
+    Computed in single precision; activations are off by less than 6e-6. Any finite numbers are judged, none gives NaN:
     where the largest input of a step or the largest weight of a neuron (W, U and b together; v and c) exceeds 1e8 in
     magnitude, all of that step's inputs or that neuron's weights are shortened by one factor, to 1e8.
 

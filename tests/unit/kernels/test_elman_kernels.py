@@ -42,8 +42,9 @@ def finish(process):
 
 
 def judges_zeros_as_half(kernels):
-    outputs = np.zeros((1, 64), np.float32)
-    kernels.judge(0, 1, np.zeros((1, 1, 1, 64), np.float32), np.zeros((1, 5), np.float32), outputs)
+    lanes = elman_source.LANES
+    outputs = np.zeros((1, lanes), np.float32)
+    kernels.judge(0, 1, np.zeros((1, 1, 1, lanes), np.float32), np.zeros((1, 5), np.float32), outputs)
     return (outputs == 0.5).all()
 
 
@@ -61,15 +62,16 @@ def test_the_judge_is_vectorized(inputs, hidden):
 def fitted_error(saturation):
     """Return the smallest error of a fit z P(u) / Q(u) of tanh(z / 2) / 2 that passes 1/2 at saturation."""
     z = np.linspace(0, 1, 700)[1:] * saturation
+    terms = len(elman_source.NUMERATOR)
     powers, target = (z / saturation)[:, None] ** (2 * np.arange(4)), np.tanh(z / 2) / 2
 
     def feasible(error):
-        upper = np.hstack([z[:, None] * powers, -(target + error)[:, None] * powers])
-        lower = np.hstack([-z[:, None] * powers, (target - error)[:, None] * powers])
-        end = np.hstack([-saturation * powers[-1], (0.5 + 8e-7) * powers[-1]])
+        upper = np.hstack([z[:, None] * powers[:, :terms], -(target + error)[:, None] * powers])
+        lower = np.hstack([-z[:, None] * powers[:, :terms], (target - error)[:, None] * powers])
+        end = np.hstack([-saturation * powers[-1, :terms], (0.5 + 8e-7) * powers[-1]])
         rows = np.vstack([upper, lower, end])
-        limits = {"A_ub": np.delete(rows, 4, axis=1), "b_ub": -rows[:, 4], "bounds": (None, None)}
-        return linprog(np.zeros(7), method="highs-ipm", **limits).status == 0
+        limits = {"A_ub": np.delete(rows, terms, axis=1), "b_ub": -rows[:, terms], "bounds": (None, None)}
+        return linprog(np.zeros(rows.shape[1] - 1), method="highs-ipm", **limits).status == 0
 
     low, high = 1e-7, 1e-4
     for _ in range(12):
