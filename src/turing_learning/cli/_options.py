@@ -20,9 +20,16 @@ SettingsOption = Annotated[
 
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of options that go before them."""
+    """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
+    from turing_learning.config import ConfigurationError
+
     given = {key: toml_value(text) for key, text in options.items() if text is not None}
-    values = parsed(settings or []) | given
+    values = parsed(settings or [])
+    for key in given.keys() & values.keys():
+        raise ConfigurationError(
+            f"`{key}` must be given once; got --{key.removeprefix('run.')} {options[key]} and --set {key}={values[key]}."
+        )
+    values |= given
     return values, {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in values}
 
 

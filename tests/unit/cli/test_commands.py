@@ -121,6 +121,10 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["infer", "aggregation", "--set", "models.initial_low=nan"], "must be a finite number; got nan [--set"),
         (["infer", "aggregation", "--set", "models"], "`--set` must be KEY=VALUE; got 'models'."),
         (["infer", "aggregation", "--set", "models.parnts=3"], "Did you mean `models.parents`?"),
+        (
+            ["infer", "aggregation", "--seed", "3", "--set", "run.seed=4"],
+            "`run.seed` must be given once; got --seed 3 and --set run.seed=4.",
+        ),
         (["infer", "--config", "no.toml"], "`config` must be a readable TOML file; got no.toml (No such file"),
         (
             ["infer", "aggregation", "--out", "/dev/null/run"],
