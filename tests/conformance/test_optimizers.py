@@ -24,8 +24,13 @@ def renewed(*, seed=0, **settings) -> Optimizer:
     return RenewedOptimizer(lambda k: evolution_strategy(seed=seed if k == 0 else [77, k], **settings), 3, last=3)
 
 
+def in_two_phases(**settings) -> Optimizer:
+    return evolution_strategy(memory=0.3, redraw=0.3, refinement=2, **settings)
+
+
 OPTIMIZERS: dict[str, Callable[..., Optimizer]] = {
     "EvolutionStrategy": evolution_strategy,
+    "EvolutionStrategy in two phases": in_two_phases,
     "CMAEvolutionStrategy": cma_evolution_strategy,
     "RenewedOptimizer": renewed,
 }

@@ -19,8 +19,8 @@ class Generation:
         Their step sizes.
     model_fitness : (M,)
         Their subjective fitness, equation 1 of the paper, whatever reward the optimizer is told.
-    model_rewards : (M,)
-        What the optimizer is told; by default the subjective fitness.
+    model_scores : (M,)
+        What the optimizer ranks them by: what it is told, by default the subjective fitness, or its mean over their lives.
     classifiers : (N, Q)
         Parameters of the classifiers.
     classifier_step_sizes : (N, Q)
@@ -35,7 +35,7 @@ class Generation:
     models: np.ndarray
     model_step_sizes: np.ndarray
     model_fitness: np.ndarray
-    model_rewards: np.ndarray
+    model_scores: np.ndarray
     classifiers: np.ndarray
     classifier_step_sizes: np.ndarray
     classifier_fitness: np.ndarray
@@ -48,10 +48,10 @@ class Generation:
 
     @property
     def typical_model(self) -> np.ndarray:
-        """The median (P,), parameter by parameter, of the half of the models with the higher rewards.
+        """The median (P,), parameter by parameter, of the half of the models with the higher scores.
 
         Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where mu is half
         the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
         """
-        half = np.argsort(-self.model_rewards, kind="stable")[: max(1, len(self.models) // 2)]
+        half = np.argsort(-self.model_scores, kind="stable")[: max(1, len(self.models) // 2)]
         return np.median(self.models[half], axis=0)

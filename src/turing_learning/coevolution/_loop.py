@@ -88,19 +88,20 @@ class Coevolution:
         _check_judgments(judgments, len(models), len(classifiers))
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
         classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
+        steps = self._models.step_sizes, self._classifiers.step_sizes
+        model_scores = self._models.tell(model_rewards)
+        self._classifiers.tell(classifier_rewards)
         generation = Generation(
             number=self.generation,
             models=models,
-            model_step_sizes=self._models.step_sizes,
+            model_step_sizes=steps[0],
             model_fitness=model_reward(judgments),
-            model_rewards=model_rewards,
+            model_scores=model_scores,
             classifiers=classifiers,
-            classifier_step_sizes=self._classifiers.step_sizes,
+            classifier_step_sizes=steps[1],
             classifier_fitness=classifier_reward(judgments),
             selection=judgments.selection,
         )
-        self._models.tell(model_rewards)
-        self._classifiers.tell(classifier_rewards)
         if self._archive is not None:
             best = int(np.argmax(generation.classifier_fitness))
             self._archive.admit(classifiers[best], float(specificity(judgments)[best]))

@@ -13,6 +13,13 @@ def check_count(name: str, value: int, minimum: int) -> int:
     return int(value)
 
 
+def check_share(name: str, value: float) -> float:
+    """Return `value` if it is a number from 0 to 1."""
+    if not 0 <= value <= 1:
+        raise ValueError(f"`{name}` must be from 0 to 1; got {value}.")
+    return float(value)
+
+
 def check_vector(name: str, value: np.typing.ArrayLike, dimension: int) -> np.ndarray:
     """Return `value`, a number or one for each parameter, as a new (dimension,) array."""
     vector = np.array(value, dtype=np.float64)

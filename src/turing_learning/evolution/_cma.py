@@ -103,13 +103,18 @@ class CMAEvolutionStrategy:
         population = self._center + self._scale * np.array(self._distribution.solutions)
         return np.clip(population, -PARAMETER_LIMIT, PARAMETER_LIMIT)
 
-    def tell(self, fitness: np.ndarray) -> None:
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Adapt the distribution and sample the next population.
 
         Parameters
         ----------
         fitness : (size,)
             Larger is better.
+
+        Returns
+        -------
+        (size,)
+            The fitness: what the candidates were ranked by.
 
         Raises
         ------
@@ -119,8 +124,10 @@ class CMAEvolutionStrategy:
             If `fitness` has another shape or is not finite.
         """
         self._turns.tell()
-        self._distribution.tell(check_fitness(fitness, self.size))
+        fitness = check_fitness(fitness, self.size)
+        self._distribution.tell(fitness)
         self._turns.reset()
+        return fitness.copy()
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the fitness told in each generation (G, size) and the mean of the distribution (dimension,).

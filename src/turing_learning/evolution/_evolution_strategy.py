@@ -9,9 +9,11 @@ from ._checks import (
     check_fitness,
     check_generation,
     check_range,
+    check_share,
     check_state_array,
     check_vector,
 )
+from ._memory import FitnessMemory
 from ._randomness import Seed, check_seed, generation_rng
 from ._turns import Turns
 
@@ -49,6 +51,14 @@ class EvolutionStrategy:
         Step sizes of the first individuals, from `minimum_step_size` to 1e6.
     minimum_step_size : () or (dimension,)
         No step size falls below it; >= 0.
+    redraw
+        Before the generation `refinement`, the probability that one parameter of a child, any, is drawn anew from the initial
+        range: a jump out of a local optimum, which small steps do not leave.
+    memory
+        From the generation `refinement` on, selection goes by the fitness that an individual had in the mean over the
+        generations it has lived, each weighing `memory` times the next one, see `FitnessMemory`; 0 to 1, 0 for the present alone.
+    refinement
+        Generation that ends the search for the right region and begins that for the right point, >= 0.
 
     Raises
     ------
@@ -72,6 +82,9 @@ class EvolutionStrategy:
         initial_high: np.typing.ArrayLike = 1.0,
         initial_step_size: np.typing.ArrayLike = 1.0,
         minimum_step_size: np.typing.ArrayLike = 0.01,
+        redraw: float = 0.0,
+        memory: float = 0.0,
+        refinement: int = 0,
     ) -> None:
         self.dimension = check_count("dimension", dimension, 1)
         self.parents = check_count("parents", parents, 1)
@@ -89,6 +102,10 @@ class EvolutionStrategy:
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
+        self._low, self._high = low, high
+        self._redraw = check_share("redraw", redraw)
+        self._memory = FitnessMemory(self.size, check_share("memory", memory))
+        self._refinement = check_count("refinement", refinement, 0)
         self._generation = 0
         self._turns = Turns()
 
@@ -109,13 +126,18 @@ class EvolutionStrategy:
         self._asked_steps = self._steps
         return self._population.copy()
 
-    def tell(self, fitness: np.ndarray) -> None:
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Keep the mu fittest as parents and let them have lambda children.
 
         Parameters
         ----------
         fitness : (size,)
             Larger is better.
+
+        Returns
+        -------
+        (size,)
+            What the population was ranked by: the fitness, or with a memory what is known of it, see `FitnessMemory`.
 
         Raises
         ------
@@ -125,19 +147,29 @@ class EvolutionStrategy:
             If `fitness` has another shape or is not finite.
         """
         self._turns.tell()
-        best = fittest(check_fitness(fitness, self.size), self.parents)
+        scores = self._scores(check_fitness(fitness, self.size))
+        best = fittest(scores, self.parents)
+        self._memory.keep(best)
         rng = generation_rng(self._seed, self._generation + 1)
         parents, steps = self._population[best], self._steps[best]
         pairs = rng.integers(self.parents, size=(2, self.offspring))
         child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
         children = self._mutate(_recombine(parents, pairs, rng), child_steps, rng)
+        if self._redraw > 0 and self._generation < self._refinement:
+            self._redraw_some(children, rng)
         self._population = np.concatenate((parents, children))
         self._steps = np.concatenate((steps, child_steps))
         self._generation += 1
         self._turns.reset()
+        return scores
+
+    def _scores(self, fitness: np.ndarray) -> np.ndarray:
+        if self._memory.decay == 0:
+            return fitness.copy()
+        return self._memory.observe(fitness, remember=self._generation >= self._refinement)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the number of completed generations, the population to be asked for next, and its step sizes.
+        """Return the number of completed generations, the population to be asked for next, its step sizes and its past.
 
         Raises
         ------
@@ -149,6 +181,8 @@ class EvolutionStrategy:
             "generation": np.array(self._generation, dtype=np.int64),
             "population": self._population.copy(),
             "step_sizes": self._steps.copy(),
+            "totals": self._memory.totals.copy(),
+            "weights": self._memory.weights.copy(),
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -168,6 +202,8 @@ class EvolutionStrategy:
         generation = check_generation(state)
         population = check_state_array(state, "population", shape)
         steps = check_state_array(state, "step_sizes", shape)
+        totals, weights = (check_state_array(state, name, (self.size,)) for name in ("totals", "weights"))
+        self._memory.totals, self._memory.weights = totals, weights
         self._generation, self._population, self._steps = generation, population, steps
         self._asked_steps = steps
         self._turns.reset()
@@ -181,6 +217,11 @@ class EvolutionStrategy:
     def _mutate(self, parameters: np.ndarray, steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         mutated = parameters + steps * rng.standard_normal(steps.shape)
         return np.minimum(np.maximum(mutated, -PARAMETER_LIMIT), PARAMETER_LIMIT)
+
+    def _redraw_some(self, children: np.ndarray, rng: np.random.Generator) -> None:
+        chosen = np.flatnonzero(rng.random(self.offspring) < self._redraw)
+        parameter = rng.integers(self.dimension, size=len(chosen))
+        children[chosen, parameter] = rng.uniform(self._low[parameter], self._high[parameter])
 
 
 def fittest(fitness: np.ndarray, count: int) -> np.ndarray:

@@ -12,7 +12,7 @@ class Optimizer(Protocol):
 
     `ask` and `tell` alternate, starting with `ask`. Fitness is subjective in a coevolution: it holds against the
     present opponents only. So `ask` returns the whole population, survivors of earlier generations included, and
-    an optimizer never uses a fitness from an earlier generation to rank a candidate.
+    no candidate is ranked by a fitness from an earlier generation alone.
 
     Everything random is drawn from ``default_rng(SeedSequence(seed, spawn_key=(generation,)))``, afresh in each
     generation (0 is the initialization). So the state holds no generator, and a restored optimizer goes on
@@ -56,13 +56,18 @@ class Optimizer(Protocol):
             If the population asked for before has not been told its fitness.
         """
 
-    def tell(self, fitness: np.ndarray) -> None:
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Take the fitness of the population last asked for, and form the next one.
 
         Parameters
         ----------
         fitness : (size,)
             Larger is better.
+
+        Returns
+        -------
+        (size,)
+            What the candidates were ranked by, a new array: the fitness, or what the optimizer made of it.
 
         Raises
         ------

@@ -55,13 +55,17 @@ class RenewedOptimizer:
         """Return the population (size, dimension) to be scored."""
         return self._optimizer.ask()
 
-    def tell(self, fitness: np.ndarray) -> None:
-        """Hand on the fitness (size,), larger being better; where the interval is over, a fresh optimizer takes over."""
-        self._optimizer.tell(fitness)
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
+        """Hand on the fitness (size,), larger being better; where the interval is over, a fresh optimizer takes over.
+
+        Returns what the candidates were ranked by (size,).
+        """
+        scores = self._optimizer.tell(fitness)
         self._generation += 1
         number = self._number(self._generation)
         if number != self._number(self._generation - 1):
             self._optimizer = self._make(number)
+        return scores
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the state of the present optimizer and the number of completed generations ("renewal")."""

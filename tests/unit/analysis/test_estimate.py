@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.analysis import estimate
+from turing_learning.analysis import estimate, interval
 
 
 def test_the_estimate_is_the_median_over_the_last_generations():
@@ -39,3 +39,19 @@ def test_a_history_that_is_not_finite_is_refused():
 def test_a_window_without_generations_is_refused(window):
     with pytest.raises(ValueError, match=f"`window` must be at least 1; got {window}"):
         estimate(np.zeros((3, 1)), window=window)
+
+
+def test_the_interval_is_the_central_range_of_the_last_generations():
+    typical = np.r_[np.full(50, 1e6), np.arange(101.0)][:, None] * [1.0, -2.0]
+    np.testing.assert_allclose(interval(typical, window=101), [[2.0, 98.0], [-196.0, -4.0]])
+
+
+def test_the_interval_holds_the_estimate():
+    typical = np.random.default_rng(2).normal(size=(400, 3))
+    middle, ends = estimate(typical, 300), interval(typical, 300)
+    assert ((ends[:, 0] < middle) & (middle < ends[:, 1])).all()
+
+
+def test_an_interval_of_nothing_is_refused():
+    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(G, P\) and not empty; got"):
+        interval(np.zeros((0, 3)))

@@ -15,7 +15,7 @@ def progress(completed=100, selection="active"):
         models=np.array([[0.5, -1.0], [2.0, 1e7]]),
         model_step_sizes=np.ones((2, 2)),
         model_fitness=np.array([0.25, 0.75]),
-        model_rewards=np.array([0.25, 0.75]),
+        model_scores=np.array([0.25, 0.75]),
         classifiers=np.zeros((2, 3)),
         classifier_step_sizes=np.ones((2, 3)),
         classifier_fitness=np.array([0.5, 0.9]),

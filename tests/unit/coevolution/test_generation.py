@@ -11,7 +11,7 @@ def generation(models, fitness):
         models=models,
         model_step_sizes=np.ones_like(models),
         model_fitness=np.array(fitness),
-        model_rewards=np.array(fitness),
+        model_scores=np.array(fitness),
         classifiers=classifiers,
         classifier_step_sizes=classifiers,
         classifier_fitness=np.zeros(2),

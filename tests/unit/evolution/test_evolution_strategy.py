@@ -145,3 +145,43 @@ def test_a_state_without_a_valid_generation_is_refused(generation):
     strategy = EvolutionStrategy(2)
     with pytest.raises(ValueError, match=r"`state\['generation'\]` must be a non-negative integer; got"):
         strategy.restore({**strategy.state(), "generation": np.array(generation)})
+
+
+def redrawn(generation, redraw=1.0):
+    strategy = EvolutionStrategy(
+        3,
+        parents=2,
+        offspring=40,
+        initial_low=5.0,
+        initial_high=6.0,
+        minimum_step_size=0.0,
+        redraw=redraw,
+        refinement=2,
+    )
+    state = strategy.state()
+    nowhere = {"population": np.zeros_like(state["population"]), "step_sizes": np.zeros_like(state["step_sizes"])}
+    strategy.restore({**state, **nowhere, "generation": np.array(generation)})
+    strategy.ask()
+    strategy.tell(np.zeros(42))
+    return strategy.ask()[2:]
+
+
+def test_one_parameter_of_a_child_is_drawn_anew_from_the_initial_range():
+    children = redrawn(generation=1)
+    assert (np.count_nonzero(children, axis=1) == 1).all()
+    assert ((children == 0) | ((children >= 5) & (children < 6))).all()
+    assert (np.count_nonzero(children, axis=0) > 0).all()
+
+
+def test_a_share_of_the_children_is_redrawn():
+    assert 0 < np.count_nonzero(redrawn(generation=0, redraw=0.5)) < 40
+
+
+def test_nothing_is_redrawn_in_the_refinement():
+    assert not redrawn(generation=2).any()
+
+
+@pytest.mark.parametrize("redraw", [-0.1, 1.5, np.nan])
+def test_a_redraw_that_is_no_probability_is_refused(redraw):
+    with pytest.raises(ValueError, match=r"`redraw` must be from 0 to 1; got"):
+        EvolutionStrategy(2, redraw=redraw)
