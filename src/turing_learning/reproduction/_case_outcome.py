@@ -1,0 +1,83 @@
+"""What the runs of a case study have inferred."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.swarm import Scenario
+
+from ._emergence import Emergence, EmergenceSizes
+
+PRESETS = ("default", "paper")
+"""The first one decides; the other stands beside it."""
+KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+"""What a run infers, and its errors in the result of the run; the first one is the paper's rule, and decides."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case study: what differs between the two.
+
+    Attributes
+    ----------
+    scenario
+        What is observed.
+    key
+        Its name in the ids of the claims.
+    emergence
+        How the swarms of its models are measured.
+    """
+
+    scenario: Scenario
+    key: str
+    emergence: EmergenceSizes
+
+    @property
+    def gathered(self) -> str:
+        """What gathers: "objects" or "robots"."""
+        return "objects" if self.scenario.objects.count else "robots"
+
+    @property
+    def gathering(self) -> int:
+        """How many objects or robots are to gather when emergence is measured."""
+        objects = round(self.scenario.objects.count * self.emergence.robots / self.scenario.individuals)
+        return objects or self.emergence.robots
+
+    def claim(self, pattern: str) -> str:
+        """Return the id of a claim from what both case studies have in common, for example "4.3-{}-ae"."""
+        return pattern.format(self.key)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the runs of one case study with one preset have inferred.
+
+    Attributes
+    ----------
+    case, preset, seeds
+        Which runs.
+    models, errors : kind -> (R, P)
+        Models of R runs and their absolute errors; see `KINDS`.
+    medians : (G, P)
+        Medians over the runs of the best model of each generation.
+    emergence
+        What swarms of the best models do.
+    """
+
+    case: Case
+    preset: str
+    seeds: tuple[int, ...]
+    models: dict[str, np.ndarray]
+    errors: dict[str, np.ndarray]
+    medians: np.ndarray
+    emergence: Emergence
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return self.case.scenario.parameter_names
+
+    def variant(self, kind: str = "best_model") -> str:
+        """Return what stands beside the verdict that counts; nothing for that one."""
+        parts = [] if self.preset == PRESETS[0] else [f"preset {self.preset}"]
+        return ", ".join([*parts, *([] if kind == "best_model" else [kind])])

@@ -1,0 +1,121 @@
+"""Tables and figures of section 4.3."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from turing_learning.analysis import least_dispersion
+
+from ._case_outcome import KINDS, Case, Outcome
+from ._claims import Claim
+from ._experiment import Cell, Picture, Table
+from ._verdicts import Spread, printed_spreads
+
+
+def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Table:
+    """Return the absolute errors of all outcomes, beside the printed ones."""
+    rows: list[tuple[Cell, ...]] = []
+    for outcome in outcomes:
+        printed = printed_spreads(claims[outcome.case.claim("4.3-{}-ae")].values)
+        for kind in KINDS:
+            for k, name in enumerate(outcome.names):
+                own = Spread.of(outcome.errors[kind][:, k])
+                median = float(np.median(outcome.errors[kind][:, k]))
+                theirs = (printed[k].mean, printed[k].standard_deviation) if kind == "best_model" else (None, None)
+                head = (outcome.case.scenario.name, outcome.preset, kind, name)
+                rows.append((*head, own.runs, own.mean, own.standard_deviation, median, *theirs))
+    columns = ("scenario", "preset", "model", "parameter", "runs", "mean", "standard_deviation", "median")
+    return Table(
+        "absolute-errors",
+        "Absolute errors over the runs, of the subjectively best model of the last generation (the paper's rule) and of the "
+        "estimate, beside what the paper prints",
+        (*columns, "paper_mean", "paper_standard_deviation"),
+        rows,
+    )
+
+
+def models_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
+    """Return what every run of a case study has inferred."""
+    rows: list[tuple[Cell, ...]] = [
+        (one.preset, kind, seed, *map(float, model))
+        for one in outcomes
+        if one.case == case
+        for kind in KINDS
+        for seed, model in zip(one.seeds, one.models[kind], strict=True)
+    ]
+    columns = ("preset", "model", "seed", *case.scenario.parameter_names)
+    return Table(f"{case.scenario.name}-models", f"{case.scenario.title}: what every run has inferred", columns, rows)
+
+
+def convergence_table(outcome: Outcome) -> Table:
+    """Return the medians over the runs, generation by generation."""
+    scenario = outcome.case.scenario
+    rows = [(g, *(round(float(value), 4) for value in row)) for g, row in enumerate(outcome.medians)]
+    caption = f"{scenario.title}, preset {outcome.preset}: medians over the runs of the best model of each generation"
+    return Table(f"{scenario.name}-{outcome.preset}-convergence", caption, ("generation", *outcome.names), rows)
+
+
+def shares_table(cases: Sequence[Case], shares: Sequence[Sequence[Spread]], claims: Mapping[str, Claim]) -> Table:
+    """Return the shares of the sensor readings, beside the printed ones."""
+    values = claims["4.3-sensor-shares"].values
+    rows = [
+        (case.scenario.name, state, one.mean, one.standard_error, values[case.key][state])
+        for case, found in zip(cases, shares, strict=True)
+        for state, one in enumerate(found)
+    ]
+    columns = ("scenario", "reading", "share", "standard_error", "paper")
+    return Table("sensor-shares", "Share of the agents' sensor readings, mean over the trials", columns, rows)
+
+
+def dispersion_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
+    """Return the dispersion at the end of every trial of a case study."""
+    own = [one for one in outcomes if one.case == case]
+    trials = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
+    rows: list[tuple[Cell, ...]] = [("", "agents", None, None, *map(float, own[0].emergence.agents))]
+    for one in own:
+        comparison = one.emergence.comparison
+        tests = zip(one.seeds, comparison.p_values, comparison.significant, one.emergence.models, strict=True)
+        rows += [(one.preset, seed, float(p), bool(differs), *map(float, values)) for seed, p, differs, values in tests]
+    return Table(
+        f"{case.scenario.name}-dispersion",
+        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the best model of each run",
+        ("preset", "seed", "p_value", "significant", *trials),
+        rows,
+    )
+
+
+def outcome_pictures(outcome: Outcome) -> list[Picture]:
+    """Return boxes, convergence and dispersion."""
+    from turing_learning.figures import box_figure, convergence_figure
+    from turing_learning.figures._reproduction import dispersion_figure
+
+    scenario, case, runs = outcome.case.scenario, outcome.case, len(outcome.seeds)
+    name, title = f"{scenario.name}-{outcome.preset}", f"{scenario.title}, preset {outcome.preset}"
+    look: dict[str, Any] = {"names": outcome.names, "truth": scenario.controller}
+    return [
+        Picture(
+            f"{name}-boxes",
+            f"{title}: parameters of the subjectively best model of the last generation, {runs} runs; the truth is dashed.",
+            case.claim("4.3-{}-ae"),
+            box_figure(outcome.models["best_model"], **look),
+        ),
+        Picture(
+            f"{name}-convergence",
+            f"{title}: medians over {runs} runs of the subjectively best model of each generation; the truth is thin.",
+            "4.3-convergence",
+            convergence_figure(outcome.medians, **look),
+        ),
+        Picture(
+            f"{name}-dispersion",
+            f"{title}: dispersion of {case.gathering} {case.gathered} after {case.emergence.duration_s:g} s, "
+            f"{case.emergence.trials} trials for the agents (hatched) and for replicas of the best model of each run.",
+            case.claim("4.3-emergent-{}"),
+            dispersion_figure(
+                outcome.emergence.agents,
+                outcome.emergence.models,
+                least=least_dispersion(case.gathering),
+                gathered=case.gathered,
+            ),
+        ),
+    ]

@@ -1,0 +1,57 @@
+"""What the paper prints, claim by claim."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One number or picture of the paper.
+
+    Attributes
+    ----------
+    id
+        Section and name, for example "4.3-aggregation-ae".
+    where
+        Section, figure and conditions.
+    kind
+        "value" for printed numbers, "figure" for a picture without.
+    seen
+        What is to be seen, of a figure.
+    values
+        The printed numbers by name.
+    note
+        What else is to be known.
+    """
+
+    id: str
+    where: str
+    kind: str
+    seen: str
+    values: Mapping[str, Any]
+    note: str
+
+    @property
+    def section(self) -> str:
+        """Section of the paper."""
+        return self.id.partition("-")[0]
+
+
+def load_claims() -> dict[str, Claim]:
+    """Return id -> claim, in the order of the paper.
+
+    Source
+    ------
+    Paper, sections 3.2, 4 and 5.
+    """
+    text = (files(__package__) / "claims.toml").read_text(encoding="utf-8")
+    return {entry["id"]: _claim(entry) for entry in tomllib.loads(text)["claim"]}
+
+
+def _claim(entry: dict[str, Any]) -> Claim:
+    named = {key: entry.get(key, "") for key in ("id", "where", "seen", "note")}
+    values = {key: value for key, value in entry.items() if key not in (*named, "kind")}
+    return Claim(**named, kind=entry.get("kind", "value"), values=values)

@@ -1,0 +1,206 @@
+"""The folder of an experiment: configuration, pieces of work, tables, figures, results."""
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.runs import RunFolderError, refuse_future_format, write_atomically, write_json
+
+from ._verdicts import Verdict
+
+if TYPE_CHECKING:
+    from ._experiment import Experiment, Findings, Table
+
+FORMAT_VERSION = 1
+FULL, FAST = "full", "fast"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A table or figure that an experiment has left: its name, what it shows, and the claim that it belongs to."""
+
+    name: str
+    caption: str
+    claim: str = ""
+
+
+@dataclass(frozen=True)
+class Results:
+    """What an experiment has left, as its folder holds it.
+
+    Attributes
+    ----------
+    form
+        "full" or "fast".
+    verdicts
+        Claim by claim.
+    tables, pictures
+        Names and captions.
+    seconds
+        Computing time of all pieces of work (s).
+    provenance
+        Versions, commit, machine and time.
+    """
+
+    form: str
+    verdicts: tuple[Verdict, ...]
+    tables: tuple[Shown, ...]
+    pictures: tuple[Shown, ...]
+    seconds: float
+    provenance: dict[str, Any]
+
+    def verdict(self, claim: str) -> Verdict | None:
+        """Return the verdict that counts for a claim."""
+        return next((one for one in self.verdicts if one.claim == claim and not one.variant), None)
+
+
+@dataclass(frozen=True)
+class ExperimentFolder:
+    """Where an experiment keeps its files.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    """
+
+    path: Path
+
+    @property
+    def pieces_path(self) -> Path:
+        """Pieces of work; large, and not to be committed."""
+        return self.path / "pieces"
+
+    @property
+    def results_path(self) -> Path:
+        """Verdicts and what belongs to them (JSON), written last."""
+        return self.path / "results.json"
+
+    @property
+    def readme_path(self) -> Path:
+        """The page of the experiment."""
+        return self.path / "README.md"
+
+    @property
+    def _configuration_path(self) -> Path:
+        return self.path / "configuration.json"
+
+    def begin(self, experiment: "Experiment", *, fast: bool) -> None:
+        """Make this the folder of one form of an experiment, or leave it if it is.
+
+        Raises
+        ------
+        RunFolderError
+            If it holds another form, or sizes of another version of the package.
+        """
+        sizes = json.loads(json.dumps(asdict(experiment.sizes(fast=fast))))
+        content = {
+            "format_version": FORMAT_VERSION,
+            "experiment": experiment.id,
+            "form": FAST if fast else FULL,
+            "sizes": sizes,
+        }
+        held = self._read(self._configuration_path)
+        if held is None:
+            self.path.mkdir(parents=True, exist_ok=True)
+            write_json(self._configuration_path, content)
+            return
+        for key in ("experiment", "form", "sizes"):
+            if held.get(key) != content[key]:
+                raise RunFolderError(
+                    f"`out` must be a folder of the same {key}, {content[key]!r}; got {held.get(key)!r} [{self.path}]. "
+                    "Choose another folder with --out."
+                )
+
+    def write(self, findings: "Findings", *, fast: bool, seconds: float) -> None:
+        """Write tables, figures, and the results, in this order."""
+        from turing_learning.figures import save_figure
+
+        for table in findings.tables:
+            self._subfolder("tables")
+            write_atomically(self.path / "tables" / f"{table.name}.csv", _csv(table))
+        for picture in findings.pictures:
+            save_figure(picture.figure, self._subfolder("figures"), picture.name)
+        write_json(
+            self.results_path,
+            {
+                "format_version": FORMAT_VERSION,
+                "form": FAST if fast else FULL,
+                "verdicts": [asdict(verdict) for verdict in findings.verdicts],
+                "tables": [asdict(Shown(table.name, table.caption)) for table in findings.tables],
+                "pictures": [asdict(Shown(one.name, one.caption, one.claim)) for one in findings.pictures],
+                "seconds": round(seconds, 1),
+                "provenance": _provenance(),
+            },
+        )
+
+    def _subfolder(self, name: str) -> Path:
+        folder = self.path / name
+        folder.mkdir(exist_ok=True)
+        return folder
+
+    def results(self) -> Results | None:
+        """Return what is there; None if the experiment has not been finished here.
+
+        Raises
+        ------
+        RunFolderError
+            If a later version of the package has written it.
+        """
+        content = self._read(self.results_path)
+        if content is None:
+            return None
+        return Results(
+            form=content["form"],
+            verdicts=tuple(Verdict(**one) for one in content["verdicts"]),
+            tables=tuple(Shown(**one) for one in content["tables"]),
+            pictures=tuple(Shown(**one) for one in content["pictures"]),
+            seconds=content["seconds"],
+            provenance=content["provenance"],
+        )
+
+    def pieces(self) -> int:
+        """Return the number of pieces of work that have been begun."""
+        return sum(not path.name.startswith(".") for path in self.pieces_path.glob("*"))
+
+    def _read(self, path: Path) -> dict[str, Any] | None:
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        except (OSError, ValueError) as error:
+            raise RunFolderError(
+                f"`{path.name}` must be readable JSON; got {error} [{path}]. Restore it, or choose another folder."
+            ) from error
+        refuse_future_format(content["format_version"], FORMAT_VERSION, path, "experiment")
+        return content
+
+
+def _csv(table: "Table") -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(table.columns)
+    writer.writerows(_cells(row) for row in table.rows)
+    return text.getvalue().encode()
+
+
+def _cells(row: Sequence[Any]) -> list[Any]:
+    """Six digits are more than any of the quantities has."""
+    return [f"{float(cell):.6g}" if isinstance(cell, float) else cell for cell in row]
+
+
+def _provenance() -> dict[str, Any]:
+    from turing_learning.runs._manifest import new_manifest
+
+    manifest = new_manifest("", 0)
+    machine = {key: manifest["machine"][key] for key in ("processor", "processors")}
+    return {
+        "finished": manifest["started"],
+        "commit": manifest["commit"],
+        "machine": machine,
+        "versions": manifest["versions"],
+    }

@@ -1,0 +1,160 @@
+"""Section 3.2: snapshots of both behaviors."""
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.analysis import dispersion, largest_cluster
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
+
+from ._experiment import Experiment, Findings, Picture, Table
+from ._verdicts import Verdict
+from ._work import Work
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CLAIM = "3.2-snapshots"
+SHARE = 0.9
+"""Of all robots, or objects, in the largest cluster: then they count as one cluster."""
+
+
+@dataclass(frozen=True)
+class SnapshotSizes:
+    """How many trials, of how many robots, and when they are looked at."""
+
+    trials: int = 30
+    aggregating_robots: int = 50
+    aggregation_times_s: tuple[int, ...] = (0, 60, 180, 300)
+    clustering_robots: int = 5
+    clustering_times_s: tuple[int, ...] = (0, 20, 40, 60)
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A behavior: what is simulated, and what is to gather."""
+
+    scenario: Scenario
+    robots: int
+    times_s: tuple[int, ...]
+
+    @property
+    def gathers_objects(self) -> bool:
+        return self.scenario.objects.count > 0
+
+    @property
+    def radius_cm(self) -> float:
+        return self.scenario.objects.radius_cm if self.gathers_objects else self.scenario.robot.radius_cm
+
+    def gathered(self, poses: np.ndarray) -> np.ndarray:
+        """Return the positions (..., S, 2) of those that are to gather."""
+        return poses[..., self.robots :, :2] if self.gathers_objects else poses[..., : self.robots, :2]
+
+
+def conduct(work: Work) -> Findings:
+    """Simulate both behaviors, and show the trial of median dispersion at the end."""
+    sizes: SnapshotSizes = work.sizes
+    rows = (
+        _Row(AGGREGATION, sizes.aggregating_robots, sizes.aggregation_times_s),
+        _Row(OBJECT_CLUSTERING, sizes.clustering_robots, sizes.clustering_times_s),
+    )
+    measured = [_measured(work, row) for row in rows]
+    pictures = [_picture(row, found) for row, found in zip(rows, measured, strict=True)]
+    return Findings([_verdict(rows, measured)], [_table(rows, measured)], pictures)
+
+
+def _measured(work: Work, row: _Row) -> dict[str, Any]:
+    sizes: SnapshotSizes = work.sizes
+    return work.piece(f"snapshots-{row.scenario.name}", lambda: _simulated(row, sizes.trials, sizes.seed))
+
+
+def _simulated(row: _Row, trials: int, seed: int) -> dict[str, Any]:
+    from turing_learning.swarm import initial_poses, simulate
+
+    scenario = row.scenario
+    start = initial_poses(scenario, trials, np.random.default_rng(seed), robots=row.robots)
+    controllers = np.broadcast_to(scenario.controller, (trials, row.robots, len(scenario.controller)))
+    interval = scenario.trial.control_interval_s
+    steps = [round(time / interval) for time in row.times_s]
+    poses = simulate(scenario, controllers, start, control_steps=steps[-1], seed=seed).poses[:, steps]
+    positions = row.gathered(poses)
+    spread = dispersion(positions, row.radius_cm)
+    shown = int(np.argsort(spread[:, -1], kind="stable")[(trials - 1) // 2])
+    return {
+        "dispersion": spread.tolist(),
+        "largest_cluster": largest_cluster(positions, row.radius_cm).tolist(),
+        "gathering": positions.shape[2],
+        "shown": shown,
+        "poses": poses[shown].tolist(),
+    }
+
+
+def _picture(row: _Row, found: dict[str, Any]) -> Picture:
+    trials = len(found["dispersion"])
+    objects = f" and {found['gathering']} objects" if row.gathers_objects else ""
+    caption = (
+        f"{row.scenario.title}: {row.robots} agents{objects}; of {trials} trials the one with the median dispersion at the "
+        "end. A robot is a disk with its heading, an object a plain disk."
+    )
+    return Picture(row.scenario.name, caption, CLAIM, _figure(row, found))
+
+
+def _figure(row: _Row, found: dict[str, Any]) -> "Figure":
+    from turing_learning.figures._reproduction import snapshots_figure
+
+    return snapshots_figure(
+        np.array(found["poses"]),
+        times_s=row.times_s,
+        robots=row.robots,
+        robot_radius_cm=row.scenario.robot.radius_cm,
+        object_radius_cm=row.scenario.objects.radius_cm,
+    )
+
+
+def _table(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Table:
+    cells = [
+        (row.scenario.name, trial + 1, time, found["dispersion"][trial][k], found["largest_cluster"][trial][k])
+        for row, found in zip(rows, measured, strict=True)
+        for trial in range(len(found["dispersion"]))
+        for k, time in enumerate(row.times_s)
+    ]
+    caption = "Dispersion, and number of robots or objects in the largest cluster, of every trial"
+    return Table("snapshots", caption, ("behavior", "trial", "time_s", "dispersion", "largest_cluster"), cells)
+
+
+def _verdict(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Verdict:
+    texts, agrees = [], True
+    for row, found in zip(rows, measured, strict=True):
+        total, ends = found["gathering"], np.array(found["largest_cluster"])[:, -1]
+        shown = int(ends[found["shown"]])
+        enough = int(np.count_nonzero(ends >= math.ceil(SHARE * total)))
+        agrees = agrees and shown >= SHARE * total
+        what = "objects" if row.gathers_objects else "robots"
+        texts.append(
+            f"{row.scenario.title.lower()}: {shown} of {total} {what} in one cluster after {row.times_s[-1]} s in the trial "
+            f"shown, 90 % or more in {enough} of {len(ends)} trials"
+        )
+    printed = "a single compact cluster at the end of each row"
+    return Verdict(CLAIM, bool(agrees), printed, "; ".join(texts), "snapshots")
+
+
+EXPERIMENT = Experiment(
+    id="3.2",
+    title="Snapshots of both behaviors",
+    cost="about 1 minute",
+    claims=(CLAIM,),
+    deviations=(
+        "The paper does not say how large the initial squares are, nor how the trial was chosen. Here the density of "
+        "section 4.2 is kept, and of 30 trials the one with the median dispersion at the end is shown.",
+    ),
+    full=SnapshotSizes(),
+    fast=SnapshotSizes(
+        trials=3,
+        aggregating_robots=12,
+        aggregation_times_s=(0, 30, 90, 150),
+    ),
+    conduct=conduct,
+)

@@ -1,0 +1,124 @@
+"""When what came out agrees with what the paper prints: one rule per kind of claim, stated before anything is run."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+PAPER_RUNS = 30
+ROUNDING = 0.005
+"""Half a unit of the last digit of the paper's absolute errors."""
+
+RULES = {
+    "absolute errors": "of every parameter, the mean error exceeds the printed mean by at most twice the standard error of the "
+    "difference (from both standard deviations) plus 0.005, half of the last printed digit; smaller errors agree",
+    "errors of the baseline": "of every parameter, the mean error lies within the printed mean plus or minus the printed "
+    "standard deviation (plus 0.005): a baseline must be neither worse nor better",
+    "convergence": "the median over the runs has come within 0.1 of the truth to stay (for 20 generations, or until the end) "
+    "at the latest in twice the generation that the text names",
+    "counts": "at least as many as printed",
+    "shares": "the mean lies within twice its standard error, plus 0.0005, of the printed share",
+    "snapshots": "at the end of each row at least 90 % of the robots, or objects, are in the largest cluster",
+    "baseline's picture": "the median over the runs of every parameter is nearer to the mean of its wheel's speeds, weighted "
+    "by how often the agents are in each state, than to the truth",
+    "theorem": "in all random cases the minimum that is searched for is the stated one, and is not the agent",
+}
+"""Kind of claim -> when it agrees."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a claim fares.
+
+    Attributes
+    ----------
+    claim
+        Its id.
+    agrees
+        Whether what came out agrees with it.
+    printed, observed
+        What the paper prints, and what came out, in few words.
+    rule
+        Key of `RULES`.
+    variant
+        What the verdict is about: "" for the one that counts, otherwise what stands beside it, for example "preset paper".
+    reason
+        Why it differs, where that is known.
+    """
+
+    claim: str
+    agrees: bool
+    printed: str
+    observed: str
+    rule: str
+    variant: str = ""
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        if self.rule not in RULES:
+            raise ValueError(f"`rule` must be one of {', '.join(RULES)}; got {self.rule!r}.")
+
+    @property
+    def word(self) -> str:
+        """Return "agree" or "differ"."""
+        return "agree" if self.agrees else "differ"
+
+    @property
+    def outcome(self) -> str:
+        """Return what came out, and why it differs, where that is known."""
+        return f"{self.observed} (why: {self.reason})" if self.reason else self.observed
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation of one quantity over runs."""
+
+    mean: float
+    standard_deviation: float
+    runs: int
+
+    @classmethod
+    def of(cls, values: np.typing.ArrayLike) -> "Spread":
+        """Return mean and standard deviation (n - 1; 0 for a single run) of the values of the runs (R,)."""
+        array = np.asarray(values, dtype=np.float64)
+        deviation = float(array.std(ddof=1)) if array.size > 1 else 0.0
+        return cls(float(array.mean()), deviation, array.size)
+
+    @property
+    def standard_error(self) -> float:
+        """Standard deviation of the mean."""
+        return self.standard_deviation / math.sqrt(self.runs)
+
+    def __str__(self) -> str:
+        return f"{self.mean:.3f} ({self.standard_deviation:.3f})"
+
+
+def printed_spreads(values: Mapping[str, Sequence[float]]) -> tuple[Spread, ...]:
+    """Return the absolute errors that a claim prints, parameter by parameter."""
+    pairs = zip(values["ae_mean"], values["ae_std"], strict=True)
+    return tuple(Spread(mean, deviation, PAPER_RUNS) for mean, deviation in pairs)
+
+
+def not_worse(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
+    """Apply the rule "absolute errors"."""
+    return all(
+        own.mean - theirs.mean <= 2 * math.hypot(own.standard_error, theirs.standard_error) + ROUNDING
+        for own, theirs in zip(observed, printed, strict=True)
+    )
+
+
+def within_spread(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
+    """Apply the rule "errors of the baseline"."""
+    return all(
+        abs(own.mean - theirs.mean) <= theirs.standard_deviation + ROUNDING
+        for own, theirs in zip(observed, printed, strict=True)
+    )
+
+
+def listed(names: Sequence[str], spreads: Sequence[Spread], digits: int = 3) -> str:
+    """Return names with means and standard deviations in parentheses."""
+    return ", ".join(
+        f"{name} {one.mean:.{digits}f} ({one.standard_deviation:.{digits}f})"
+        for name, one in zip(names, spreads, strict=True)
+    )

@@ -1,0 +1,168 @@
+"""The pieces of work of an experiment: each is stored in a small file of its own, and done once."""
+
+import json
+import time
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.runs import write_json
+
+from ._errors import Stopped
+
+if TYPE_CHECKING:
+    from turing_learning.studies import StudyProgress, StudyResult
+
+Say = Callable[[str], None]
+
+
+def _silent(text: str) -> None:
+    """Say nothing."""
+
+
+class Work:
+    """Do pieces of work, or take them from the files that an earlier call has left.
+
+    Parameters
+    ----------
+    folder
+        Where the pieces are.
+    sizes
+        Sizes of the experiment's form.
+    fast
+        Whether this is the fast form: its studies run in this process, which costs less than to start others.
+    workers
+        Number of worker processes of studies; None takes one for each processor.
+    should_stop
+        Asked before every piece, and by whatever takes long.
+    say
+        Told when a piece has been done.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        sizes: Any,
+        *,
+        fast: bool = False,
+        workers: int | None = None,
+        should_stop: Callable[[], bool] | None = None,
+        say: Say | None = None,
+    ) -> None:
+        self.sizes = sizes
+        self.seconds = 0.0
+        self._folder = folder
+        self._fast = fast
+        self._workers = workers
+        self._should_stop = should_stop or (lambda: False)
+        self._say = say or _silent
+
+    def should_stop(self) -> bool:
+        """Return whether somebody has asked for a stop."""
+        return self._should_stop()
+
+    def piece(self, name: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
+        """Return what a piece of work has found, from its file if it is there.
+
+        Parameters
+        ----------
+        name
+            Name of the piece, one for each in the experiment.
+        compute
+            Returns an object that JSON can hold, or None if it was stopped.
+
+        Raises
+        ------
+        Stopped
+            If a stop was asked for.
+        OSError
+            If the file cannot be written.
+        """
+        path = self._folder / f"{name}.json"
+        stored = _stored(path)
+        if stored is None:
+            stored = self._done(name, compute)
+            self._folder.mkdir(parents=True, exist_ok=True)
+            write_json(path, stored)
+            self._say(f"{name}: {stored['seconds']:.1f} s")
+        self.seconds += stored["seconds"]
+        return stored["found"]
+
+    def _done(self, name: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
+        if self.should_stop():
+            raise Stopped(name)
+        begun = time.perf_counter()
+        found = compute()
+        if found is None:
+            raise Stopped(name)
+        return {"seconds": round(time.perf_counter() - begun, 3), "found": dict(found)}
+
+    def study(self, name: str, scenario: str, **arguments: Any) -> "StudyResult":
+        """Return a study of many runs, executed or gone on with as far as it is not complete.
+
+        Parameters
+        ----------
+        name
+            Name of the study, one for each in the experiment.
+        scenario, arguments
+            As in `turing_learning.studies.study`.
+
+        Raises
+        ------
+        Stopped
+            If a stop was asked for.
+        ExecutorError
+            If runs have failed.
+        """
+        from turing_learning.studies import ExecutorError
+
+        path = self._folder / name
+        result = _complete_study(path) or self._conducted(name, scenario, arguments)
+        if result.unfinished:
+            raise Stopped(name)
+        if result.failed:
+            raise ExecutorError(
+                f"`{name}` must have no runs that fail; got {len(result.failed)}, the first for: "
+                f"{result.failed[0].reason} [{path}]. Give the same command again to try again."
+            )
+        self.seconds += sum(run.seconds or 0.0 for run in result.runs)
+        return result
+
+    def _conducted(self, name: str, scenario: str, arguments: Mapping[str, Any]) -> "StudyResult":
+        from turing_learning.studies import study
+
+        def observe(progress: "StudyProgress") -> None:
+            if progress.finished:
+                self._say(f"{name}: {progress.done} of {progress.total} runs")
+
+        watch: dict[str, Any] = {"observer": observe, "should_stop": self._should_stop}
+        with self._hands() as hands:
+            return study(scenario, **arguments, **hands, **watch, out=self._folder / name)
+
+    @contextmanager
+    def _hands(self) -> Iterator[dict[str, Any]]:
+        if not self._fast:
+            yield {"workers": self._workers}
+            return
+        with ThreadPoolExecutor(1) as executor:
+            yield {"executor": executor}
+
+
+def _complete_study(path: Path) -> "StudyResult | None":
+    """Return the study of a folder if all of its runs and its tables are there; the report is written last."""
+    from turing_learning.studies import is_study, load_study
+
+    if not (is_study(path) and (path / "report.html").exists()):
+        return None
+    result = load_study(path)
+    return result if result.complete else None
+
+
+def _stored(path: Path) -> dict[str, Any] | None:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content if isinstance(content, dict) and {"seconds", "found"} <= content.keys() else None

@@ -1,0 +1,44 @@
+import numpy as np
+import pytest
+
+from turing_learning.analysis import compare
+
+LOW, HIGH = np.arange(5.0), np.arange(10.0, 15.0)
+
+
+def test_the_p_value_is_that_of_the_exact_two_sided_test():
+    # of the 252 orders of 5 and 5 values, 2 are as extreme as full separation
+    assert compare(LOW, [HIGH]).p_values == pytest.approx([2 / 252])
+
+
+def test_the_level_is_divided_by_the_number_of_tests():
+    alone, among_many = compare(LOW, [HIGH]), compare(LOW, [HIGH] + [LOW + 0.1] * 6)
+    assert alone.significant.tolist() == [True]
+    assert among_many.significant.tolist() == [False] * 7  # 2 / 252 is above 0.05 / 7
+    assert among_many.without_difference == 7
+
+
+def test_equal_samples_do_not_differ():
+    assert compare(np.ones(4), [np.ones(4)]).without_difference == 1
+
+
+def test_samples_may_differ_in_length():
+    assert compare(LOW, [HIGH, HIGH[:3]]).p_values.shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((LOW, []), "`samples` must hold at least one sample; got none"),
+        (([], [LOW]), r"`reference` must be of shape \(R,\) and not empty; got \(0,\)"),
+        ((LOW, [LOW, [np.nan]]), r"`samples\[1\]` must be finite; got nan"),
+    ],
+)
+def test_what_cannot_be_tested_is_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        compare(*arguments)
+
+
+def test_a_level_of_one_is_refused():
+    with pytest.raises(ValueError, match=r"`level` must be in \(0, 1\); got 1"):
+        compare(LOW, [HIGH], level=1)

@@ -1,0 +1,151 @@
+"""The experiments in their fast form, and the door."""
+
+import csv
+import json
+from dataclasses import replace
+
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.reproduction import EXPERIMENTS, Stopped, default_folder, reproduce, standings
+from turing_learning.reproduction import _reproduce as door
+from turing_learning.reproduction._folder import ExperimentFolder
+from turing_learning.runs import RunFolderError, RunStorageError
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def files(folder):
+    """Return name -> content of what is committed, without the time and place of the run."""
+    kept = [path for kind in ("tables", "figures") for path in sorted((folder / kind).iterdir())]
+    contents = {path.name: path.read_bytes() for path in kept}
+    results = json.loads((folder / "results.json").read_text())
+    return contents | {"verdicts": results["verdicts"]}
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_every_claim_of_an_experiment_gets_a_verdict(conducted, name):
+    results = ExperimentFolder(conducted / name).results()
+    assert [results.verdict(claim).claim for claim in EXPERIMENTS[name].claims] == list(EXPERIMENTS[name].claims)
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_tables_and_figures_are_there_in_print_and_for_the_screen(conducted, name):
+    results = ExperimentFolder(conducted / name).results()
+    tables = {f"{one.name}.csv" for one in results.tables}
+    figures = {f"{one.name}.{kind}" for one in results.pictures for kind in ("svg", "png")}
+    assert {path.name for path in (conducted / name / "tables").iterdir()} == tables
+    assert {path.name for path in (conducted / name / "figures").iterdir()} == figures
+
+
+def test_what_was_done_is_not_done_again_and_the_results_are_the_same(conducted, tmp_path):
+    before, said = files(conducted / "4.5"), []
+    (tmp_path / "4.5").mkdir()
+    for path in ("configuration.json", "pieces"):
+        (tmp_path / "4.5" / path).symlink_to(conducted / "4.5" / path)
+    reproduce("4.5", fast=True, out=tmp_path, say=said.append)
+    assert said == []
+    assert files(tmp_path / "4.5") == before
+
+
+def test_an_experiment_that_is_stopped_goes_on_to_the_same_results(conducted, tmp_path):
+    said = []
+    with pytest.raises(Stopped):
+        reproduce("4.5", fast=True, out=tmp_path, say=said.append, should_stop=lambda: len(said) == 2)
+    (standing,) = (one for one in standings(tmp_path) if one.experiment.id == "4.5")
+    assert standing.state == "begun, 2 pieces of work"
+    reproduce("4.5", fast=True, out=tmp_path)
+    assert files(tmp_path / "4.5") == files(conducted / "4.5")
+
+
+def test_common_initial_configurations_and_other_noise_for_every_model(conducted):
+    found = rows(conducted / "4.3" / "tables" / "aggregation-dispersion.csv")
+    assert [row["preset"] for row in found] == ["", *["default"] * 3, *["paper"] * 3]
+    assert all(float(row["trial_1"]) > 0 for row in found)
+
+
+def test_the_models_that_are_judged_are_the_best_of_the_last_generation(conducted):
+    found = rows(conducted / "4.3" / "tables" / "aggregation-models.csv")
+    studied = rows(conducted / "4.3" / "pieces" / "study-aggregation-default" / "runs.csv")
+    own = [row for row in found if row["preset"] == "default" and row["model"] == "best_model"]
+    assert [float(row["vl1"]) for row in own] == pytest.approx(
+        [float(row["best_model_vl1"]) for row in studied], rel=1e-5
+    )
+
+
+def test_the_sensor_shares_are_between_those_of_the_paper_and_of_its_simulator(conducted):
+    found = rows(conducted / "4.3" / "tables" / "sensor-shares.csv")
+    seeing_nothing = float(found[0]["share"])
+    # 1000 trials give 0.935; the standard error over 5 trials is about 0.01
+    assert seeing_nothing == pytest.approx(0.935, abs=0.04)
+
+
+def test_predictions_are_weighted_means_of_the_true_speeds(conducted):
+    found = {(row["scenario"], row["parameter"]): row for row in rows(conducted / "4.5" / "tables" / "predictions.csv")}
+    assert float(found["aggregation", "vr0"]["theorem_1"]) == pytest.approx(-1.0)
+    assert found["aggregation", "vl0"]["theorem_1"] == found["aggregation", "vl1"]["theorem_1"]
+    assert -0.7 < float(found["aggregation", "vl0"]["theorem_1"]) < -0.5
+
+
+def test_the_states_of_all_experiments_are_listed(conducted):
+    states = {one.experiment.id: one.state for one in standings(conducted)}
+    assert list(states) == list(EXPERIMENTS)
+    assert states["3.2"].endswith("of 1 claims agree, fast form")
+
+
+def test_nothing_has_been_run_in_an_empty_folder(tmp_path):
+    assert {one.state for one in standings(tmp_path)} == {"not run yet"}
+
+
+def test_the_fast_form_does_not_go_where_full_results_go():
+    assert default_folder().as_posix() == "experiments"
+    assert default_folder(fast=True).as_posix() == "runs/reproduction-fast"
+
+
+def test_an_unknown_experiment_is_refused(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"`experiment` must be one of 3\.2, 4\.3, .*all; got '9'"):
+        reproduce("9", out=tmp_path)
+
+
+def test_a_folder_of_the_fast_form_is_refused_for_the_full_one(conducted):
+    with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same form, 'full'; got 'fast'"):
+        reproduce("3.2", out=conducted)
+
+
+def test_a_folder_of_other_sizes_is_refused(conducted, monkeypatch):
+    other = replace(EXPERIMENTS["3.2"], fast=replace(EXPERIMENTS["3.2"].fast, trials=99))
+    monkeypatch.setitem(EXPERIMENTS, "3.2", other)
+    with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same sizes, .*'trials': 99.*; got"):
+        reproduce("3.2", fast=True, out=conducted)
+
+
+def test_an_unreadable_result_is_refused(tmp_path):
+    (tmp_path / "3.2").mkdir()
+    (tmp_path / "3.2" / "results.json").write_text("{")
+    with pytest.raises(RunFolderError, match=r"`results\.json` must be readable JSON; got"):
+        standings(tmp_path)
+
+
+def test_results_of_a_later_version_are_refused(tmp_path):
+    (tmp_path / "3.2").mkdir()
+    (tmp_path / "3.2" / "results.json").write_text('{"format_version": 99}')
+    with pytest.raises(RunFolderError, match="`format_version` must be at most 1; got 99"):
+        standings(tmp_path)
+
+
+def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunFolderError, match="`out` must be a folder that can be written; got"):
+        reproduce("3.2", fast=True, out=tmp_path / "file")
+
+
+def test_a_full_disk_ends_an_experiment_that_can_go_on(tmp_path, monkeypatch):
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("turing_learning.reproduction._work.write_json", full)
+    with pytest.raises(RunStorageError, match=r"`out` must be a folder with space left; .*No space left"):
+        door.reproduce("3.2", fast=True, out=tmp_path)

@@ -1,0 +1,77 @@
+"""Pages made from the folders of the experiments, and that the committed ones are current."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from turing_learning.reproduction import EXPERIMENTS, RULES, load_claims, page, readme, write_page
+from turing_learning.reproduction._folder import ExperimentFolder
+
+ROOT = Path(__file__).parents[3]
+HOW = "make it current with: turing-learning reproduce --page docs/reproduction.md"
+
+
+@pytest.fixture
+def as_if_full(conducted, tmp_path):
+    """Results of section 3.2 that say that they are of full size."""
+    folder = tmp_path / "experiments"
+    shutil.copytree(conducted / "3.2", folder / "3.2")
+    path = folder / "3.2" / "results.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"form": "full"}))
+    return folder
+
+
+def test_the_committed_page_is_current():
+    assert (ROOT / "docs" / "reproduction.md").read_text() == page(ROOT / "experiments"), HOW
+
+
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_the_committed_page_of_an_experiment_is_current(name):
+    folder = ExperimentFolder(ROOT / "experiments" / name)
+    assert folder.readme_path.read_text() == readme(EXPERIMENTS[name], folder), HOW
+
+
+def test_every_claim_of_sections_3_2_and_4_has_a_row(tmp_path):
+    text = page(tmp_path)
+    names = [name for name in load_claims() if name.startswith(("3.2", "4."))]
+    assert len(names) == 16
+    assert all(re.search(rf"^\| \[?{re.escape(name)}\b", text, re.MULTILINE) for name in names)
+
+
+def test_every_rule_is_stated(tmp_path):
+    text = page(tmp_path)
+    assert all(rule in text for rule in RULES.values())
+
+
+def test_results_of_the_fast_form_are_not_results(conducted, tmp_path):
+    link = "../experiments"
+    assert page(conducted, link) == page(tmp_path, link)
+
+
+def test_full_results_are_shown_with_verdict_figures_and_where_they_are_from(as_if_full):
+    text = page(as_if_full, "there")
+    row = next(line for line in text.splitlines() if line.startswith("| [3.2-snapshots]"))
+    assert re.search(r"\*\*(agree|differ)\*\*.*robots in one cluster after", row)
+    assert "![aggregation](there/3.2/figures/aggregation.svg)" in text
+    assert "Run at full size: 20" in text
+    assert text.count("Not run yet.") == len(EXPERIMENTS) - 1
+
+
+def test_the_page_of_the_fast_form_says_that_it_proves_nothing(conducted):
+    text = (conducted / "4.5" / "README.md").read_text()
+    assert "proves nothing" in text
+    assert "| **4.5-theorem** | agree |" in text
+
+
+def test_printed_numbers_have_names_in_words(tmp_path):
+    assert "share MAE below 0.05 0.89; count MAE above 0.1 43" in page(tmp_path)
+
+
+def test_links_are_relative_to_the_page(as_if_full, tmp_path):
+    (tmp_path / "docs" / "more").mkdir(parents=True)
+    path = write_page(as_if_full, tmp_path / "docs" / "more" / "page.md")
+    assert "(../../experiments/3.2/README.md)" in path.read_text()
+    assert (as_if_full / "4.3" / "README.md").exists()

@@ -1,0 +1,64 @@
+import numpy as np
+import pytest
+
+from turing_learning.reproduction import Verdict
+from turing_learning.reproduction._case_verdicts import settled
+from turing_learning.reproduction._verdicts import Spread, listed, not_worse, printed_spreads, within_spread
+
+PRINTED = Spread(0.1, 0.03, 30)
+
+
+def test_mean_and_standard_deviation_are_those_of_the_runs():
+    spread = Spread.of([1.0, 2.0, 3.0])
+    assert (spread.mean, spread.standard_deviation, spread.runs) == (2.0, 1.0, 3)
+    assert spread.standard_error == pytest.approx(1 / 3**0.5)
+
+
+def test_a_single_run_has_no_spread():
+    assert Spread.of([0.2]).standard_deviation == 0.0
+
+
+def test_a_smaller_error_agrees():
+    assert not_worse([Spread(0.0, 0.01, 30)], [PRINTED])
+
+
+def test_an_error_agrees_up_to_twice_the_standard_error_of_the_difference_and_rounding():
+    # both standard errors are 0.03 / sqrt(30) = 0.005477, that of the difference 0.007746: the limit is 0.1205
+    assert not_worse([Spread(0.120, 0.03, 30)], [PRINTED])
+    assert not not_worse([Spread(0.121, 0.03, 30)], [PRINTED])
+
+
+def test_one_parameter_that_is_worse_makes_the_claim_differ():
+    assert not not_worse([Spread(0.0, 0.0, 30), Spread(0.9, 0.1, 30)], [PRINTED, PRINTED])
+
+
+@pytest.mark.parametrize(("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)])
+def test_a_baseline_must_be_neither_worse_nor_better_than_printed(mean, agrees):
+    assert within_spread([Spread(mean, 0.5, 30)], [PRINTED]) is agrees
+
+
+def test_printed_errors_are_those_of_30_runs():
+    assert printed_spreads({"ae_mean": [0.1], "ae_std": [0.03]}) == (PRINTED,)
+
+
+def test_numbers_are_listed_with_their_names():
+    assert listed(("vl0", "vr0"), (PRINTED, PRINTED), 2) == "vl0 0.10 (0.03), vr0 0.10 (0.03)"
+
+
+def test_a_verdict_without_a_stated_rule_is_refused():
+    with pytest.raises(ValueError, match=r"`rule` must be one of absolute errors, .*; got 'mood'"):
+        Verdict("3.2-snapshots", True, "", "", "mood")
+
+
+def test_an_outcome_names_the_reason_of_a_difference():
+    verdict = Verdict("4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator")
+    assert (verdict.word, verdict.outcome) == ("differ", "0.8 (why: the simulator)")
+
+
+def test_values_settle_where_they_come_near_the_truth_to_stay():
+    values = [1.0] * 5 + [0.55] + [1.0] * 3 + [0.45] * 30
+    assert settled(np.array(values), 0.5) == 9
+
+
+def test_values_that_leave_again_never_settle():
+    assert settled(np.array([0.5, 0.5, 1.0] * 20), 0.5) is None
