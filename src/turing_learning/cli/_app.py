@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from . import _study
+from . import _detect, _reproduce, _study
 from ._main import Interrupted
 from ._numbers import integer, real
 from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
@@ -25,6 +25,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 _study.register(app)
+_reproduce.register(app)
+_detect.register(app)
 
 ThreadsOption = Annotated[
     int | None,

@@ -1,0 +1,160 @@
+"""The command that tells which individuals behave abnormally."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ._numbers import integer, real
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from turing_learning.detection import Detector, Motion, Verdict
+
+SAMPLES = 10
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command(
+        epilog="Examples:\n\n"
+        "  turing-learning detect runs/mine motion.csv\n\n"
+        "  turing-learning detect runs/mine motion.npy --rule archive --false-alarms 0.001 --json\n\n"
+        "  turing-learning detect runs/mine --simulate 2\n\n"
+        "  turing-learning detect runs/fish today.npy --genuine normal.npy --abnormal other.npy\n\n"
+        "What a file holds is said in docs/detection.md."
+    )(detect)
+
+
+def detect(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a full history.")],
+    motion: Annotated[
+        Path | None, typer.Argument(metavar="MOTION", help="Motion of individuals: a .npy, .npz or .csv file.")
+    ] = None,
+    simulate: Annotated[
+        int | None,
+        typer.Option(
+            "--simulate",
+            metavar="N",
+            help="Instead of a file: a swarm with N individuals that do something else.",
+            parser=integer,
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(
+            "--samples", metavar="S", help="Samples of each simulated individual; 10 by default.", parser=integer
+        ),
+    ] = None,
+    genuine: Annotated[
+        Path | None,
+        typer.Option(
+            "--genuine", metavar="FILE", help="Motion of normal individuals to calibrate with; simulated by default."
+        ),
+    ] = None,
+    abnormal: Annotated[
+        Path | None,
+        typer.Option("--abnormal", metavar="FILE", help="Motion of others to calibrate with; simulated by default."),
+    ] = None,
+    rule: Annotated[
+        str, typer.Option("--rule", metavar="RULE", help="unanimous, single, group, archive, or jury.")
+    ] = "jury",
+    false_alarms: Annotated[
+        float,
+        typer.Option(
+            "--false-alarms",
+            metavar="SHARE",
+            help="Share of normal individuals that may be called abnormal.",
+            parser=real,
+        ),
+    ] = 0.01,
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="S", help="Seed of all that is simulated.", parser=integer)
+    ] = 0,
+    as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print JSON.")] = False,
+) -> None:
+    """Tell from motion which individuals behave abnormally, by the classifiers of a run."""
+    from turing_learning.detection import Detector, load_motion, plant_abnormal, run_classifiers
+    from turing_learning.runs import load_run
+
+    _require_one(motion, simulate, samples)
+    result = load_run(run)
+    learned = run_classifiers(result)
+    observed, *calibration = (
+        None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals)
+        for path in (motion, genuine, abnormal)
+    )
+    if observed is None:
+        observed = plant_abnormal(
+            learned.simulated_scenario(), simulate or 0, samples=SAMPLES if samples is None else samples, seed=seed
+        )
+    given = [None if each is None else each.samples for each in calibration]
+    detector = Detector.from_run(
+        result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
+    )
+    verdicts = detector.verdicts(observed)
+    if as_json:
+        _print_json(detector, observed, verdicts)
+    else:
+        _print_table(detector, observed, verdicts)
+
+
+def _require_one(motion: Path | None, simulate: int | None, samples: int | None) -> None:
+    from turing_learning.config import ConfigurationError
+
+    if (motion is None) == (simulate is None):
+        got = "neither" if motion is None else "both"
+        raise ConfigurationError(f"`MOTION` must be given, or --simulate; got {got}.")
+    if samples is not None and simulate is None:
+        raise ConfigurationError(f"`samples` must be left out beside a file; got {samples} [--samples].")
+
+
+def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:
+    import json
+    from dataclasses import asdict
+
+    content = {
+        "rule": detector.rule,
+        "false_alarms": None if detector.rule == "unanimous" else detector.false_alarms,
+        "classifiers": len(detector.genomes),
+        "samples": motion.samples.shape[1],
+        "threshold": detector.threshold(motion.samples.shape[1]),
+        "individuals": [asdict(verdict) for verdict in verdicts],
+    }
+    typer.echo(json.dumps(content, indent=2))
+
+
+def _print_table(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:
+    from rich.console import Console
+
+    console = Console()
+    console.print(verdict_table(verdicts))
+    count, threshold = motion.samples.shape[1], detector.threshold(motion.samples.shape[1])
+    console.print(
+        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {count} samples each of "
+        f"{detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers, score below {threshold:.3f}",
+        highlight=False,
+    )
+
+
+def verdict_table(verdicts: "tuple[Verdict, ...]") -> "Table":
+    """Return the table individual / share of samples judged genuine / score / verdict / since when."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table()
+    table.add_column("individual")
+    for heading in ("judged genuine", "score"):
+        table.add_column(heading, justify="right")
+    table.add_column("verdict")
+    table.add_column("since sample", justify="right")
+    for verdict in verdicts:
+        table.add_row(
+            Text(verdict.individual),
+            f"{100 * verdict.genuine_share:.0f} %",
+            f"{verdict.score:.3f}",
+            Text("abnormal", style="bold red") if verdict.abnormal else "normal",
+            "-" if verdict.since is None else str(verdict.since),
+        )
+    return table

@@ -1,0 +1,316 @@
+"""Classifiers with votes and a threshold."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from turing_learning.coevolution import Classifier
+from turing_learning.coevolution._judgments import THRESHOLD
+from turing_learning.config import ConfigurationError, nearest
+
+from ._checks import checked_motion
+from ._motion import Motion
+from ._post_evaluation import decide
+from ._run import StoredRun, calibration_motion, run_classifiers
+from ._verdict import DIGITS, Verdict, decide_verdict, mean_score
+
+RULES = ("unanimous", "single", "group", "archive", "jury")
+"""Names of the rules; see `Detector`."""
+_ONE_CLASSIFIER = ("unanimous", "single")
+DRAWS = 20_000  # of genuine individuals, to place the threshold
+_ANY = 10.0**-DIGITS
+
+
+@dataclass(frozen=True, eq=False)
+class Detector:
+    """Tell from motion which individuals behave abnormally.
+
+    Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual is
+    called abnormal if the mean score of its samples is below a threshold. Five rules choose voters and threshold:
+
+    ============  =============================================  ==========================================
+    rule          voters                                         abnormal if
+    ============  =============================================  ==========================================
+    "unanimous"   the one of the last generation that decides    all samples are judged counterfeit: with
+                  best by this rule                              ten, the rule of the paper
+    "single"      the one of the last generation with the        below the threshold
+                  largest Youden's J
+    "group"       all of the last generation                     below the threshold
+    "archive"     the best of up to 100 generations              below the threshold
+    "jury"        both of these                                  below the threshold
+    ============  =============================================  ==========================================
+
+    A vote weighs Youden's J = specificity + sensitivity - 1 where that is positive, measured on genuine and on abnormal
+    motion; one that guesses has no vote. The threshold is where the stated share of genuine individuals, that had no
+    part in the weights, would be called abnormal. It depends on the number of samples of an individual.
+
+    Parameters
+    ----------
+    classifier
+        Judges.
+    genomes : (N, Q)
+        The voters.
+    weights : (N,)
+        Of their votes, above 0; they sum to 1.
+    rule
+        One of `RULES`.
+    false_alarms
+        Share of genuine individuals that may be called abnormal, in (0, 1); "unanimous" does not keep to it.
+    genuine_scores, abnormal_scores : (any,)
+        Scores of single samples by which the threshold and the beginning of abnormal motion are found.
+    steps, signals
+        Steps T and signals D of a sample.
+
+    Source
+    ------
+    Paper, section 4.4; Youden, Index for rating diagnostic tests (1950); docs/decisions/0014.
+    """
+
+    classifier: Classifier
+    genomes: np.ndarray
+    weights: np.ndarray
+    rule: str
+    false_alarms: float
+    genuine_scores: np.ndarray
+    abnormal_scores: np.ndarray
+    steps: int
+    signals: int
+
+    @classmethod
+    def calibrate(
+        cls,
+        classifier: Classifier,
+        genomes: np.ndarray,
+        *,
+        genuine: np.ndarray,
+        abnormal: np.ndarray,
+        rule: str = "jury",
+        false_alarms: float = 0.01,
+    ) -> "Detector":
+        """Choose voters, weights and threshold; nothing is trained.
+
+        Parameters
+        ----------
+        classifier
+            Judges.
+        genomes : (N, Q)
+            Classifiers to choose from.
+        genuine : (individuals, samples, T, D)
+            Motion of normal individuals, at least two. The first half weighs the votes, the second places the threshold.
+        abnormal : (individuals, samples, T, D)
+            Motion of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
+        rule, false_alarms
+            As for the class.
+
+        Raises
+        ------
+        ConfigurationError
+            If a shape or number does not fit, or no classifier can tell the two kinds of motion apart.
+        """
+        check_rule(rule)
+        _check_rate(false_alarms)
+        genomes = np.asarray(genomes)
+        signals = np.shape(genuine)[-1] if np.ndim(genuine) else 0
+        genuine = checked_motion("genuine", genuine, signals=signals)
+        abnormal = checked_motion("abnormal", abnormal, signals=signals, steps=genuine.shape[2])
+        if len(genuine) < 2:
+            raise ConfigurationError(f"`genuine` must hold at least 2 individuals; got {len(genuine)}.")
+        votes, abnormal_votes = _votes(classifier, genomes, genuine), _votes(classifier, genomes, abnormal)
+        half = len(genuine) // 2
+        competence = _competence(rule, votes[:, :half], abnormal_votes)
+        if not competence.max(initial=0.0) > 0:
+            raise ConfigurationError(
+                f"`genomes` must hold a classifier that tells genuine from abnormal motion; got {len(genomes)} that "
+                "cannot. Run more generations."
+            )
+        weights = _weights(rule, competence)
+        voters = weights > 0
+        return cls(
+            classifier=classifier,
+            genomes=genomes[voters],
+            weights=weights[voters],
+            rule=rule,
+            false_alarms=false_alarms,
+            genuine_scores=_scores(weights, votes[:, half:]).ravel(),
+            abnormal_scores=_scores(weights, abnormal_votes).ravel(),
+            steps=genuine.shape[2],
+            signals=signals,
+        )
+
+    @classmethod
+    def from_run(
+        cls,
+        result: StoredRun,
+        *,
+        rule: str = "jury",
+        false_alarms: float = 0.01,
+        genuine: np.ndarray | None = None,
+        abnormal: np.ndarray | None = None,
+        behaviors: int = 100,
+        trials: int = 10,
+        seed: int = 0,
+        threads: int | None = None,
+    ) -> "Detector":
+        """Make a detector of the classifiers of a run.
+
+        Parameters
+        ----------
+        result
+            A run that is stored in a folder with its full history: ``turing_learning.load_run(path)``.
+        rule, false_alarms
+            As for the class.
+        genuine, abnormal : (individuals, samples, T, D)
+            Motion for `calibrate`. None simulates the run's scenario, agents beside individuals with random controllers.
+        behaviors, trials
+            Number of random controllers that are simulated, >= 1, and of trials of each.
+        seed
+            Of what is simulated, >= 0.
+        threads
+            Number of threads of the simulation; None takes every processor.
+
+        Raises
+        ------
+        ConfigurationError
+            If the run does not hold what is needed, or something does not fit.
+        """
+        check_rule(rule)
+        run = run_classifiers(result)
+        genuine, abnormal = calibration_motion(
+            run, genuine, abnormal, behaviors=behaviors, trials=trials, seed=seed, threads=threads
+        )
+        return cls.calibrate(
+            run.classifier, run.voters(rule), genuine=genuine, abnormal=abnormal, rule=rule, false_alarms=false_alarms
+        )
+
+    def judge(self, samples: np.ndarray) -> np.ndarray:
+        """Return the scores (S,) of samples (S, T, D): the weighted shares of the votes that say genuine, 0 to 1.
+
+        Raises
+        ------
+        ConfigurationError
+            If the shape does not fit or a value is not finite.
+        """
+        return self._judge_all(np.asarray(samples)[None], "samples")[0]
+
+    def threshold(self, samples: int) -> float:
+        """Return the mean score below which an individual with that many samples is called abnormal.
+
+        Mean scores of genuine individuals are made of scores of single samples, drawn at random.
+
+        Raises
+        ------
+        ConfigurationError
+            If `samples` is below 1.
+        """
+        if samples < 1:
+            raise ConfigurationError(f"`samples` must be at least 1; got {samples}.")
+        if self.rule == "unanimous":
+            return _ANY
+        means = np.sort(self._genuine_means(samples))
+        return float(means[int(self.false_alarms * len(means))])
+
+    def _genuine_means(self, samples: int) -> np.ndarray:
+        if samples == 1:
+            return self.genuine_scores
+        rng = np.random.default_rng(samples)
+        total = np.zeros(DRAWS)
+        for _ in range(samples):
+            total += rng.choice(self.genuine_scores, DRAWS)
+        return np.round(total / samples, DIGITS)
+
+    def abnormal(self, samples: np.ndarray) -> bool:
+        """Return whether the individual that moves as in samples (S, T, D) behaves abnormally; see `judge`."""
+        scores = self.judge(samples)
+        return bool(mean_score(scores) < self.threshold(len(scores)))
+
+    def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
+        """Say of each individual whether it behaves abnormally, and since when.
+
+        The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest (Page, Continuous
+        inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between the mean scores of
+        genuine and of abnormal samples.
+
+        Parameters
+        ----------
+        motion
+            Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with names.
+
+        Raises
+        ------
+        ConfigurationError
+            If the shape does not fit or a value is not finite.
+        """
+        if not isinstance(motion, Motion):
+            motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
+        scores = self._judge_all(motion.samples, "motion", motion.individuals)
+        threshold = self.threshold(scores.shape[1])
+        middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
+        return tuple(
+            decide_verdict(name, row, threshold, middle) for name, row in zip(motion.individuals, scores, strict=True)
+        )
+
+    def mean_scores(self, motion: np.ndarray) -> np.ndarray:
+        """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
+        return mean_score(self._judge_all(motion, "motion"))
+
+    def with_false_alarms(self, share: float) -> "Detector":
+        """Return a detector with another share of false alarms; nothing is judged again.
+
+        Raises
+        ------
+        ConfigurationError
+            If the share is not in (0, 1).
+        """
+        _check_rate(share)
+        return replace(self, false_alarms=share)
+
+    def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
+        where = str if names is None else names.__getitem__
+        motion = checked_motion(name, motion, signals=self.signals, steps=self.steps, where=where)
+        return _scores(self.weights, _votes(self.classifier, self.genomes, motion))
+
+
+def check_rule(rule: str) -> None:
+    """Refuse what is no rule."""
+    if rule not in RULES:
+        raise ConfigurationError(f"`rule` must be one of the rules; got {rule!r}. {nearest(rule, RULES)}")
+
+
+def check_rules(rules: Iterable[str]) -> tuple[str, ...]:
+    """Return rules; refuse what is none."""
+    rules = tuple(rules)
+    for rule in rules:
+        check_rule(rule)
+    return rules
+
+
+def _check_rate(share: float) -> None:
+    if not 0 < share < 1:
+        raise ConfigurationError(f"`false_alarms` must be above 0 and below 1; got {share}.")
+
+
+def _votes(classifier: Classifier, genomes: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return whether each of N classifiers judges each sample genuine (N, individuals, samples)."""
+    individuals, samples, *series = motion.shape
+    outputs = classifier.judge(genomes, motion.reshape(individuals * samples, *series))
+    return (outputs >= THRESHOLD).reshape(len(genomes), individuals, samples)
+
+
+def _competence(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
+    """Return Youden's J (N,) of decisions about individuals for the unanimous rule, about samples for all others."""
+    if rule == "unanimous":
+        return decide(genuine).mean(axis=1) - decide(abnormal).mean(axis=1)
+    return genuine.mean(axis=(1, 2)) - abnormal.mean(axis=(1, 2))
+
+
+def _weights(rule: str, competence: np.ndarray) -> np.ndarray:
+    if rule in _ONE_CLASSIFIER:
+        return (np.arange(len(competence)) == competence.argmax()).astype(float)
+    positive = np.maximum(competence, 0)
+    return positive / positive.sum()
+
+
+def _scores(weights: np.ndarray, votes: np.ndarray) -> np.ndarray:
+    return np.round(np.tensordot(weights, votes, axes=1), DIGITS)

@@ -1,0 +1,162 @@
+"""What a run has learned to see."""
+
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from turing_learning.classifiers import ElmanClassifier
+from turing_learning.coevolution import Classifier
+from turing_learning.config import Configuration, ConfigurationError, load_configuration
+from turing_learning.sources import OwnSystem
+from turing_learning.swarm import Scenario
+
+from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
+
+ARCHIVE = 100
+
+
+class StoredRun(Protocol):
+    """What the room needs of a run: `turing_learning.Result` has it."""
+
+    @property
+    def path(self) -> Path | None:
+        """The run folder, with ``config.toml``; None for a run that is kept in memory."""
+
+    @property
+    def history(self) -> Any:
+        """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
+
+
+@dataclass(frozen=True)
+class CenteredClassifier:
+    """Judge samples of a system of one's own as its run did, which moved them to the center of the genuine ones."""
+
+    classifier: Classifier
+    system: OwnSystem
+
+    @property
+    def parameters(self) -> int:
+        """Length of a genome, Q."""
+        return self.classifier.parameters
+
+    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D)."""
+        return self.classifier.judge(genomes, self.system.centered(samples))
+
+
+@dataclass(frozen=True, eq=False)
+class RunClassifiers:
+    """The classifiers that a run leaves.
+
+    Attributes
+    ----------
+    classifier
+        Judges.
+    last : (N, Q)
+        The last generation.
+    best : (up to 100, Q)
+        The subjectively best of generations that are evenly spread over the run, the last included.
+    steps, signals
+        Steps T and signals D of a sample.
+    scenario
+        The simulated swarm of the run; None for a run on a system of one's own.
+    """
+
+    classifier: Classifier
+    last: np.ndarray
+    best: np.ndarray
+    steps: int
+    signals: int
+    scenario: Scenario | None
+
+    def voters(self, rule: str) -> np.ndarray:
+        """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
+        pools = {"archive": (self.best,), "jury": (self.last, self.best)}
+        return np.concatenate(pools.get(rule, (self.last,)))
+
+    def simulated_scenario(self) -> Scenario:
+        """Return the scenario.
+
+        Raises
+        ------
+        ConfigurationError
+            If the run has none.
+        """
+        if self.scenario is None:
+            raise ConfigurationError(
+                "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
+                "Give motion (individuals, samples, T, D) of both kinds."
+            )
+        return self.scenario
+
+
+def run_classifiers(result: StoredRun) -> RunClassifiers:
+    """Return the classifiers of a stored run.
+
+    Parameters
+    ----------
+    result
+        A run in a folder, with its full history: ``turing_learning.load_run(path)``.
+
+    Raises
+    ------
+    ConfigurationError
+        If the run is kept in memory or its history is thin.
+    """
+    if result.path is None:
+        raise ConfigurationError("`run` must be stored in a folder; got one that is kept in memory. Run it with `out`.")
+    path, history = result.path / "config.toml", result.history
+    configuration = load_configuration(path)
+    if "classifier" not in history:
+        raise ConfigurationError(
+            f'`run` must have a full history; got {result.path} with run.history = "thin", which keeps no classifiers. '
+            f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
+        )
+    system: Scenario | OwnSystem = configuration.scenario
+    network = _network(configuration)
+    return RunClassifiers(
+        classifier=CenteredClassifier(network, system) if isinstance(system, OwnSystem) else network,
+        last=np.asarray(history["classifier"][-1]),
+        best=_best_of_generations(history["classifier"], history["classifier_fitness"]),
+        steps=system.steps if isinstance(system, OwnSystem) else system.control_steps,
+        signals=network.inputs,
+        scenario=system if isinstance(system, Scenario) else None,
+    )
+
+
+def _network(configuration: Configuration) -> ElmanClassifier:
+    scale = configuration.input_scale
+    return ElmanClassifier(
+        inputs=len(scale), hidden=configuration.classifiers.hidden, scale=scale, threads=configuration.threads
+    )
+
+
+def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:
+    total = len(populations)
+    chosen = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
+    return np.stack([np.asarray(populations[g])[np.argmax(np.asarray(fitness[g]))] for g in chosen.tolist()])
+
+
+def calibration_motion(
+    run: RunClassifiers,
+    genuine: np.ndarray | None,
+    abnormal: np.ndarray | None,
+    *,
+    behaviors: int,
+    trials: int,
+    seed: int,
+    threads: int | None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return genuine and abnormal motion: what is given, the rest simulated."""
+    if genuine is not None and abnormal is not None:
+        return genuine, abnormal
+    scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
+    controllers = random_controllers(scenario, behaviors, rng)
+    simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)
+    return (
+        simulated.genuine if genuine is None else genuine,
+        simulated.abnormal if abnormal is None else abnormal,
+    )

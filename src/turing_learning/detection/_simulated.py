@@ -1,0 +1,182 @@
+"""Motion of a scenario's agents beside individuals that do something else."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from turing_learning.analysis import mean_absolute_error
+from turing_learning.config import ConfigurationError
+from turing_learning.swarm import Scenario, initial_poses
+from turing_learning.swarm._simulate import observe
+
+from ._checks import checked_models, require_at_least
+from ._motion import Motion
+
+NEAR = 0.2
+"""Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
+DETECTION = 7
+"""Purpose of the room's random numbers: the entropy of each stream is (purpose, seed, use); docs/decisions/0005."""
+CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION = range(4)
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedBehaviors:
+    """Motion of agents and of the abnormal individuals among them.
+
+    Attributes
+    ----------
+    genuine : (individuals, samples, T, D)
+        One row for each agent of each swarm; swarm by swarm.
+    abnormal : (individuals, samples, T, D)
+        One row for each individual that executes something else; swarm by swarm.
+    """
+
+    genuine: np.ndarray
+    abnormal: np.ndarray
+
+
+def stream(seed: int, use: int) -> np.random.Generator:
+    """Return the random numbers of one use."""
+    require_at_least(0, seed=seed)
+    return np.random.default_rng((DETECTION, seed, use))
+
+
+def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR) -> np.ndarray:
+    """Draw controllers uniformly from [-1, 1], without those that are nearly the agents'.
+
+    Parameters
+    ----------
+    scenario
+        Whose agents are not to be met.
+    count
+        Number of controllers M, >= 1.
+    near
+        Least mean absolute difference from the agents' controller, in [0, 0.5].
+
+    Returns
+    -------
+    (M, P)
+        Wheel speeds for each sensor state, as fractions of the maximum.
+
+    Raises
+    ------
+    ConfigurationError
+        If `count` or `near` breaks its rule.
+    """
+    require_at_least(1, count=count)
+    if not 0 <= near <= 0.5:
+        raise ConfigurationError(f"`near` must be in [0, 0.5]; got {near}.")
+    found = np.empty((0, len(scenario.controller)))
+    while len(found) < count:
+        drawn = rng.uniform(-1, 1, (count, len(scenario.controller)))
+        found = np.concatenate((found, drawn[mean_absolute_error(drawn, scenario.controller) >= near]))
+    return found[:count]
+
+
+def observe_models(
+    scenario: Scenario, models: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None
+) -> np.ndarray:
+    """Let replicas execute models among agents, several trials each.
+
+    Parameters
+    ----------
+    models : (M, P)
+    poses : (M, R, bodies, 3)
+        Initial poses of R trials of each model.
+    keys : (M, R)
+        Of the wheel noise.
+
+    Returns
+    -------
+    (individuals, M, R, T, D)
+        Speeds; agents first, then replicas.
+    """
+    count, trials = keys.shape
+    controllers = np.empty((count, trials, scenario.individuals, models.shape[1]))
+    controllers[:, :, : scenario.agents] = scenario.controller
+    controllers[:, :, scenario.agents :] = models[:, None, None]
+    flat = [array.reshape(count * trials, *array.shape[2:]) for array in (controllers, poses, keys)]
+    speeds = observe(scenario, flat[0], flat[1], flat[2], threads).transpose(1, 0, 2, 3)
+    return speeds.reshape(scenario.individuals, count, trials, *speeds.shape[2:])
+
+
+def simulate_behaviors(
+    scenario: Scenario,
+    controllers: np.ndarray,
+    *,
+    trials: int = 10,
+    rng: np.random.Generator,
+    threads: int | None = None,
+) -> SimulatedBehaviors:
+    """Simulate agents among whom the scenario's replicas execute something else, one swarm for each controller.
+
+    Parameters
+    ----------
+    controllers : (M, P)
+        What the replicas execute.
+    trials
+        Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
+    threads
+        Number of threads; None takes every processor. It does not change the motion.
+
+    Raises
+    ------
+    ConfigurationError
+        If a shape or number does not fit.
+
+    Source
+    ------
+    Paper, sections 4.2 and 4.4.
+    """
+    require_at_least(1, trials=trials)
+    controllers = checked_models("controllers", controllers, scenario)
+    keys = rng.integers(0, 2**64, size=(len(controllers), trials), dtype=np.uint64)
+    poses = initial_poses(scenario, keys.size, rng)
+    speeds = observe_models(scenario, controllers, poses.reshape(*keys.shape, -1, 3), keys, threads)
+    by_swarm = speeds.swapaxes(0, 1)  # so that a cut between individuals is one between swarms
+    return SimulatedBehaviors(
+        genuine=_individuals(by_swarm[:, : scenario.agents]), abnormal=_individuals(by_swarm[:, scenario.agents :])
+    )
+
+
+def _individuals(motion: np.ndarray) -> np.ndarray:
+    return motion.reshape(-1, *motion.shape[2:])
+
+
+def plant_abnormal(
+    scenario: Scenario, count: int, *, samples: int = 10, seed: int = 0, threads: int | None = None
+) -> Motion:
+    """Simulate a swarm of the scenario's size in which some individuals execute random controllers of their own.
+
+    Parameters
+    ----------
+    count
+        Number of abnormal individuals, from 1 to one less than the swarm's size.
+    samples
+        Number of trials, >= 1, each from new initial poses.
+    seed
+        Of controllers, poses and noise, >= 0.
+
+    Returns
+    -------
+    Motion
+        Individuals in random order, named "agent 1", ..., "planted 1", ...
+
+    Raises
+    ------
+    ConfigurationError
+        If a number breaks its rule.
+    """
+    require_at_least(1, samples=samples)
+    size = scenario.individuals
+    if not 1 <= count < size:
+        raise ConfigurationError(f"`simulate` must be from 1 to {size - 1}, in a swarm of {size}; got {count}.")
+    rng = stream(seed, PLANTING)
+    swarm = replace(scenario, agents=size - count, replicas=count)
+    controllers = np.tile(np.asarray(scenario.controller, dtype=float), (samples, size, 1))
+    controllers[:, size - count :] = random_controllers(scenario, count, rng)
+    keys = rng.integers(0, 2**64, size=samples, dtype=np.uint64)
+    speeds = observe(swarm, controllers, initial_poses(swarm, samples, rng), keys, threads).swapaxes(0, 1)
+    names = [f"agent {k + 1}" for k in range(size - count)] + [f"planted {k + 1}" for k in range(count)]
+    order = rng.permutation(size)
+    return Motion(tuple(names[k] for k in order), speeds[order])

@@ -1,0 +1,151 @@
+"""What `detect` prints, and what it refuses."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from turing_learning.cli import main
+from turing_learning.detection import Detector
+from turing_learning.runs import load_run
+
+SMALL = [
+    "--set", "models.population=20", "--set", "classifiers.population=20", "--set", "scenario.agents=2",
+    "--set", "scenario.trial.duration_s=1.0", "--threads", "1", "--generations", "10",
+]  # fmt: skip
+
+
+def _infer(folder, *options):
+    with pytest.raises(SystemExit) as ended:
+        main(["infer", "aggregation", *SMALL, *options, "--out", str(folder)])
+    assert ended.value.code == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A small run, made by the command line."""
+    return _infer(tmp_path_factory.mktemp("runs") / "run")
+
+
+@pytest.fixture
+def call(capsys, tmp_path, monkeypatch):
+    """Call the command line in an empty folder; return exit code, output and errors."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        return ended.value.code, printed.out, printed.err
+
+    return call
+
+
+def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
+    code, out, err = call("detect", run, "--simulate", 1, "--samples", 4)
+    assert (code, err) == (0, "")
+    for text in ("individual", "judged genuine", "score", "verdict", "since sample"):
+        assert text in out
+    rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
+    assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
+    count = list(rows.values()).count("abnormal")
+    assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule jury, " in out
+
+
+def test_motion_from_a_file_is_judged(run, call):
+    np.savez("motion.npz", samples=np.zeros((2, 3, 10, 2)), individuals=np.array(["[red]", "Bo"]))
+    code, out, _ = call("detect", run, "motion.npz", "--rule", "group")
+    assert code == 0
+    assert "[red]" in out
+    assert "Bo" in out
+    assert "by 3 samples each of 10 steps; rule group" in out
+
+
+def test_json_holds_what_the_table_holds(run, call):
+    np.save("motion.npy", np.zeros((2, 30, 2)))
+    code, out, _ = call("detect", run, "motion.npy", "--false-alarms", "0.05", "--json")
+    content = json.loads(out)
+    assert code == 0
+    assert (content["rule"], content["false_alarms"], content["samples"]) == ("jury", 0.05, 3)
+    assert [entry["individual"] for entry in content["individuals"]] == ["1", "2"]
+    for entry in content["individuals"]:
+        assert entry["abnormal"] == (entry["score"] < content["threshold"])
+        assert (entry["since"] is None) != entry["abnormal"]
+
+
+def test_motion_to_calibrate_with_may_be_given(run, call):
+    rng = np.random.default_rng(0)
+    for name, speed in (("normal", 8), ("other", -8)):
+        np.save(f"{name}.npy", rng.normal(speed, 3, (9, 4, 10, 2)))
+    np.save("motion.npy", np.zeros((1, 4, 10, 2)))
+    code, out, _ = call(
+        "detect", run, "motion.npy", "--genuine", "normal.npy", "--abnormal", "other.npy", "--rule", "group", "--json"
+    )
+    expected = Detector.from_run(
+        load_run(run), rule="group", genuine=np.load("normal.npy"), abnormal=np.load("other.npy")
+    )
+    content = json.loads(out)
+    assert code == 0
+    assert content["threshold"] == expected.threshold(4)
+    assert content["individuals"][0]["score"] == expected.verdicts(np.load("motion.npy"))[0].score
+    assert (
+        content["threshold"]
+        != json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["threshold"]
+    )
+
+
+def test_the_unanimous_rule_states_no_rate_of_false_alarms(run, call):
+    code, out, _ = call("detect", run, "--simulate", 1, "--rule", "unanimous", "--json")
+    assert code == 0
+    assert json.loads(out)["false_alarms"] is None
+
+
+def test_the_same_seed_gives_the_same_output(run, call):
+    first, second = (call("detect", run, "--simulate", 1, "--seed", 3, "--json") for _ in range(2))
+    assert first == second
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "`MOTION` must be given, or --simulate; got neither"),
+        (["motion.npy", "--simulate", "1"], "`MOTION` must be given, or --simulate; got both"),
+        (["motion.npy", "--samples", "3"], r"`samples` must be left out beside a file; got 3 \[--samples\]"),
+        (["nothing.npy"], "`motion` must be a file that can be read; got nothing.npy"),
+        (["motion.npy"], r"`motion` must be .* \(any, any, 10, 2\), not empty; got float64 of shape \(2, 3, 4, 2\)"),
+        (["--simulate", "1", "--genuine", "motion.npy"], r"`motion` must be .* got float64 of shape \(2, 3, 4, 2\)"),
+        (["good.npy", "--rule", "grup"], "`rule` must be one of the rules; got 'grup'. Did you mean `group`?"),
+        (["good.npy", "--false-alarms", "1"], "`false_alarms` must be above 0 and below 1; got 1.0"),
+        (["good.npy", "--false-alarms", "few"], "must be a number; got 'few'"),
+        (["--simulate", "3"], "`simulate` must be from 1 to 2, in a swarm of 3; got 3"),
+        (["--simulate", "1", "--samples", "0"], "`samples` must be at least 1; got 0"),
+        (["--simulate", "1", "--seed", "-1"], "`seed` must be at least 0; got -1"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused_in_one_line(arguments, message, run, call):
+    np.save("motion.npy", np.zeros((2, 3, 4, 2)))
+    np.save("good.npy", np.zeros((2, 3, 10, 2)))
+    code, out, err = call("detect", run, *arguments)
+    assert code == 2
+    assert out == ""
+    assert re.search(message, err), err
+    assert err.startswith("error: ")
+    assert err.count("\n") == 1
+
+
+def test_a_folder_that_is_no_run_is_refused(call):
+    code, _, err = call("detect", "nothing", "--simulate", 1)
+    assert code == 2
+    assert err.startswith("error: `run` must be a run folder; got nothing")
+
+
+def test_a_run_with_a_thin_history_is_refused_with_advice(call, tmp_path, capsys):
+    folder = _infer(tmp_path / "thin", "--set", "run.history=thin")
+    capsys.readouterr()
+    code, _, err = call("detect", folder, "--simulate", 1)
+    assert code == 2
+    assert 'with run.history = "thin", which keeps no classifiers' in err
+    assert f"turing-learning infer --config {folder}/config.toml --set run.history=full" in err

@@ -1,0 +1,187 @@
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import RULES, Detector, Motion
+
+RNG = np.random.default_rng(3)
+LIMITS = np.array([[-1.0], [2.0], [4.0], [9.0]])  # accept everything, two that tell, accept nothing
+
+
+@pytest.fixture
+def genuine(motion_at):
+    """Forty individuals whose speed in five samples is about 6, with a slow sample now and then."""
+    return motion_at(RNG.normal(6, 1.2, (40, 5)))
+
+
+@pytest.fixture
+def abnormal(motion_at):
+    return motion_at(RNG.normal(1, 1.2, (30, 5)))
+
+
+@pytest.fixture
+def detector(speed_limits, genuine, abnormal):
+    def make(**options):
+        return Detector.calibrate(speed_limits, LIMITS, genuine=genuine, abnormal=abnormal, **options)
+
+    return make
+
+
+def test_a_vote_weighs_what_the_classifier_can_tell(speed_limits, motion_at):
+    genuine = motion_at([[1, 3, 5, 5], [5, 5, 5, 5]])  # the limits accept 1, 3/4, 1/2, 0 of the first half
+    abnormal = motion_at([[0, 0, 3, 3]])  # and 1, 1/2, 0, 0 of these
+    found = Detector.calibrate(speed_limits, LIMITS, genuine=genuine, abnormal=abnormal, rule="group")
+    assert found.genomes.ravel().tolist() == [2.0, 4.0]
+    np.testing.assert_allclose(found.weights, [1 / 3, 2 / 3])
+
+
+def test_a_score_is_the_weighted_share_of_votes_for_genuine(speed_limits, motion_at):
+    genuine, abnormal = motion_at([[1, 3, 5, 5], [5, 5, 5, 5]]), motion_at([[0, 0, 3, 3]])
+    found = Detector.calibrate(speed_limits, LIMITS, genuine=genuine, abnormal=abnormal, rule="group")
+    np.testing.assert_allclose(found.judge(motion_at([[0, 2, 6]])[0]), [0, 1 / 3, 1], atol=1e-9)
+
+
+def test_only_the_second_half_places_the_threshold(speed_limits, motion_at):
+    genuine, abnormal = motion_at([[9, 9], [3, 9]]), motion_at([[0, 0]])
+    found = Detector.calibrate(speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="group")
+    assert found.weights.tolist() == [0.5, 0.5]
+    assert found.genuine_scores.tolist() == [0.5, 1.0]
+
+
+def test_the_single_classifier_is_the_one_that_tells_best(detector):
+    found = detector(rule="single")
+    assert (found.genomes.tolist(), found.weights.tolist()) == ([[4.0]], [1.0])
+
+
+@pytest.mark.parametrize("samples", [1, 4])
+@pytest.mark.parametrize("false_alarms", [0.02, 0.2])
+def test_no_more_than_the_stated_share_of_genuine_individuals_is_below_the_threshold(
+    speed_limits, motion_at, samples, false_alarms
+):
+    limits = np.linspace(0, 8, 60)[:, None]
+    genuine, abnormal = motion_at(RNG.normal(6, 1.2, (500, 4))), motion_at(RNG.normal(1, 1.2, (50, 4)))
+    found = Detector.calibrate(
+        speed_limits, limits, genuine=genuine, abnormal=abnormal, rule="group", false_alarms=false_alarms
+    )
+    fresh = found.mean_scores(motion_at(RNG.normal(6, 1.2, (4000, samples))))
+    # 1000 scores place the threshold and 4000 test it: four standard deviations of both, of the share for single samples
+    margin = 4 * np.sqrt(false_alarms * (1 - false_alarms) * (1 / 1000 + 1 / 4000))
+    assert abs(np.mean(fresh < found.threshold(samples)) - false_alarms) < margin
+
+
+def test_more_samples_bring_the_threshold_nearer_to_genuine_motion(detector):
+    found = detector(rule="group")
+    assert found.threshold(1) < found.threshold(10) < found.genuine_scores.mean()
+
+
+def test_more_false_alarms_bring_the_threshold_nearer_to_genuine_motion(detector):
+    found = detector(rule="group", false_alarms=0.01)
+    assert found.with_false_alarms(0.2).threshold(5) > found.threshold(5)
+    assert found.false_alarms == 0.01
+
+
+def test_an_individual_is_abnormal_if_its_mean_score_is_below_the_threshold(detector, motion_at):
+    found = detector(rule="group")
+    assert found.abnormal(motion_at([[0, 1, 0, 1]])[0])
+    assert not found.abnormal(motion_at([[6, 6, 0, 6]])[0])
+
+
+@pytest.mark.parametrize(("speeds", "expected"), [([0] * 10, True), ([0] * 9 + [6], False)])
+def test_by_the_unanimous_rule_all_samples_must_be_judged_counterfeit(detector, motion_at, speeds, expected):
+    assert detector(rule="unanimous").abnormal(motion_at([speeds])[0]) is expected
+
+
+def test_for_the_unanimous_rule_a_classifier_that_is_strict_with_single_samples_is_best(speed_limits, motion_at):
+    genuine = motion_at([[3, 5, 3, 5]] * 4)  # never all below 4
+    abnormal = motion_at([[0, 2, 3, 1]] * 4)
+    options = {"genuine": genuine, "abnormal": abnormal}
+    assert Detector.calibrate(speed_limits, LIMITS, rule="unanimous", **options).genomes.tolist() == [[4.0]]
+    assert Detector.calibrate(speed_limits, [[2.5], [4.0]], rule="single", **options).genomes.tolist() == [[2.5]]
+
+
+def test_the_verdict_says_how_much_was_judged_genuine_and_since_when_not(detector, motion_at):
+    motion = Motion(("good", "late", "bad"), motion_at([[6, 6, 6, 6, 6], [6, 0, 6, 0, 0], [0, 0, 0, 0, 0]]))
+    good, late, bad = detector(rule="single").verdicts(motion)
+    assert (good.individual, good.abnormal, good.since, good.genuine_share) == ("good", False, None, 1.0)
+    assert (late.individual, late.abnormal, late.since, late.genuine_share) == ("late", True, 4, 0.4)
+    assert (bad.abnormal, bad.since, bad.genuine_share, bad.score) == (True, 1, 0.0, 0.0)
+
+
+def test_individuals_without_names_are_counted(detector, motion_at):
+    assert [verdict.individual for verdict in detector().verdicts(motion_at([[6.0], [0.0]]))] == ["1", "2"]
+
+
+def test_the_order_of_individuals_does_not_matter(detector, motion_at):
+    found, motion = detector(rule="group"), motion_at(RNG.normal(4, 3, (12, 5)))
+    order = RNG.permutation(12)
+    np.testing.assert_array_equal(found.mean_scores(motion[order]), found.mean_scores(motion)[order])
+
+
+def test_the_threshold_is_the_same_every_time(detector):
+    found = detector(rule="group")
+    assert found.threshold(7) == found.threshold(7)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_perfect_classifiers_raise_no_alarm(speed_limits, motion_at, rule):
+    limits = np.linspace(2, 4, 7)[:, None]  # seven equal weights do not sum to 1 in floating-point numbers
+    found = Detector.calibrate(
+        speed_limits, limits, genuine=motion_at(np.full((4, 3), 9.0)), abnormal=motion_at([[0, 0, 0]]), rule=rule
+    )
+    assert not found.abnormal(motion_at([[9] * 11])[0])
+    assert found.abnormal(motion_at([[0] * 11])[0])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"rule": "gruop"}, "^`rule` must be one of the rules; got 'gruop'. Did you mean `group`?"),
+        ({"false_alarms": 0.0}, "^`false_alarms` must be above 0 and below 1; got 0.0"),
+        ({"false_alarms": 1.0}, "^`false_alarms` must be above 0 and below 1; got 1.0"),
+    ],
+)
+def test_a_detector_that_cannot_be_made_is_refused(detector, options, message):
+    with pytest.raises(ConfigurationError, match=message):
+        detector(**options)
+
+
+@pytest.mark.parametrize(
+    ("genuine", "abnormal", "message"),
+    [
+        (np.ones((1, 3, 4, 2)), np.zeros((2, 3, 4, 2)), "^`genuine` must hold at least 2 individuals; got 1"),
+        (
+            np.ones((3, 4, 2)),
+            np.zeros((2, 3, 4, 2)),
+            r"^`genuine` must be real numbers of shape \(individuals, samples",
+        ),
+        (np.ones((2, 3, 4, 2)), np.zeros((2, 3, 5, 2)), r"^`abnormal` must be .*\(any, any, 4, 2\), not empty; got "),
+        (np.ones((2, 3, 4, 2)), np.ones((2, 3, 4, 2)), "^`genomes` must hold a classifier that tells .* got 4 that"),
+    ],
+)
+def test_motion_that_cannot_calibrate_is_refused(speed_limits, genuine, abnormal, message):
+    with pytest.raises(ConfigurationError, match=message):
+        Detector.calibrate(speed_limits, LIMITS, genuine=genuine, abnormal=abnormal)
+
+
+def test_motion_that_is_not_finite_is_refused_with_its_place(detector, motion_at):
+    motion = motion_at([[6, 6], [6, 6]])
+    motion[1, 0, 2, 1] = np.nan
+    message = r"^`motion` must be finite; got nan \[individual slow, sample 0, step 2, signal 1\]"
+    with pytest.raises(ConfigurationError, match=message):
+        detector().verdicts(Motion(("quick", "slow"), motion))
+
+
+def test_samples_of_another_length_are_refused(detector):
+    message = r"^`samples` must be .* = \(any, any, 4, 2\), not empty; got float64 of shape \(1, 3, 5, 2\)"
+    with pytest.raises(ConfigurationError, match=message):
+        detector().judge(np.zeros((3, 5, 2)))
+
+
+def test_no_sample_has_no_threshold(detector):
+    with pytest.raises(ConfigurationError, match=r"^`samples` must be at least 1; got 0"):
+        detector().threshold(0)
+
+
+def test_another_share_of_false_alarms_is_checked(detector):
+    with pytest.raises(ConfigurationError, match=r"^`false_alarms` must be above 0 and below 1; got 2"):
+        detector().with_false_alarms(2)

@@ -1,0 +1,176 @@
+import io
+
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import cut_recordings, load_motion
+
+SAMPLES = np.arange(2 * 3 * 4 * 2, dtype=float).reshape(2, 3, 4, 2)
+
+
+def load(path):
+    return load_motion(path, steps=4, signals=2)
+
+
+def as_text(samples, *, names=("a", "b"), rows=None):
+    lines = [f"{names[i]},{s},{t},{','.join(map(str, samples[i, s, t]))}" for i, s, t in np.ndindex(samples.shape[:3])]
+    return (
+        "\n".join(["individual,sample,step,speed,turn", *(lines if rows is None else [lines[k] for k in rows])]) + "\n"
+    )
+
+
+def test_an_array_of_samples_is_read(tmp_path):
+    np.save(tmp_path / "motion.npy", SAMPLES)
+    motion = load(tmp_path / "motion.npy")
+    assert motion.individuals == ("1", "2")
+    np.testing.assert_array_equal(motion.samples, SAMPLES)
+
+
+def test_long_recordings_are_cut_into_samples(tmp_path):
+    long = np.arange(2 * 9 * 2, dtype=float).reshape(2, 9, 2)
+    np.save(tmp_path / "motion.npy", long)
+    motion = load(tmp_path / "motion.npy")
+    assert motion.samples.shape == (2, 2, 4, 2)
+    np.testing.assert_array_equal(motion.samples[:, 1], long[:, 4:8])
+
+
+def test_an_archive_may_name_the_individuals(tmp_path):
+    np.savez(tmp_path / "motion.npz", samples=SAMPLES, individuals=np.array(["Ada", "Bo"]))
+    motion = load(tmp_path / "motion.npz")
+    assert motion.individuals == ("Ada", "Bo")
+    np.testing.assert_array_equal(motion.samples, SAMPLES)
+
+
+def test_an_archive_without_names_counts_individuals(tmp_path):
+    np.savez(tmp_path / "motion.npz", samples=SAMPLES)
+    assert load(tmp_path / "motion.npz").individuals == ("1", "2")
+
+
+def test_the_rows_of_a_table_may_be_in_any_order(tmp_path):
+    rows = np.random.default_rng(0).permutation(24)
+    (tmp_path / "motion.csv").write_text(as_text(SAMPLES, rows=rows))
+    motion = load(tmp_path / "motion.csv")
+    order = [motion.individuals.index(name) for name in ("a", "b")]
+    np.testing.assert_array_equal(motion.samples[order], SAMPLES)
+
+
+def test_a_table_without_samples_is_cut(tmp_path):
+    rows = [f"{name},{t + 1},{t}.5,-1" for name in "ab" for t in range(9)]
+    (tmp_path / "motion.csv").write_text("\n".join(["individual,step,speed,turn", *rows]))
+    motion = load(tmp_path / "motion.csv")
+    assert motion.individuals == ("a", "b")
+    assert motion.samples[1, :, :, 0].tolist() == [[0.5, 1.5, 2.5, 3.5], [4.5, 5.5, 6.5, 7.5]]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("", r"^`motion` must begin with individual,step or .* got '' \[.*motion.csv:1\]"),
+        ("id,frame,x,y\n", r"must begin with individual,step or .* got 'id,frame,x,y' \["),
+        ("individual,sample,step\n", "must begin with .* and the names of signals"),
+        ("individual,step,a,b\n", r"must hold at least one step; got none \["),
+        ("individual,step,a,b\nx,0,1,fast\n", r"must hold numbers; got 'x,0,1,fast' \[.*motion.csv:2\]"),
+        ("individual,step,a,b\nx,0,1,2\nx,1,1\n", r"must have 4 entries in each row; got 3 \[.*motion.csv:3\]"),
+        (
+            "individual,step,a,b\nx,0,1,2\n\nx,0,1,2\n",
+            r"hold each step once; got individual 'x', sample 0, step 0 again \[.*:4\]",
+        ),
+        ("individual,step,a,b\nx,0,1,2\nx,2,1,2\n", r"must count each step consecutively; got 2 after 0 \["),
+        (
+            "individual,step,a,b\nx,0,1,2\nx,1,1,2\ny,0,1,2\n",
+            r"got no row for individual 'y', sample 0, step 1 \[",
+        ),
+        ("individual,step,a,b\nx,0,1,2\n", "must be at least one sample of 4 steps long; got 1 steps"),
+        (
+            as_text(SAMPLES[..., :1]).replace(",turn", ""),
+            r"\(any, any, 4, 2\), not empty; got float64 of shape \(2, 3, 4, 1\)",
+        ),
+        (as_text(SAMPLES).replace("b,1,2,36.0", "b,1,2,nan"), r"got nan \[individual b, sample 1, step 2, signal 0\]"),
+    ],
+)
+def test_a_table_that_does_not_hold_motion_is_refused(tmp_path, content, message):
+    (tmp_path / "motion.csv").write_text(content)
+    with pytest.raises(ConfigurationError, match=message):
+        load(tmp_path / "motion.csv")
+
+
+def test_a_table_that_is_no_text_is_refused(tmp_path):
+    (tmp_path / "motion.csv").write_bytes(b"individual,step,a\n\xff\xfe\x00")
+    with pytest.raises(ConfigurationError, match=r"^`motion` must be a text file with commas; got "):
+        load(tmp_path / "motion.csv")
+
+
+def pickled():
+    buffer = io.BytesIO()
+    np.save(buffer, np.array([{}], dtype=object), allow_pickle=True)
+    return buffer.getvalue()
+
+
+def stored(array):
+    buffer = io.BytesIO()
+    np.save(buffer, array)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("name", ["motion.npy", "motion.npz"])
+@pytest.mark.parametrize("content", [b"", b"speed", pickled(), stored(SAMPLES)[:-8], b"PK\x03\x04rest"])
+def test_a_file_that_is_no_array_is_refused(tmp_path, name, content):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ConfigurationError, match=r"^`motion` must be a file of numbers in NumPy's format; got "):
+        load(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [
+        (np.zeros(3), r"^`motion` must be real numbers of shape .* got float64 of shape \(3,\)"),
+        (np.float64(3), r"^`motion` must be real numbers of shape .* got float64 of shape \(\)"),
+        (np.zeros((2, 3, 5, 2)), r"^`motion` must be .* = \(any, any, 4, 2\).* got float64 of shape \(2, 3, 5, 2\)"),
+        (np.zeros((2, 0, 4, 2)), r"not empty; got float64 of shape \(2, 0, 4, 2\)"),
+        (np.zeros((2, 3, 4, 2), complex), "must be real numbers .* got complex128"),
+        (np.zeros((2, 3, 2)), "must be at least one sample of 4 steps long; got 3 steps"),
+    ],
+)
+def test_an_array_that_does_not_fit_is_refused(tmp_path, array, message):
+    np.save(tmp_path / "motion.npy", array)
+    with pytest.raises(ConfigurationError, match=message):
+        load(tmp_path / "motion.npy")
+
+
+def test_an_archive_without_samples_is_refused(tmp_path):
+    np.savez(tmp_path / "motion.npz", poses=SAMPLES)
+    with pytest.raises(ConfigurationError, match=r"^`motion` must hold an array `samples`; got \['poses'\] \["):
+        load(tmp_path / "motion.npz")
+
+
+def test_each_individual_has_one_name(tmp_path):
+    np.savez(tmp_path / "motion.npz", samples=SAMPLES, individuals=np.array(["Ada"]))
+    with pytest.raises(ConfigurationError, match=r"^`individuals` must be one name for each of the 2 .* got 1"):
+        load(tmp_path / "motion.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("motion.txt", r"^`motion` must be a file that ends with one of .npy, .npz, .csv; got "),
+        ("motion.csv", r"^`motion` must be a file that can be read; got .* \(No such file"),
+        ("motion.npy", r"^`motion` must be a file that can be read; got .* \(No such file"),
+        (".", "^`motion` must be a file that ends with one of"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_refused(tmp_path, name, message):
+    with pytest.raises(ConfigurationError, match=message):
+        load(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("recordings", "steps", "message"),
+    [
+        (np.zeros((2, 9)), 4, r"^`recordings` must have the shape \(individuals, L, D\); got \(2, 9\)"),
+        (np.zeros((2, 3, 2)), 4, "^`recordings` must be at least one sample of 4 steps long; got 3 steps"),
+    ],
+)
+def test_recordings_that_cannot_be_cut_are_refused(recordings, steps, message):
+    with pytest.raises(ConfigurationError, match=message):
+        cut_recordings(recordings, steps)

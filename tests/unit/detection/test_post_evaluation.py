@@ -1,0 +1,141 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from turing_learning.analysis import decision_accuracy
+from turing_learning.classifiers import ElmanClassifier
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import _post_evaluation, grid_models, post_evaluate
+from turing_learning.detection._simulated import POST_EVALUATION, observe_models, stream
+from turing_learning.swarm import AGGREGATION, Robot, initial_poses
+
+RNG = np.random.default_rng(0)
+GENOMES = RNG.normal(0, 2, (6, 46))
+MODELS = RNG.uniform(-1, 1, (7, 4))
+
+
+class Listener:
+    """Accept every sample, and keep them."""
+
+    def __init__(self):
+        self.heard = []
+
+    def judge(self, genomes, samples):
+        self.heard.append(samples.copy())
+        return np.ones((len(genomes), len(samples)), np.float32)
+
+
+def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
+    """Ask one classifier about one individual after the other."""
+    rng = stream(seed, POST_EVALUATION)
+    poses = initial_poses(scenario, trials, rng)
+    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)
+    accuracies = []
+    for genome in genomes:
+        right = {True: [], False: []}
+        for model, key in zip(models, keys, strict=True):
+            samples = observe_models(scenario, model[None], poses[None].copy(), key[None], 1)[:, 0]
+            for k, individual in enumerate(samples):
+                is_model = k >= scenario.agents
+                says_model = all(classifier.judge(genome[None], sample[None])[0, 0] < 0.5 for sample in individual)
+                right[is_model].append(says_model == is_model)
+        accuracies.append((np.mean(right[True]) + np.mean(right[False])) / 2)
+    return np.array(accuracies)
+
+
+def test_the_grid_of_the_paper_has_14641_models():
+    models = grid_models(AGGREGATION)
+    assert models.shape == (14641, 4)
+    np.testing.assert_allclose(np.unique(models.round(9)), np.linspace(-1, 1, 11), atol=1e-9)
+    assert len(np.unique(models, axis=0)) == 14641
+
+
+def test_the_last_parameter_of_a_grid_changes_fastest():
+    np.testing.assert_array_equal(grid_models(AGGREGATION, 2, 0, 1)[:3], [[0, 0, 0, 0], [0, 0, 0, 1], [0, 0, 1, 0]])
+
+
+def test_the_accuracy_is_that_of_the_naive_twin(scenario):
+    classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
+    expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
+    found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
+    assert len(np.unique(expected)) > 1
+    np.testing.assert_allclose(found.accuracy, expected, rtol=1e-12)
+
+
+def test_the_accuracy_is_that_of_all_judgments_taken_together(scenario):
+    classifier, listener = ElmanClassifier(scale=scenario.input_scale, threads=1), Listener()
+    found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
+    post_evaluate(listener, GENOMES[:1], scenario, MODELS, trials=3, seed=4, threads=1)
+    judged = (classifier.judge(GENOMES, listener.heard[0]) >= 0.5).reshape(6, 3, 7, 3)
+    agents, models = judged[:, :2].reshape(6, 14, 3), judged[:, 2]
+    np.testing.assert_allclose(found.accuracy, decision_accuracy(agents, models), rtol=1e-12)
+
+
+def test_a_classifier_that_accepts_everything_decides_half_of_it_correctly(scenario):
+    found = post_evaluate(Listener(), GENOMES, scenario, MODELS, trials=2)
+    assert found.specificity.tolist() == [1.0] * 6
+    assert found.sensitivity.tolist() == [0.0] * 6
+    assert found.accuracy.tolist() == [0.5] * 6
+
+
+@pytest.mark.parametrize(("judgments", "agent"), [([False] * 10, False), ([False] * 9 + [True], True), ([True], True)])
+def test_a_model_is_one_only_if_all_judgments_say_so(judgments, agent):
+    assert _post_evaluation.decide(np.array([judgments])).tolist() == [agent]
+
+
+def test_initial_poses_are_common_to_all_models(scenario):
+    silent = replace(scenario, robot=Robot(wheel_noise=0.0))
+    same = np.tile(silent.controller, (3, 1))
+    listener = Listener()
+    post_evaluate(listener, GENOMES, silent, same, trials=2, threads=1)
+    samples = listener.heard[0].reshape(3, 3, 2, 10, 2)
+    np.testing.assert_array_equal(samples[:, 1], samples[:, 0])
+    np.testing.assert_array_equal(samples[:, 2], samples[:, 0])
+    assert not np.array_equal(samples[:, 0, 0], samples[:, 0, 1])
+
+
+def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(scenario, monkeypatch):
+    classifier = ElmanClassifier(scale=scenario.input_scale)
+    whole = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=1)
+    monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 1)
+    monkeypatch.setattr(_post_evaluation, "GENOMES", 2)
+    parts = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=2, threads=2)
+    np.testing.assert_array_equal(parts.sensitivity, whole.sensitivity)
+    np.testing.assert_array_equal(parts.specificity, whole.specificity)
+
+
+def test_no_more_than_a_block_is_judged_at_once(scenario, monkeypatch):
+    monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 2 * 8 * 3 * 2 * 10 * 2)
+    listener = Listener()
+    post_evaluate(listener, GENOMES, scenario, MODELS, trials=2)
+    assert [len(samples) for samples in listener.heard] == [12, 12, 12, 6]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"models": np.zeros((0, 4))}, r"^`models` must have the shape \(M, P\) = \(1 or more, 4\); got \(0, 4\)"),
+        ({"models": np.full((2, 4), np.inf)}, r"^`models` must be finite; got \[inf, inf, inf, inf\] at 0"),
+        ({"genomes": np.zeros(46)}, r"^`genomes` must have the shape \(N, Q\), N >= 1; got \(46,\)"),
+        ({"trials": 0}, "^`trials` must be at least 1; got 0"),
+        ({"seed": -1}, "^`seed` must be at least 0; got -1"),
+    ],
+)
+def test_what_cannot_be_evaluated_is_refused(changes, message, scenario):
+    given = {"genomes": GENOMES, "models": MODELS, "trials": 2, "seed": 0} | changes
+    with pytest.raises(ConfigurationError, match=message):
+        post_evaluate(Listener(), given.pop("genomes"), scenario, given.pop("models"), **given)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((1,), "^`points` must be at least 2; got 1"),
+        ((100,), "^`points` must give at most 10000000 models; got 100"),
+        ((3, 1.0, 1.0), "^`low` must be below `high`, both finite; got 1.0 and 1.0"),
+    ],
+)
+def test_a_grid_that_is_none_is_refused(arguments, message):
+    with pytest.raises(ConfigurationError, match=message):
+        grid_models(AGGREGATION, *arguments)

@@ -1,0 +1,116 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import Detector, _run, random_controllers, run_classifiers, simulate_behaviors
+from turing_learning.runs import infer, load_run
+
+
+def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
+    np.testing.assert_array_equal(run_classifiers(run).last, run.history["classifier"].to_numpy()[-1])
+
+
+def test_the_best_classifier_of_each_generation_is_kept(run):
+    populations, fitness = (run.history[name].to_numpy() for name in ("classifier", "classifier_fitness"))
+    expected = populations[np.arange(7), fitness.argmax(axis=1)]
+    np.testing.assert_array_equal(run_classifiers(run).best, expected)
+
+
+def test_of_a_long_run_a_part_of_the_generations_is_kept_evenly(run, monkeypatch):
+    monkeypatch.setattr(_run, "ARCHIVE", 3)
+    every = run_classifiers(run)
+    populations, fitness = (run.history[name].to_numpy() for name in ("classifier", "classifier_fitness"))
+    chosen = [0, 3, 6]
+    np.testing.assert_array_equal(every.best, populations[chosen, fitness[chosen].argmax(axis=1)])
+
+
+def test_the_network_is_that_of_the_run(run):
+    parts = run_classifiers(run)
+    assert parts.classifier.scale == pytest.approx(parts.scenario.input_scale)
+    assert parts.classifier.parameters == parts.last.shape[1]
+    assert parts.scenario.agents == 2
+
+
+@pytest.mark.parametrize(
+    ("rule", "count"), [("single", 8), ("unanimous", 8), ("group", 8), ("archive", 7), ("jury", 15)]
+)
+def test_each_rule_chooses_among_its_classifiers(run, rule, count):
+    assert len(run_classifiers(run).voters(rule)) == count
+
+
+def test_a_detector_of_a_run_is_the_same_every_time(run):
+    one, two = (Detector.from_run(run, behaviors=6, trials=3, seed=2, threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one.weights, two.weights)
+    np.testing.assert_array_equal(one.genuine_scores, two.genuine_scores)
+    assert (one.steps, one.signals) == (10, 2)
+
+
+def test_a_detector_can_be_calibrated_with_motion_of_ones_own(run):
+    rng, scenario = np.random.default_rng(0), run_classifiers(run).scenario
+    own = simulate_behaviors(scenario, random_controllers(scenario, 5, rng), trials=4, rng=rng)
+    found = Detector.from_run(run, genuine=own.genuine, abnormal=own.abnormal)
+    assert found.genuine_scores.shape == (5 * 4,)  # of half of two agents in each of five swarms
+    assert found.abnormal_scores.shape == (5 * 4,)
+    found = Detector.from_run(run, genuine=own.genuine, behaviors=3, trials=2)
+    assert found.abnormal_scores.shape == (3 * 2,)
+
+
+def test_a_run_with_a_thin_history_is_refused(thin_run):
+    message = r'^`run` must have a full history; got .* with run.history = "thin", .* --set run.history=full'
+    with pytest.raises(ConfigurationError, match=message):
+        run_classifiers(thin_run)
+
+
+def test_a_run_in_memory_is_refused(run):
+    with pytest.raises(ConfigurationError, match=r"^`run` must be stored in a folder; got one that is kept in memory"):
+        Detector.from_run(replace(run, path=None))
+
+
+def test_an_unknown_rule_is_refused_first(run):
+    with pytest.raises(ConfigurationError, match=r"^`rule` must be one of the rules; got 'best'. Choose from: archive"):
+        Detector.from_run(replace(run, path=None), rule="best")
+
+
+def walks(parameters, rng):
+    """Walk with a speed of about the first parameter; twelve steps."""
+    return (parameters[:, :1] + rng.normal(size=(len(parameters), 12)))[..., None]
+
+
+@pytest.fixture(scope="module")
+def own_run(tmp_path_factory):
+    """A small run on a system of one's own, whose speed is about 30."""
+    folder = tmp_path_factory.mktemp("own") / "run"
+    genuine = walks(np.full((20, 1), 30.0), np.random.default_rng(0))
+    small = {"models.population": 8, "classifiers.population": 20}
+    infer(
+        genuine=genuine, simulate=walks, parameters={"speed": (20, 40)}, generations=3, seed=1, settings=small,
+        threads=1, out=folder,
+    )  # fmt: skip
+    return load_run(folder)
+
+
+def test_the_classifiers_of_a_run_on_an_own_system_see_samples_as_in_the_run(own_run):
+    parts = run_classifiers(own_run)
+    assert (parts.steps, parts.signals, parts.scenario) == (12, 1, None)
+    center = parts.classifier.system.center[0]
+    assert center == pytest.approx(30, abs=1)
+    samples = np.full((1, 12, 1), center)
+    blank = parts.classifier.classifier.judge(parts.last, np.zeros((1, 12, 1)))
+    np.testing.assert_array_equal(parts.classifier.judge(parts.last, samples), blank)
+
+
+def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
+    rng = np.random.default_rng(1)
+    genuine, abnormal = (walks(np.full((24, 1), speed), rng).reshape(8, 3, 12, 1) for speed in (30.0, 60.0))
+    found = Detector.from_run(own_run, genuine=genuine, abnormal=abnormal)
+    assert (found.steps, found.signals) == (12, 1)
+    with pytest.raises(ConfigurationError, match=r"^`genuine` and `abnormal` must be given for a run on a system of"):
+        Detector.from_run(own_run, genuine=genuine)
+
+
+def test_without_a_scenario_motion_must_be_given(run):
+    parts = replace(run_classifiers(run), scenario=None)
+    with pytest.raises(ConfigurationError, match=r"^`genuine` and `abnormal` must be given for a run on a system of"):
+        parts.simulated_scenario()
