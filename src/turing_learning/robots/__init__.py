@@ -1,0 +1,92 @@
+"""Robots in the loop: what a laboratory with e-pucks and an overhead camera needs, and its emulation.
+
+The camera
+    `Calibration` is a `Lens` at its place above the arena: `calibrate_lens` from views of a printed `Board`, `place_camera`
+    from markers on the floor. `TriangleMarkers`, `RoundMarkers` and `ArucoMarkers` are what robots wear. `Tracker` follows
+    them and gives a `Track`, whose `speeds` are motion samples and whose `Fault`s say what went wrong. `compare_labels`
+    tells which markers are missing or too many; `signed_speeds` turns any poses into samples. `Capture` takes images from a
+    camera or a recorded video, and raises `CameraError` when there are none.
+The camera that is not there
+    `EmulatedCamera` renders images of robots as the camera at `overhead_camera` would take them, through `Optics`.
+The robots
+    `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
+    longer answers. docs/robots/protocol.md describes what is said.
+The robots that are not there
+    `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
+
+OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
+    from ._camera import EmulatedCamera, Optics, overhead_camera
+    from ._capture import CameraError, Capture
+    from ._emulated_robot import Body, EmulatedRobot
+    from ._epuck import EPuck
+    from ._link import Link, LinkError, open_link
+    from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
+    from ._messages import Model, Signal, Status
+    from ._motion import signed_speeds
+    from ._robot_server import RobotServer, serve_tcp, serve_terminal
+    from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
+
+__all__ = [
+    "ArucoMarkers",
+    "Board",
+    "Body",
+    "Calibration",
+    "CameraError",
+    "Capture",
+    "Detections",
+    "EPuck",
+    "EmulatedCamera",
+    "EmulatedRobot",
+    "Fault",
+    "Lens",
+    "Link",
+    "LinkError",
+    "Markers",
+    "Model",
+    "Optics",
+    "RobotServer",
+    "RoundMarkers",
+    "Sighting",
+    "Signal",
+    "Status",
+    "Track",
+    "Tracker",
+    "TriangleMarkers",
+    "calibrate_lens",
+    "compare_labels",
+    "open_link",
+    "overhead_camera",
+    "place_camera",
+    "serve_tcp",
+    "serve_terminal",
+    "signed_speeds",
+]
+
+_HOMES = {
+    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
+    "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
+    "_capture": ("CameraError", "Capture"),
+    "_emulated_robot": ("Body", "EmulatedRobot"),
+    "_epuck": ("EPuck",),
+    "_link": ("Link", "LinkError", "open_link"),
+    "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
+    "_messages": ("Model", "Signal", "Status"),
+    "_motion": ("signed_speeds",),
+    "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
+    "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
+}
+_LAZY = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs scipy and the kernels on first use."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

@@ -1,0 +1,237 @@
+"""The driver of an e-puck that speaks the public serial protocol, and of a replica that also takes models."""
+
+import struct
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from ._link import Link, LinkError
+from ._messages import SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
+
+Answer = TypeVar("Answer")
+MAXIMUM_SPEED = 1000
+"""Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps."""
+SENSORS = 8
+_GREETINGS = ("WELCOME", "the EPFL education robot", "HW version")
+RESYNCHRONIZE = b"\0" * 5 + b"\r"
+"""Ends any command that a robot is still waiting for: four bytes of arguments and the end of a binary request, or a line."""
+
+
+class EPuck:
+    """Speak with an e-puck.
+
+    A command that is not answered in time, or answered with something that makes no sense, is repeated; a link that
+    breaks meanwhile is opened again. All commands may be repeated without harm.
+
+    Parameters
+    ----------
+    link
+        The line to it.
+    timeout_s
+        How long to wait for an answer.
+    retries
+        How often a command is repeated.
+
+    Attributes
+    ----------
+    garbled
+        Lines received that made no sense.
+    reconnections
+        How often the link was opened again.
+
+    Source
+    ------
+    GCtronic wiki, "Advanced sercom protocol"; docs/robots/protocol.md.
+    """
+
+    def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:
+        if not timeout_s > 0:
+            raise ValueError(f"`timeout_s` must be above 0; got {timeout_s}.")
+        if retries < 0:
+            raise ValueError(f"`retries` must be 0 or more; got {retries}.")
+        self._link, self._timeout_s, self._retries = link, timeout_s, retries
+        self._signals: deque[Signal] = deque()
+        self.garbled = 0
+        self.reconnections = 0
+
+    def version(self) -> str:
+        """Return the version of the robot's protocol."""
+        return self._ask("V", lambda line: line[2:].strip() if line.startswith("v,") else None)
+
+    def set_speed(self, left: int, right: int) -> None:
+        """Set the wheel speeds (steps per second).
+
+        Raises
+        ------
+        ValueError
+            If one is beyond 1000.
+        """
+        _check_speeds(left, right)
+        self._ask(f"D,{left},{right}", lambda line: True if line == "d" else None)
+
+    def speed(self) -> tuple[int, int]:
+        """Return the wheel speeds (steps per second), left and right."""
+        left, right = self._ask("E", lambda line: _numbers(line, "e", (2,)))
+        return left, right
+
+    def proximity(self) -> tuple[int, ...]:
+        """Return the readings of the eight infrared sensors, from the front right one clockwise."""
+        return tuple(self._ask("N", lambda line: _numbers(line, "n", (SENSORS, 10)))[:SENSORS])
+
+    def battery_ok(self) -> bool:
+        """Return whether the battery is above its limit."""
+        return self._ask("b", lambda line: _numbers(line, "b", (1,)))[0] > 0
+
+    def stop(self) -> None:
+        """Stop the wheels and switch the lights off."""
+        self._ask("S", lambda line: True if line == "s" else None)
+
+    def reset(self) -> None:
+        """Start the robot's program anew."""
+        self._ask("R", lambda line: True if line == "r" else None)
+
+    def drive(self, left: int, right: int) -> tuple[int, ...]:
+        """Set the wheel speeds and return the eight infrared readings, in one binary request of 7 bytes.
+
+        Raises
+        ------
+        ValueError
+            If a speed is beyond 1000.
+        """
+        _check_speeds(left, right)
+        request = struct.pack("<bhhbb", -ord("D"), left, right, -ord("N"), 0)
+
+        def exchange() -> tuple[int, ...] | None:
+            self._link.send(request)
+            answer = self._link.read_bytes(2 * SENSORS, self._deadline())
+            return None if answer is None else struct.unpack(f"<{SENSORS}h", answer)
+
+        return self._try(f"a binary request {request.hex(' ')}", exchange)
+
+    def send_model(self, model: Model) -> None:
+        """Put a model into the replica's buffer, to be executed from its next trial on."""
+        expected = sealed(f"x,M,{model.sequence}")
+        self._ask(write_model(model), lambda line: True if line == expected else None)
+
+    def status(self) -> Status:
+        """Return where the replica is in its loop."""
+
+        def read(line: str) -> Status | None:
+            fields = (opened(line) or "").split(",")
+            numbers = whole_numbers(fields[3:])
+            if fields[:2] != ["x", "Q"] or numbers is None or len(numbers) != 4:
+                return None
+            return Status(fields[2], 1e-3 * numbers[0], numbers[1], numbers[2], numbers[3] > 0)
+
+        return self._ask(sealed("X,Q"), read)
+
+    def wait_for(self, kind: str, timeout_s: float) -> Signal:
+        """Return the next signal of a kind; signals of the other kind that came before are dropped.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind.
+        TimeoutError
+            If none arrives in time.
+        LinkError
+            If the link is lost meanwhile.
+        """
+        if kind not in SIGNALS:
+            raise ValueError(f"`kind` must be one of {', '.join(SIGNALS)}; got {kind!r}.")
+        deadline = self._link.clock() + timeout_s
+        while True:
+            while self._signals:
+                signal = self._signals.popleft()
+                if signal.kind == kind:
+                    return signal
+            line = self._link.read_line(deadline)
+            if line is None:
+                raise TimeoutError(
+                    f"`{kind}` must be signalled within {timeout_s} s; got nothing from {self._link.port}. Check the replica."
+                )
+            self._sort(line)
+
+    def _deadline(self) -> float:
+        return self._link.clock() + self._timeout_s
+
+    def _ask(self, command: str, read: Callable[[str], Answer | None]) -> Answer:
+        """Send a line and return what `read` makes of the answer; other lines are sorted out."""
+
+        def exchange() -> Answer | None:
+            self._link.send(command.encode("ascii") + b"\r")
+            deadline = self._deadline()
+            while (line := self._link.read_line(deadline)) is not None:
+                answer = read(line)
+                if answer is not None:
+                    return answer
+                if line.startswith("z,"):  # the robot has not understood what arrived
+                    self.garbled += 1
+                    return None
+                self._sort(line)
+            return None
+
+        return self._try(repr(command), exchange)
+
+    def _try(self, what: str, exchange: Callable[[], Answer | None]) -> Answer:
+        trouble = "no answer that makes sense"
+        for attempt in range(self._retries + 1):
+            try:
+                if not self._link.is_open:
+                    self._link.open()
+                    self.reconnections += 1
+                if attempt:
+                    self._resynchronize()
+                else:
+                    self._drain(0.0)
+                answer = exchange()
+            except LinkError as error:
+                trouble, answer = str(error), None
+                self._pause()
+            if answer is not None:
+                return answer
+        raise LinkError(
+            f"the robot at {self._link.port} must answer {what}; got {trouble} in {self._retries + 1} attempts."
+        )
+
+    def _pause(self) -> None:
+        """Give a port that has just gone time to come back."""
+        time.sleep(min(self._timeout_s, 0.2))
+
+    def _resynchronize(self) -> None:
+        """Make both ends wait for the beginning of a command."""
+        self._link.send(RESYNCHRONIZE)
+        self._drain(0.1)
+        self._link.drop_rest()
+
+    def _drain(self, quiet_s: float) -> None:
+        """Read what has come unasked, until the line is quiet: late answers would be taken for those to come."""
+        limit = self._deadline()
+        while self._link.clock() < limit:
+            line = self._link.read_line(self._link.clock() + quiet_s)
+            if line is None:
+                break
+            self._sort(line)
+
+    def _sort(self, line: str) -> None:
+        """Keep signals; count everything else that is not a greeting."""
+        text = opened(line)
+        fields = (text or "").split(",")
+        numbers = whole_numbers(fields[2:])
+        if fields[0] == "x" and fields[1] in SIGNALS and numbers is not None and len(numbers) == 2:
+            self._signals.append(Signal(fields[1], numbers[0], numbers[1], self._link.clock()))
+        elif not line.startswith(_GREETINGS):
+            self.garbled += 1
+
+
+def _check_speeds(left: int, right: int) -> None:
+    if max(abs(left), abs(right)) > MAXIMUM_SPEED:
+        raise ValueError(f"`left` and `right` must be in -{MAXIMUM_SPEED} to {MAXIMUM_SPEED}; got {left} and {right}.")
+
+
+def _numbers(line: str, letter: str, counts: Sequence[int]) -> list[int] | None:
+    """Return the whole numbers of an answer, None if it is not that answer, whole."""
+    head, _, rest = line.partition(",")
+    numbers = whole_numbers(rest.split(","))
+    return numbers if head == letter and numbers is not None and len(numbers) in counts else None

@@ -1,0 +1,224 @@
+"""The emulated robot against a client written from the public protocol alone (GCtronic wiki, "Advanced sercom protocol")."""
+
+import os
+import select
+import socket
+import struct
+import termios
+from binascii import crc_hqx
+
+import pytest
+from robot_bodies import Body, Clock
+
+from turing_learning.robots import EmulatedRobot, serve_tcp, serve_terminal
+
+
+class PublicClient:
+    """Knows the wiki's tables and nothing of the driver."""
+
+    def __init__(self, descriptor):
+        self.descriptor, self.rest = descriptor, b""
+
+    def line(self, timeout=2.0):
+        while b"\n" not in self.rest:
+            assert select.select([self.descriptor], [], [], timeout)[0], f"silence after {self.rest!r}"
+            self.rest += os.read(self.descriptor, 1024)
+        line, self.rest = self.rest.split(b"\n", 1)
+        return line.rstrip(b"\r").decode("ascii")
+
+    def ask(self, command):
+        os.write(self.descriptor, command.encode("ascii") + b"\n")
+        return self.line()
+
+    def binary(self, request, expected):
+        os.write(self.descriptor, request)
+        while len(self.rest) < expected:
+            assert select.select([self.descriptor], [], [], 2.0)[0]
+            self.rest += os.read(self.descriptor, 1024)
+        answer, self.rest = self.rest[:expected], self.rest[expected:]
+        return answer
+
+
+@pytest.fixture
+def body():
+    return Body()
+
+
+@pytest.fixture
+def robot(body):
+    return EmulatedRobot(body, clock=Clock(), selector=3)
+
+
+@pytest.fixture(params=["tcp", "terminal"])
+def client(request, robot):
+    if request.param == "tcp":
+        with serve_tcp(robot) as server:
+            host, port = server.port.removeprefix("socket://").split(":")
+            with socket.create_connection((host, int(port)), timeout=2) as line:
+                yield PublicClient(line.fileno())
+    else:
+        with serve_terminal(robot) as server:
+            descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
+            yield PublicClient(descriptor)
+            os.close(descriptor)
+
+
+def greeted(client):
+    assert client.line().endswith("WELCOME to the SerCom protocol on e-Puck")
+    assert client.line() == 'the EPFL education robot type "H" for help'
+    return client
+
+
+def test_a_public_client_is_greeted_and_told_the_version(client):
+    assert greeted(client).ask("V").startswith("v,")
+
+
+def test_a_public_client_sets_and_reads_speeds(client, body):
+    greeted(client)
+    assert client.ask("D,-700,1000") == "d"
+    assert client.ask("E") == "e,-700,1000"
+    assert body.speeds == (-700, 1000)
+
+
+def test_a_public_client_reads_proximity(client):
+    assert greeted(client).ask("N") == "n,10,200,-3,4,5,6,7,3000"
+
+
+def test_a_public_client_chains_binary_requests(client, body):
+    greeted(client)
+    request = bytes([256 - ord("D")]) + struct.pack("<hh", -5, 300) + bytes([256 - ord("E"), 256 - ord("N"), 0])
+    answer = client.binary(request, 20)
+    assert struct.unpack("<10h", answer) == (-5, 300, 10, 200, -3, 4, 5, 6, 7, 3000)
+    assert body.speeds == (-5, 300)
+
+
+def test_unknown_commands_are_answered_with_an_error_line(client):
+    assert greeted(client).ask("Z?") == "z,Command not found"
+
+
+def answers(robot, text):
+    return robot.receive(text).decode("ascii").split("\r\n")[:-1]
+
+
+@pytest.mark.parametrize(
+    ("command", "answer"),
+    [
+        (b"b\r", ["b,1"]),
+        (b"C\n", ["c,3"]),
+        (b"B,1\r", ["b"]),
+        (b"F,1\r", ["f"]),
+        (b"L,2,1\r", ["l"]),
+        (b"d,1,2\r", ["d"]),
+        (b"S\r\n", ["s"]),
+    ],
+)
+def test_commands_have_the_answers_of_the_table(robot, command, answer):
+    assert answers(robot, command) == answer
+
+
+def test_help_lists_the_commands(robot):
+    assert '"D,#,#" set wheel speeds' in answers(robot, b"H\r")
+
+
+def test_lights_are_switched_on_off_and_over(robot):
+    robot.receive(b"L,2,1\rB,1\rF,2\r")
+    assert robot.lights == [0, 0, 1, 0, 0, 0, 0, 0, 1, 1]
+    robot.receive(b"F,2\rL,8,1\r")
+    assert robot.lights == [1] * 9 + [0]
+
+
+def test_a_low_battery_is_told_in_both_modes(robot, body):
+    body.battery = False
+    assert answers(robot, b"b\r") == ["b,0"]
+    assert robot.receive(bytes([256 - ord("b"), 0])) == b"\0\0"
+
+
+def test_speeds_beyond_the_maximum_are_cut(robot, body):
+    robot.receive(b"D,5000,-5000\r")
+    assert body.speeds == (1000, -1000)
+
+
+def test_a_speed_that_cannot_be_read_leaves_the_old_one(robot, body):
+    robot.receive(b"D,100,200\rD,7,x\r")
+    assert body.speeds == (7, 200)
+
+
+def test_stop_stops_the_wheels_and_the_lights(robot, body):
+    robot.receive(b"D,5,5\rL,0,1\rS\r")
+    assert body.speeds == (0, 0)
+    assert robot.lights == [0] * 10
+
+
+def test_reset_stops_forgets_and_greets_again(robot, body):
+    robot.receive(b"D,5,5\r")
+    robot.enter("R4")
+    assert answers(robot, b"R\r")[0] == "r"
+    assert body.speeds == (0, 0)
+    assert robot.state == "R0"
+
+
+def test_noise_that_begins_a_binary_request_swallows_what_follows_until_a_zero(robot):
+    assert robot.receive(b"\x9aV\r") == b""
+    assert robot.receive(b"\0V\r").startswith(b"v,")
+
+
+def test_binary_lights_and_unknown_binary_requests_are_silent(robot):
+    assert robot.receive(bytes([256 - ord("L"), 4, 1, 200, 0])) == b""
+    assert robot.lights[4] == 1
+
+
+def sealed(text):
+    return f"{text}*{crc_hqx(text.encode(), 0xFFFF):04X}"
+
+
+def test_a_model_waits_in_the_buffer_until_state_r3(robot):
+    assert answers(robot, sealed("X,M,17,-7000,10000,9999,-1").encode() + b"\r") == [sealed("x,M,17")]
+    assert robot.executing is None
+    robot.enter("R3")
+    assert robot.executing.sequence == 17
+    assert robot.executing.parameters == (-0.7, 1.0, 0.9999, -0.0001)
+
+
+def test_a_model_with_a_wrong_checksum_is_not_taken(robot):
+    good = sealed("X,M,17,-7000,10000")
+    assert answers(robot, good.replace("7000", "7001").encode() + b"\r") == [sealed("x,E,checksum")]
+    robot.enter("R3")
+    assert robot.executing is None
+
+
+@pytest.mark.parametrize("text", ["X,M,17", "X,M,17,10001", "X,M,70000,1", "X,M,1,a", "X,M,-1,1", "X,Y", "X,M"])
+def test_a_message_that_makes_no_sense_is_refused(robot, text):
+    assert answers(robot, sealed(text).encode() + b"\r") == [sealed("x,E,message")]
+
+
+def test_signals_count_trials_and_name_the_model(robot):
+    robot.receive(sealed("X,M,5,1,1").encode() + b"\r")
+    robot.enter("R3")
+    assert robot.signal("START") == sealed("x,START,1,5").encode() + b"\r\n"
+    assert robot.signal("STOP") == sealed("x,STOP,1,5").encode() + b"\r\n"
+    assert robot.signal("START") == sealed("x,START,2,5").encode() + b"\r\n"
+
+
+def test_a_signal_that_does_not_exist_is_refused(robot):
+    with pytest.raises(ValueError, match="`kind` must be one of START, STOP; got 'PAUSE'"):
+        robot.signal("PAUSE")
+
+
+def test_the_status_tells_state_time_and_models(body):
+    clock = Clock()
+    robot = EmulatedRobot(body, clock=clock)
+    robot.receive(sealed("X,M,5,1,1").encode() + b"\r")
+    robot.enter("R5")
+    clock.now = 2.25
+    assert answers(robot, sealed("X,Q").encode() + b"\r") == [sealed("x,Q,R5,2250,5,-1,1")]
+
+
+def test_a_line_without_end_does_not_fill_the_memory(robot):
+    assert robot.receive(b"Q" * 100_000 + b"\r") == b"z,Command not found\r\n"
+
+
+def test_the_pseudo_terminal_is_a_terminal(robot):
+    with serve_terminal(robot) as server:
+        descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
+        assert termios.tcgetattr(descriptor)
+        os.close(descriptor)

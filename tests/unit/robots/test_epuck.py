@@ -1,0 +1,131 @@
+import pytest
+from robot_bodies import Body, Clock
+
+from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, open_link, serve_tcp, serve_terminal
+
+
+@pytest.fixture
+def body():
+    return Body()
+
+
+@pytest.fixture
+def robot(body):
+    return EmulatedRobot(body, clock=Clock())
+
+
+@pytest.fixture(params=[serve_tcp, serve_terminal])
+def served(request, robot):
+    with request.param(robot) as server:
+        yield server
+
+
+@pytest.fixture
+def epuck(served):
+    with open_link(served.port) as link:
+        yield EPuck(link, timeout_s=1.0, retries=1)
+
+
+def test_the_driver_speaks_with_a_robot_over_tcp_and_serial(epuck, body):
+    assert epuck.version() == "Version 1.1.3 emulated"
+    epuck.set_speed(-300, 450)
+    assert body.speeds == (-300, 450)
+    assert epuck.speed() == (-300, 450)
+    assert epuck.proximity() == body.readings
+    assert epuck.battery_ok()
+    epuck.stop()
+    assert body.speeds == (0, 0)
+    assert epuck.garbled == 0
+
+
+def test_one_binary_request_sets_speeds_and_reads_proximity(epuck, body):
+    epuck.version()
+    assert epuck.drive(-1000, 12) == body.readings
+    assert body.speeds == (-1000, 12)
+
+
+def test_a_model_arrives_and_is_told_by_the_status(epuck, robot):
+    epuck.send_model(Model(9, (0.12344, -1.0, 1.0, 0.0)))
+    assert epuck.status().waiting == 9
+    robot.enter("R3")
+    status = epuck.status()
+    assert (status.state, status.waiting, status.executing, status.battery_ok) == ("R3", -1, 9, True)
+    assert robot.executing.parameters == (0.1234, -1.0, 1.0, 0.0)
+
+
+def test_signals_are_waited_for_and_kept_while_commands_are_answered(epuck, served):
+    epuck.version()
+    served.signal("START")
+    assert epuck.speed() == (0, 0)
+    assert epuck.wait_for("START", 1.0).trial == 1
+    served.signal("STOP")
+    assert epuck.wait_for("STOP", 1.0).sequence == -1
+
+
+def test_a_signal_that_does_not_come_is_told(epuck, served):
+    epuck.version()
+    with pytest.raises(TimeoutError, match=r"`START` must be signalled within 0\.05 s; got nothing from .*Check the"):
+        epuck.wait_for("START", 0.05)
+
+
+def test_the_robot_greets_again_after_a_reset(epuck):
+    epuck.reset()
+    assert epuck.version().startswith("Version")
+
+
+def test_a_port_that_does_not_exist_is_refused():
+    with pytest.raises(
+        LinkError, match=r"at which a robot listens; got '/dev/no-robot' .*Check that the robot is switched"
+    ):
+        open_link("/dev/no-robot")
+
+
+def test_a_link_that_is_closed_is_refused(served):
+    link = open_link(served.port)
+    link.close()
+    with pytest.raises(LinkError, match=r"`link` to .* must be open; got a closed one\. Open it"):
+        link.send(b"V\r")
+
+
+def test_without_pyserial_the_extra_is_named(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "serial", None)
+    with pytest.raises(ImportError, match=r"pyserial must be installed\. Run: pip install 'turing-learning\[robot\]'"):
+        open_link("/dev/ttyS0")
+
+
+def test_speeds_beyond_the_maximum_are_refused(epuck):
+    with pytest.raises(ValueError, match="`left` and `right` must be in -1000 to 1000; got 1001 and 0"):
+        epuck.set_speed(1001, 0)
+
+
+def test_a_signal_of_another_kind_is_refused(epuck):
+    with pytest.raises(ValueError, match="`kind` must be one of START, STOP; got 'GO'"):
+        epuck.wait_for("GO", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"timeout_s": 0}, "`timeout_s` must be above 0; got 0"),
+        ({"retries": -1}, "`retries` must be 0 or more; got -1"),
+    ],
+)
+def test_settings_of_the_driver_are_checked(settings, message):
+    with pytest.raises(ValueError, match=message):
+        EPuck(None, **settings)
+
+
+@pytest.mark.parametrize(
+    ("sequence", "parameters", "message"),
+    [
+        (65536, (0.0,), "`sequence` must be in 0 to 65535; got 65536"),
+        (1, (), "`parameters` must be 1 to 16; got 0"),
+        (1, (1.2, 0.0), r"`parameters` must be in \[-1, 1\]; got \[1\.2, 0\.0\]\. Apply tanh before"),
+        (1, (float("nan"),), r"`parameters` must be in \[-1, 1\]; got \[nan\]"),
+    ],
+)
+def test_a_model_that_no_robot_can_execute_is_refused(sequence, parameters, message):
+    with pytest.raises(ValueError, match=message):
+        Model(sequence, parameters)
