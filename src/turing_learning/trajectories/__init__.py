@@ -1,0 +1,57 @@
+"""Recorded motion: who was where at which frame, and what the classifiers get to see of it.
+
+==========================  =====================================================================================
+`load_trajectories`         Open what a tracker wrote; `FORMATS` names what can be read.
+`Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
+                            `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
+`from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
+`Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, direction of y.
+`compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them.
+`Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.
+==========================  =====================================================================================
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._load import FORMATS, load_trajectories
+    from ._problems import Jump, Problems
+    from ._signals import SIGNALS, Signals, compute_signals
+    from ._trajectories import Trajectories
+    from ._windows import Windows
+    from ._xarray import from_xarray
+
+__all__ = [
+    "FORMATS",
+    "SIGNALS",
+    "Jump",
+    "Problems",
+    "Signals",
+    "Trajectories",
+    "Windows",
+    "compute_signals",
+    "from_xarray",
+    "load_trajectories",
+]
+
+_LAZY = {
+    "FORMATS": "_load",
+    "SIGNALS": "_signals",
+    "Jump": "_problems",
+    "Problems": "_problems",
+    "Signals": "_signals",
+    "Trajectories": "_trajectories",
+    "Windows": "_windows",
+    "compute_signals": "_signals",
+    "from_xarray": "_xarray",
+    "load_trajectories": "_load",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name on first use."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

@@ -1,0 +1,241 @@
+"""The door: any tracker's file to `Trajectories`."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from . import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
+from ._recording import Format, Glance, Options, Recording, YAxis, refusal
+from ._text import LONGEST_LINE
+from ._trajectories import Trajectories
+
+_ALL = (
+    _idtracker.FORMAT,
+    _idtracker_ai.H5_FORMAT,
+    _idtracker_ai.CSV_FORMAT,
+    _idtracker_ai.NPY_FORMAT,
+    _trex.FORMAT,
+    _toxtrac.FORMAT,
+    _columns.TRACKTOR_FORMAT,
+    _sleap.FORMAT,
+    _deeplabcut.FORMAT,
+    _columns.TIDY_FORMAT,
+)
+FORMATS = tuple(one.name for one in _ALL)
+"""Names of the formats that can be read."""
+
+
+def load_trajectories(
+    path: str | Path,
+    *,
+    fps: float | None = None,
+    pixels_per_cm: float | Literal["unknown"] | None = None,
+    format: str | None = None,
+    y_axis: YAxis | None = None,
+    keypoint: str | None = None,
+    min_confidence: float | None = None,
+    allow_pickle: bool = False,
+) -> Trajectories:
+    """Open what a tracker wrote.
+
+    Parameters
+    ----------
+    path
+        A file; for TRex also a folder with a file for each individual.
+    fps
+        Frame rate (1/s), needed where the file does not state it.
+    pixels_per_cm
+        Scale, needed where the file is not in cm; "unknown" leaves positions in pixels, 1 is for a file in cm.
+    format
+        One of `FORMATS`; None finds it from the content.
+    y_axis
+        Direction in which y grows in the file; None takes the format's, which plain CSV has not. y is turned upwards.
+    keypoint
+        Which point of the body stands for the animal, where a file has several.
+    min_confidence
+        Positions of which the tracker is less sure count as missing; None takes all.
+    allow_pickle
+        Whether idtracker.ai's npy may be opened; a pickle can run any code it holds.
+
+    Raises
+    ------
+    ValueError
+        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, or stated
+        twice and differently; the file is cut off, damaged or contradicts itself (with file and line, or dataset).
+    OSError
+        If the file cannot be opened.
+    ImportError
+        If the file needs h5py and it is not installed.
+    """
+    path = Path(path)
+    _check_options(fps, pixels_per_cm, y_axis, min_confidence)
+    chosen = _named(format) if format is not None else _find(path)
+    if keypoint is not None and not chosen.has_keypoints:
+        raise ValueError(f"`keypoint` must be left out for format {chosen.name}; got {keypoint!r} [{path}].")
+    recording = chosen.read(path, Options(keypoint, allow_pickle))
+    _check_order(recording, path)
+    recording = _confident(recording, min_confidence, path)
+    return finish(recording, chosen.name, str(path), fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
+
+
+def finish(
+    recording: Recording,
+    format: str,
+    source: str,
+    *,
+    fps: float | None,
+    pixels_per_cm: float | Literal["unknown"] | None,
+    y_axis: YAxis | None,
+) -> Trajectories:
+    """Bring what a file states and what the user states together: cm, y upwards, frame rate."""
+    scale = _scale(recording, pixels_per_cm, source)
+    flip = _direction(recording, y_axis, source) == "down"
+    positions, headings = recording.positions / (scale or 1.0), recording.headings
+    if flip:
+        positions[..., 1] = 0.0 - positions[..., 1]
+        headings = None if headings is None else -headings
+    return Trajectories(
+        positions=np.where(recording.present[..., None], positions, 0.0),
+        present=recording.present,
+        fps=_rate(recording, fps, source),
+        individuals=recording.individuals,
+        unit="cm" if scale else "px",
+        first_frame=recording.first_frame,
+        headings=headings,
+        confidence=recording.confidence,
+        source=source,
+        format=format,
+        remarks=(*recording.remarks, *(["y pointed down in the file and was turned upwards"] if flip else [])),
+    )
+
+
+def _check_options(fps: object, pixels_per_cm: object, y_axis: object, min_confidence: object) -> None:
+    for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
+        if value is not None and not (_is_number(value) and value > 0):  # type: ignore[operator]
+            raise ValueError(f"`{name}` must be a finite number above 0; got {value!r}.")
+    if y_axis not in (None, "up", "down"):
+        raise ValueError(f"`y_axis` must be 'up' or 'down'; got {y_axis!r}.")
+    if min_confidence is not None and not _is_number(min_confidence):
+        raise ValueError(f"`min_confidence` must be a finite number; got {min_confidence!r}.")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _named(name: str) -> Format:
+    for one in _ALL:
+        if one.name == name:
+            return one
+    raise ValueError(f"`format` must be one of {', '.join(FORMATS)}; got {name!r}.")
+
+
+def _find(path: Path) -> Format:
+    """Return the one format that the content has."""
+    glance = _look(path)
+    found = [one for one in _ALL if one.recognizes(glance)]
+    if len(found) == 1:
+        return found[0]
+    received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
+    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, "Say which with `format`.")
+
+
+def _look(path: Path) -> Glance:
+    if path.is_dir():
+        return Glance(folder=tuple(_trex.archive_names(file) for file in sorted(path.glob("*.npz"))))
+    with path.open("rb") as file:
+        head = file.read(1 << 16)
+    if not head:
+        raise refusal("not be empty", "0 bytes", path)
+    if head.startswith(b"\x89HDF\r\n\x1a\n"):
+        from ._hdf5 import open_hdf5
+
+        with open_hdf5(path) as content:
+            return Glance(datasets=frozenset(content))
+    if head.startswith(b"PK\x03\x04"):
+        return Glance(arrays=_trex.archive_names(path))
+    if head.startswith(b"\x93NUMPY"):
+        return Glance(npy=True)
+    return Glance(lines=_first_lines(path))
+
+
+def _first_lines(path: Path) -> tuple[str, ...]:
+    """Return the first four lines, none if the file is no text."""
+    with path.open("rb") as file:
+        raw = [file.readline(LONGEST_LINE) for _ in range(4)]
+    try:
+        text = [line.decode("utf-8-sig" if k == 0 else "utf-8").rstrip("\r\n") for k, line in enumerate(raw)]
+    except UnicodeDecodeError:
+        return ()
+    return tuple(line for line in text if line) if not any("\0" in line for line in text) else ()
+
+
+def _confident(recording: Recording, least: float | None, path: Path) -> Recording:
+    """Return the recording without the positions of which the tracker is less sure."""
+    if least is None:
+        return recording
+    if recording.confidence is None:
+        raise ValueError(f"`min_confidence` must be left out; got {least} for a file without confidence [{path}].")
+    present = recording.present & (recording.confidence >= least)
+    if not present.any():
+        raise refusal(f"hold a position with confidence {least} or more", f"at most {recording.confidence.max()}", path)
+    left_out = int(recording.present.sum() - present.sum())
+    remark = f"{left_out} positions with a confidence below {least} count as missing"
+    return replace(recording, present=present, remarks=(*recording.remarks, remark))
+
+
+def _rate(recording: Recording, fps: float | None, source: str) -> float:
+    if fps is None and recording.fps is None:
+        raise ValueError(f"`fps` must be given; got none, and the file does not state it [{source}].")
+    if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
+        raise ValueError(f"`fps` must be what the file states, {recording.fps}; got {fps} [{source}]. Leave it out.")
+    return float(fps or recording.fps)  # type: ignore[arg-type]
+
+
+def _scale(recording: Recording, pixels_per_cm: float | str | None, source: str) -> float | None:
+    """Return by what to divide for cm; None for positions that stay in pixels."""
+    if recording.in_cm:
+        if pixels_per_cm is not None:
+            raise ValueError(f"`pixels_per_cm` must be left out for a file in cm; got {pixels_per_cm!r} [{source}].")
+        return 1.0
+    if pixels_per_cm is None:
+        raise ValueError(
+            f"`pixels_per_cm` must be given; got none, and the file does not state it [{source}]. "
+            'Say "unknown" to stay in pixels, 1 if the file is in cm.'
+        )
+    return None if pixels_per_cm == "unknown" else float(pixels_per_cm)
+
+
+def _direction(recording: Recording, y_axis: YAxis | None, source: str) -> YAxis:
+    direction = y_axis or recording.y_axis
+    if direction is None:
+        raise ValueError(
+            f"`y_axis` must be given; got none, and the file does not state it [{source}]. "
+            'Say "down" for positions in images, "up" for the axes of geometry.'
+        )
+    return direction
+
+
+_FEWEST = 50
+_LEAST_CONTINUITY = 0.7
+
+
+def _check_order(recording: Recording, path: Path) -> None:
+    """Refuse rows without frame numbers in which neighboring frames are as far apart as distant ones: shuffled rows."""
+    if recording.numbered or len(recording.present) < 2 * _FEWEST:
+        return
+    near, far = _typical(recording, 1), _typical(recording, len(recording.present) // 2)
+    if near is not None and far is not None and near > _LEAST_CONTINUITY * far:
+        rule = "have its rows in the order of time"
+        received = f"a typical step of {near:.3g} between neighboring rows and {far:.3g} between distant ones"
+        raise refusal(rule, received, path, "The rows may be shuffled; they carry no frame number.")
+
+
+def _typical(recording: Recording, lag: int) -> float | None:
+    """Return the median distance over `lag` frames, None where too few are known."""
+    known = recording.present[lag:] & recording.present[:-lag]
+    steps = np.hypot(*np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0))[known]
+    return float(np.median(steps)) if len(steps) >= _FEWEST else None

@@ -1,0 +1,128 @@
+"""What is wrong with a recording."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._stretches import next_true
+
+JUMP_FACTOR = 20.0
+"""Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,
+which two steps exceed, both of more than 230."""
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A step that is too long: perhaps two identities exchanged.
+
+    Attributes
+    ----------
+    individual
+        Name.
+    frame
+        Number of the frame before the step.
+    distance
+        Length of the step, in the unit of the recording.
+    times_typical
+        The same in typical steps.
+    """
+
+    individual: str
+    frame: int
+    distance: float
+    times_typical: float
+
+
+@dataclass(frozen=True)
+class Problems:
+    """What `Trajectories.check` finds.
+
+    Attributes
+    ----------
+    missing, gaps, longest_gap
+        For each individual: frames without a position, runs of such frames, frames in the longest.
+    jumps
+        Steps that are too long, in order of time. Displacements over a gap are no steps.
+    repeated_frames
+        Numbers of frames in which everybody is exactly where everybody was in the frame before: the video stood still.
+    empty_frames
+        Numbers of frames without anybody, whether the file has them or not.
+    typical_step
+        Median length of the steps that are not 0, in the unit of the recording.
+    remarks
+        What the reader and later steps have to say, among it the direction of y.
+    """
+
+    missing: dict[str, int]
+    gaps: dict[str, int]
+    longest_gap: dict[str, int]
+    jumps: tuple[Jump, ...]
+    repeated_frames: tuple[int, ...]
+    empty_frames: tuple[int, ...]
+    typical_step: float
+    frames: int
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> bool:
+        """Whether there is anything: a missing value, a jump, a repeated or an empty frame."""
+        return bool(any(self.missing.values()) or self.jumps or self.repeated_frames or self.empty_frames)
+
+    def __str__(self) -> str:
+        lines = [
+            f"{name}: {count} of {self.frames} frames missing, in {self.gaps[name]} gaps of up to {self.longest_gap[name]}"
+            for name, count in self.missing.items()
+            if count
+        ]
+        lines += [
+            f"{jump.individual}: jump of {jump.distance:.4g} after frame {jump.frame} ({jump.times_typical:.3g} typical steps)"
+            for jump in self.jumps
+        ]
+        for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
+            if frames:
+                lines.append(f"{len(frames)} frames {what}: {_listed(frames)}")
+        return "\n".join([*lines, *self.remarks]) or "nothing found"
+
+
+def _listed(frames: tuple[int, ...]) -> str:
+    return ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
+
+
+def find_problems(
+    positions: np.ndarray,
+    present: np.ndarray,
+    individuals: tuple[str, ...],
+    first_frame: int,
+    jump_factor: float,
+    remarks: tuple[str, ...],
+) -> Problems:
+    """Return what is wrong with positions (F, A, 2)."""
+    if not (math.isfinite(jump_factor) and jump_factor > 1):
+        raise ValueError(f"`jump_factor` must be a finite number above 1; got {jump_factor}.")
+    both = present[1:] & present[:-1]
+    steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
+    typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    jumps = tuple(
+        Jump(individuals[who], int(first_frame + frame), float(steps[frame, who]), float(steps[frame, who] / typical))
+        for frame, who in np.argwhere(steps > jump_factor * typical)
+    )
+    same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
+    names = [(name, _gap_lengths(present[:, k])) for k, name in enumerate(individuals)]
+    return Problems(
+        missing={name: int(lengths.sum()) for name, lengths in names},
+        gaps={name: len(lengths) for name, lengths in names},
+        longest_gap={name: int(lengths.max(initial=0)) for name, lengths in names},
+        jumps=jumps,
+        repeated_frames=tuple(int(first_frame + 1 + frame) for frame in np.flatnonzero(same)),
+        empty_frames=tuple(int(first_frame + frame) for frame in np.flatnonzero(~present.any(axis=1))),
+        typical_step=typical,
+        frames=len(present),
+        remarks=remarks,
+    )
+
+
+def _gap_lengths(present: np.ndarray) -> np.ndarray:
+    """Return the lengths of the runs of frames without a position."""
+    starts = np.flatnonzero(~present & np.concatenate([[True], present[:-1]]))
+    return next_true(present)[starts] - starts

@@ -1,0 +1,180 @@
+"""Positions to signals: what the classifiers get to see of motion."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._stretches import last_true, smooth, wrap
+
+SIGNALS = {
+    "speed": "cm/s",
+    "turn": "rad/s",
+    "neighbor_distance": "cm",
+    "neighbor_bearing": "rad",
+}
+"""Signals and their units (px instead of cm where the scale is unknown)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Signals of individuals over time.
+
+    Attributes
+    ----------
+    values : (..., F - 1, A, D)
+        Step s leads from frame s to frame s + 1; 0 where not valid.
+    valid : (..., F - 1, A)
+        Whether all D signals of the step exist.
+    names
+        Of the D signals.
+    """
+
+    values: np.ndarray
+    valid: np.ndarray
+    names: tuple[str, ...]
+
+
+def compute_signals(
+    positions: np.ndarray,
+    *,
+    fps: float,
+    names: Sequence[str] = ("speed", "turn"),
+    present: np.ndarray | None = None,
+    headings: np.ndarray | None = None,
+    smooth_frames: int = 1,
+) -> Signals:
+    """Compute signals from positions, recorded or simulated.
+
+    "speed"
+        Displacement over a frame divided by its duration; with headings negative if it goes against the heading at its start.
+    "turn"
+        Change of heading over a frame divided by its duration, the shorter way round. Without headings, the angle between the
+        displacement before the step's first frame and the one after; no displacement keeps the direction of the last one
+        since the individual appeared, and counts as no turn if there was none.
+    "neighbor_distance", "neighbor_bearing"
+        Distance of the nearest other individual present at the step's first frame, and its direction relative to the heading,
+        in [-pi, pi), positive to the left. Without headings, relative to the direction in which the individual came.
+
+    A step is valid if every frame that it needs is there: its own two, for "turn" and "neighbor_bearing" without headings also
+    the one before, and for the neighbor's signals another individual.
+
+    Parameters
+    ----------
+    positions : (..., F, A, 2)
+        x, y (cm), at least 2 frames.
+    fps
+        Frames per second.
+    names
+        From `SIGNALS`, D of them.
+    present, headings : (..., F, A)
+        None if everybody is always present; None if headings (rad) are not known.
+    smooth_frames
+        Positions are averaged over so many frames (odd, centered, narrower toward gaps) before anything else; 1 leaves them.
+
+    Raises
+    ------
+    ValueError
+        If a shape, a name or a number does not fit.
+
+    Source
+    ------
+    Paper, section 3.2.3, for speed and turn of individuals with headings.
+    """
+    positions = np.asarray(positions, dtype=np.float64)
+    present = np.ones(positions.shape[:-1], dtype=bool) if present is None else present
+    _check(positions, present, headings, fps, names, smooth_frames)
+    if smooth_frames > 1:
+        positions = smooth(positions, present, smooth_frames)
+    both = present[..., 1:, :] & present[..., :-1, :]
+    step = np.where(both[..., None], np.diff(positions, axis=-3), 0.0)
+    heading, turned, valid = _course(step, both, headings)
+    columns, needed = [], both.copy()
+    if {"neighbor_distance", "neighbor_bearing"} & set(names):
+        offset, found = _nearest(positions[..., :-1, :, :], present[..., :-1, :])
+        needed &= found
+    for name in names:
+        if name == "speed":
+            columns.append(_speed(step, headings) * fps)
+        elif name == "turn":
+            columns.append(turned * fps)
+            needed &= valid["turn"]
+        elif name == "neighbor_distance":
+            columns.append(np.hypot(offset[..., 0], offset[..., 1]))
+        else:
+            columns.append(wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading))
+            needed &= valid["heading"]
+    values = np.where(needed[..., None], np.stack(columns, axis=-1), 0.0)
+    return Signals(values, needed, tuple(names))
+
+
+def _check(
+    positions: np.ndarray,
+    present: np.ndarray,
+    headings: np.ndarray | None,
+    fps: float,
+    names: Sequence[str],
+    smooth_frames: int,
+) -> None:
+    if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
+        raise ValueError(f"`positions` must be of shape (..., F, A, 2) with 2 frames or more; got {positions.shape}.")
+    for name, array in (("present", present), ("headings", headings)):
+        if array is not None and array.shape != positions.shape[:-1]:
+            raise ValueError(f"`{name}` must be of shape (..., F, A) = {positions.shape[:-1]}; got {array.shape}.")
+    if not np.isfinite(positions[present]).all():
+        raise ValueError("`positions` must be finite wherever `present`; got a value that is not.")
+    if not (math.isfinite(fps) and fps > 0):
+        raise ValueError(f"`fps` must be a finite number above 0; got {fps}.")
+    unknown = [name for name in names if name not in SIGNALS]
+    if not names or unknown or isinstance(names, str) or len(set(names)) < len(names):
+        raise ValueError(f"`names` must be some of {', '.join(SIGNALS)}, each once; got {names!r}.")
+    if smooth_frames < 1 or smooth_frames % 2 == 0:
+        raise ValueError(f"`smooth_frames` must be odd and 1 or more; got {smooth_frames}.")
+
+
+def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:
+    """Return the length of each step, signed if there are headings."""
+    length = np.hypot(step[..., 0], step[..., 1])
+    if headings is None:
+        return length
+    start = headings[..., :-1, :]
+    along = step[..., 0] * np.cos(start) + step[..., 1] * np.sin(start)
+    return np.where(along < 0, -length, length)
+
+
+def _course(
+    step: np.ndarray, both: np.ndarray, headings: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Return heading at each step's first frame, turn over the step, and where they exist."""
+    if headings is not None:
+        return headings[..., :-1, :], wrap(np.diff(headings, axis=-2)), {"heading": both, "turn": both}
+    direction, known = _directions(step, both)
+    came, came_known = _delayed(direction), _delayed(known)
+    turned = np.where(known & came_known, wrap(direction - came), 0.0)
+    return came, turned, {"heading": came_known, "turn": both & _delayed(both)}
+
+
+def _directions(step: np.ndarray, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the direction of the last displacement since the last gap, and whether there is one."""
+    moved = both & (step != 0).any(axis=-1)
+    last = last_true(moved, -2)
+    direction = np.arctan2(step[..., 1], step[..., 0])
+    return np.take_along_axis(direction, np.maximum(last, 0), axis=-2), last > last_true(~both, -2)
+
+
+def _delayed(values: np.ndarray) -> np.ndarray:
+    """Return the values of the step before; the first has none."""
+    return np.concatenate([np.zeros_like(values[..., :1, :]), values[..., :-1, :]], axis=-2)
+
+
+def _nearest(positions: np.ndarray, present: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return offset (..., A, 2) to the nearest other individual, and whether there is one."""
+    offset, nearest = np.zeros_like(positions), np.full(present.shape, np.inf)
+    individuals = positions.shape[-2]
+    for other in range(1, individuals):
+        candidate = np.roll(positions, -other, axis=-2) - positions
+        distance = np.where(np.roll(present, -other, axis=-1), np.hypot(candidate[..., 0], candidate[..., 1]), np.inf)
+        closer = distance < nearest
+        offset, nearest = np.where(closer[..., None], candidate, offset), np.where(closer, distance, nearest)
+    return offset, np.isfinite(nearest)

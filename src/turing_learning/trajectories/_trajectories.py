@@ -1,0 +1,292 @@
+"""The recording: who was where at which frame."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ._problems import JUMP_FACTOR, Problems, find_problems
+from ._signals import Signals, compute_signals
+from ._stretches import bridge
+from ._windows import Cut, Windows, cut_windows
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectories:
+    """Positions of individuals over time, y upwards.
+
+    Attributes
+    ----------
+    positions : (F, A, 2)
+        x, y in `unit`; 0 where an individual is absent.
+    present : (F, A)
+        Whether the position is known.
+    fps
+        Frames per second.
+    individuals
+        Names (A,).
+    unit
+        "cm", or "px" where the scale is unknown.
+    first_frame
+        Number of the first frame in the file.
+    headings : (F, A), optional
+        rad, anticlockwise from the x axis.
+    confidence : (F, A), optional
+        The tracker's own, usually in [0, 1].
+    interpolated : (F, A), optional
+        Where positions were interpolated by `bridged`.
+    source, format
+        Where it comes from.
+    remarks
+        What was done on the way here, in words.
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, a number is not finite, a name occurs twice or nobody is ever present.
+    """
+
+    positions: np.ndarray
+    present: np.ndarray
+    fps: float
+    individuals: tuple[str, ...]
+    unit: Literal["cm", "px"] = "cm"
+    first_frame: int = 0
+    headings: np.ndarray | None = None
+    confidence: np.ndarray | None = None
+    interpolated: np.ndarray | None = None
+    source: str = ""
+    format: str = ""
+    remarks: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:
+            raise ValueError(f"`positions` must be of shape (F, A, 2) and not empty; got {self.positions.shape}.")
+        self._check_arrays()
+        if self.present.dtype != bool or not self.present.any():
+            raise ValueError(f"`present` must be booleans, some of them true; got {self.present.dtype}.")
+        if not (math.isfinite(self.fps) and self.fps > 0):
+            raise ValueError(f"`fps` must be a finite number above 0; got {self.fps}.")
+        if len(self.individuals) != self.positions.shape[1] or len(set(self.individuals)) < len(self.individuals):
+            wanted = f"{self.positions.shape[1]} different names"
+            raise ValueError(f"`individuals` must be {wanted}; got {self.individuals}.")
+        if self.unit not in ("cm", "px"):
+            raise ValueError(f"`unit` must be 'cm' or 'px'; got {self.unit!r}.")
+
+    def _check_arrays(self) -> None:
+        shape = self.positions.shape[:2]
+        for name in ("positions", "present", "headings", "confidence", "interpolated"):
+            array = getattr(self, name)
+            if array is not None and array.shape[:2] != shape:
+                raise ValueError(f"`{name}` must be of shape (F, A) = {shape}; got {array.shape}.")
+            if array is not None and not np.isfinite(array).all():
+                place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
+                raise ValueError(f"`{name}` must be finite; got {array[place]} at {place}.")
+
+    def __str__(self) -> str:
+        frames, individuals = self.present.shape
+        share = 1 - self.present.mean()
+        return (
+            f"{individuals} individuals, {frames} frames at {self.fps:g} per second ({frames / self.fps:.4g} s), in {self.unit}, "
+            f"{share:.2%} missing"
+        )
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first frame to the last (s)."""
+        return (len(self.positions) - 1) / self.fps
+
+    @property
+    def problems(self) -> Problems:
+        """What `check` finds with its defaults."""
+        return self.check()
+
+    def check(self, jump_factor: float = JUMP_FACTOR) -> Problems:
+        """Look for missing values, jumps, repeated and empty frames.
+
+        Parameters
+        ----------
+        jump_factor
+            A step longer than this many typical steps is a jump, perhaps two identities exchanged. The typical step is
+            the median over all individuals of the steps that are not 0.
+
+        Raises
+        ------
+        ValueError
+            If `jump_factor` is not above 1.
+        """
+        return find_problems(
+            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.remarks
+        )
+
+    def bridged(self, max_gap: int) -> "Trajectories":
+        """Return a copy in which gaps of up to `max_gap` frames are filled by straight motion at even speed.
+
+        Longer gaps, and those at the beginning and the end, stay. `interpolated` tells what was filled; headings turn
+        the shorter way.
+
+        Raises
+        ------
+        ValueError
+            If `max_gap` is below 1.
+        """
+        if max_gap < 1:
+            raise ValueError(f"`max_gap` must be 1 or more; got {max_gap}.")
+        positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
+        before = np.zeros_like(self.present) if self.interpolated is None else self.interpolated
+        return replace(
+            self,
+            positions=positions,
+            headings=headings,
+            present=self.present | filled,
+            interpolated=before | filled,
+            remarks=(
+                *self.remarks,
+                f"{int(filled.sum())} positions in gaps of up to {max_gap} frames were interpolated",
+            ),
+        )
+
+    def thinned(self, every: int) -> "Trajectories":
+        """Return a copy of every so many frames, at the lower frame rate that follows.
+
+        Raises
+        ------
+        ValueError
+            If `every` is not from 1 to the number of frames, or leaves nobody.
+        """
+        if not 1 <= every <= len(self.positions):
+            raise ValueError(f"`every` must be from 1 to the {len(self.positions)} frames; got {every}.")
+        kept = {
+            name: array[::every]
+            for name in ("positions", "present", "headings", "confidence", "interpolated")
+            if (array := getattr(self, name)) is not None
+        }
+        if not kept["present"].any():
+            raise ValueError(f"`every` must leave a frame with somebody present; got {every}.")
+        remark = f"one frame in {every} was kept, frame numbers count those"
+        return replace(self, **kept, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
+
+    def selected(self, individuals: Sequence[str]) -> "Trajectories":
+        """Return a copy with some of the individuals; the others are no neighbors any more.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown, or none of them is ever present.
+        """
+        columns = [self._place(name) for name in individuals]
+        kept = {
+            name: array[:, columns]
+            for name in ("positions", "present", "headings", "confidence", "interpolated")
+            if (array := getattr(self, name)) is not None
+        }
+        return replace(self, **kept, individuals=tuple(individuals))
+
+    def _place(self, name: str) -> int:
+        if name not in self.individuals:
+            raise ValueError(f"`individuals` must be among {', '.join(self.individuals)}; got {name!r}.")
+        return self.individuals.index(name)
+
+    def speeds(self, *, smooth_frames: int = 1) -> Signals:
+        """Compute linear and angular speed; see `signals`."""
+        return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
+
+    def signals(self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1) -> Signals:
+        """Compute signals of each individual at each step; see `compute_signals`."""
+        return compute_signals(
+            self.positions,
+            fps=self.fps,
+            names=names,
+            present=self.present,
+            headings=self.headings,
+            smooth_frames=smooth_frames,
+        )
+
+    def windows(
+        self,
+        steps: int | None = None,
+        *,
+        length_s: float | None = None,
+        stride: int | None = None,
+        signals: Sequence[str] = ("speed", "turn"),
+        individuals: Sequence[str] | None = None,
+        hold_out: float = 0.2,
+        gap: int = 0,
+        smooth_frames: int = 1,
+        jump_factor: float | None = JUMP_FACTOR,
+    ) -> Windows:
+        """Cut samples (K, T, D) for learning and for testing, with no frame in common.
+
+        Time is cut into blocks, the same for all individuals, because neighbors move together. Held-out blocks are spread
+        over the recording: each of up to five equal parts ends with one. A window lies within a block, with every frame
+        that enters its signals, and contains no gap and no jump.
+
+        Parameters
+        ----------
+        steps, length_s
+            Length of a window: time steps T, or s, to the nearest whole number of steps. One of the two.
+        stride
+            Steps from a window to the next one of the same individual; None takes T: no overlap.
+        signals
+            Names from `SIGNALS`, D of them.
+        individuals
+            Whose windows; None takes all. The others stay neighbors.
+        hold_out
+            Share of the frames kept for testing, from 0 to 0.9.
+        gap
+            Frames left out wherever learning and testing meet.
+        smooth_frames
+            As in `compute_signals`.
+        jump_factor
+            Steps longer than this many typical steps are cut out, see `check`; None keeps them.
+
+        Raises
+        ------
+        ValueError
+            If an option is out of range, or no window is left for learning or for testing.
+        """
+        names = self.individuals if individuals is None else individuals
+        cut = Cut(
+            steps=_steps(steps, length_s, self.fps),
+            stride=stride,
+            hold_out=hold_out,
+            gap=gap,
+            half=smooth_frames // 2,
+            lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
+        )
+        usable = self.signals(signals, smooth_frames=smooth_frames)
+        jumps = None
+        if jump_factor is not None:
+            jumps = np.zeros_like(usable.valid)
+            for jump in self.check(jump_factor).jumps:
+                jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
+        return cut_windows(usable, cut, [self._place(name) for name in names], self.fps, jumps)
+
+    def to_xarray(self) -> "xr.Dataset":
+        """Return a dataset in the conventions of the `movement` package; missing positions are NaN there.
+
+        `position` (time, space, keypoints, individuals) and `confidence` (time, keypoints, individuals), time in s; `fps`
+        and what else is known in the attributes. y stays upwards, as the attribute `y_axis` says.
+
+        Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
+        """
+        from ._xarray import to_xarray
+
+        return to_xarray(self)
+
+
+def _steps(steps: int | None, length_s: float | None, fps: float) -> int:
+    if (steps is None) == (length_s is None):
+        raise ValueError(f"`steps` or `length_s` must be given, one of them; got {steps} and {length_s}.")
+    if length_s is not None:
+        if not (math.isfinite(length_s) and round(length_s * fps) >= 1):
+            raise ValueError(f"`length_s` must be at least one frame of {1 / fps:.4g} s; got {length_s}.")
+        return round(length_s * fps)
+    if steps is None or steps < 1:
+        raise ValueError(f"`steps` must be 1 or more; got {steps}.")
+    return int(steps)

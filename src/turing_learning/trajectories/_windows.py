@@ -1,0 +1,144 @@
+"""Signals to samples: windows for learning and for testing, with no frame in common."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._signals import Signals
+
+MOST_PARTS = 5
+LEAST_WINDOWS = 4
+"""Windows that fit into a held-out block, one after the other, before there is a further one."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How windows are cut: T steps, and how many frames before and after them enter the signals."""
+
+    steps: int
+    stride: int | None
+    hold_out: float
+    gap: int
+    half: int
+    lead: int
+
+    def __post_init__(self) -> None:
+        if self.stride is not None and self.stride < 1:
+            raise ValueError(f"`stride` must be 1 or more; got {self.stride}.")
+        if not 0 <= self.hold_out <= 0.9:
+            raise ValueError(f"`hold_out` must be from 0 to 0.9; got {self.hold_out}.")
+        if self.gap < 0:
+            raise ValueError(f"`gap` must be 0 or more; got {self.gap}.")
+
+    @property
+    def frames(self) -> int:
+        """Frames that enter the signals of a window."""
+        return self.lead + self.steps + 1 + 2 * self.half
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Samples for learning and for testing.
+
+    Attributes
+    ----------
+    learning, held_out : (K, T, D)
+        Samples, in order of time.
+    learning_index, held_out_index : (K, 2)
+        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step.
+    names
+        Of the D signals.
+    interval_s
+        Duration of a step (s).
+    steps_without_signal, steps_with_jump
+        Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
+    blocks
+        (first row, row after the last, "learning" or "held out") of each block of frames.
+    """
+
+    learning: np.ndarray
+    held_out: np.ndarray
+    learning_index: np.ndarray
+    held_out_index: np.ndarray
+    names: tuple[str, ...]
+    interval_s: float
+    steps_without_signal: int
+    steps_with_jump: int
+    blocks: tuple[tuple[int, int, str], ...]
+
+
+def cut_windows(
+    signals: Signals, cut: Cut, individuals: Sequence[int], fps: float, jumps: np.ndarray | None
+) -> Windows:
+    """Cut windows of some individuals out of signals (F - 1, A, D)."""
+    valid = signals.valid if jumps is None else signals.valid & ~_widened(jumps, cut)
+    blocks = cut_blocks(len(valid) + 1, cut)
+    found = {side: _starts(valid, cut, individuals, [b for b in blocks if b[2] == side]) for side in SIDES}
+    _check_found(found, cut, len(valid) + 1)
+    return Windows(
+        learning=_gather(signals.values, found["learning"], cut.steps),
+        held_out=_gather(signals.values, found["held out"], cut.steps),
+        learning_index=found["learning"],
+        held_out_index=found["held out"],
+        names=signals.names,
+        interval_s=1 / fps,
+        steps_without_signal=int((~signals.valid[:, individuals]).sum()),
+        steps_with_jump=0 if jumps is None else int(jumps[:, individuals].sum()),
+        blocks=blocks,
+    )
+
+
+SIDES = ("learning", "held out")
+
+
+def _check_found(found: dict[str, np.ndarray], cut: Cut, frames: int) -> None:
+    for side in SIDES[: 2 if cut.hold_out else 1]:
+        if not len(found[side]):
+            raise ValueError(
+                f"`steps` must leave at least one window {'for learning' if side == 'learning' else 'held out'}; got "
+                f"{cut.steps} in {frames} frames with hold_out {cut.hold_out}, gap {cut.gap}. "
+                "Take shorter windows, or bridge gaps."
+            )
+
+
+def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
+    """Return the blocks of frames for learning and for testing, those for testing spread over time."""
+    if cut.hold_out == 0:
+        return ((0, frames, SIDES[0]),)
+    parts = int(np.clip(frames * cut.hold_out // (LEAST_WINDOWS * cut.frames), 1, MOST_PARTS))
+    blocks = []
+    for part in range(parts):
+        start, end = frames * part // parts, frames * (part + 1) // parts
+        border = end - round((end - start) * cut.hold_out)
+        blocks.append((start + (cut.gap if part else 0), border, SIDES[0]))
+        blocks.append((border + cut.gap, end, SIDES[1]))
+    return tuple(block for block in blocks if block[0] < block[1])
+
+
+def _widened(jumps: np.ndarray, cut: Cut) -> np.ndarray:
+    """Return the steps (F - 1, A) whose signals a jump enters: later ones by the lead, around it by smoothing."""
+    wide = jumps.copy()
+    for step, who in np.argwhere(jumps):
+        wide[max(0, step - cut.half) : step + cut.half + cut.lead + 1, who] = True
+    return wide
+
+
+def _starts(
+    valid: np.ndarray, cut: Cut, individuals: Sequence[int], blocks: Sequence[tuple[int, int, str]]
+) -> np.ndarray:
+    """Return individual and first step (K, 2) of each window, as early as possible, in order of time."""
+    stride, found = cut.stride or cut.steps, []
+    for begin, end, _ in blocks:
+        first, last = begin + cut.lead + cut.half, end - cut.half - 2  # the steps whose frames lie within the block
+        for who in individuals:
+            start = first
+            for broken in [*(first + np.flatnonzero(~valid[first : last + 1, who])), last + 1]:
+                found += [(who, k) for k in range(start, int(broken) - cut.steps + 1, stride)]
+                start = int(broken) + 1
+    return np.array(sorted(found, key=lambda window: window[::-1]), dtype=np.int64).reshape(-1, 2)
+
+
+def _gather(values: np.ndarray, index: np.ndarray, steps: int) -> np.ndarray:
+    """Return the windows (K, T, D)."""
+    return values[index[:, 1, None] + np.arange(steps), index[:, 0, None]]

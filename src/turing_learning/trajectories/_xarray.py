@@ -1,0 +1,118 @@
+"""To and from datasets in the conventions of the `movement` package."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from ._recording import YAxis
+from ._trajectories import Trajectories
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+DIMENSIONS = ("time", "space", "keypoints", "individuals")
+KEYPOINT = "centroid"
+
+
+def to_xarray(recording: Trajectories) -> "xr.Dataset":
+    """Return the dataset; see `Trajectories.to_xarray`."""
+    import xarray as xr
+
+    positions = np.where(recording.present[..., None], recording.positions, np.nan)
+    names = {"confidence": recording.confidence, "heading": recording.headings}
+    extras = {
+        name: (("time", "keypoints", "individuals"), np.where(recording.present, values, np.nan)[:, None])
+        for name, values in names.items()
+        if values is not None
+    }
+    frames = np.arange(len(positions)) + recording.first_frame
+    return xr.Dataset(
+        {"position": (DIMENSIONS, positions.transpose(0, 2, 1)[:, :, None]), **extras},
+        coords={
+            "time": frames / recording.fps,
+            "space": ["x", "y"],
+            "keypoints": [KEYPOINT],
+            "individuals": list(recording.individuals),
+        },
+        attrs={
+            "fps": recording.fps,
+            "time_unit": "seconds",
+            "ds_type": "poses",
+            "source_software": recording.format,
+            "source_file": recording.source,
+            "length_unit": recording.unit,
+            "y_axis": "up",
+            "first_frame": recording.first_frame,
+        },
+    )
+
+
+def from_xarray(
+    dataset: "xr.Dataset",
+    *,
+    fps: float | None = None,
+    pixels_per_cm: float | Literal["unknown"] | None = None,
+    y_axis: YAxis | None = None,
+    keypoint: str | None = None,
+) -> Trajectories:
+    """Return a dataset in the conventions of the `movement` package as `Trajectories`.
+
+    Parameters
+    ----------
+    dataset
+        `position` (time, space, keypoints, individuals) in any order, in two dimensions; `confidence` if there is one.
+        NaN is missing.
+    fps, pixels_per_cm, y_axis
+        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it.
+    keypoint
+        Which point stands for the animal, where there are several.
+
+    Raises
+    ------
+    ValueError
+        If dimensions are missing, or something is not stated, or stated twice and differently.
+    """
+    from ._arrays import check_rate, from_array
+    from ._keypoints import choose
+    from ._load import finish
+
+    if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
+        raise ValueError(f"`dataset` must have `position` {DIMENSIONS}; got {dict(dataset.sizes)}.")
+    if list(dataset["space"].values) != ["x", "y"]:
+        raise ValueError(f"`dataset` must have the coordinates x, y in space; got {list(dataset['space'].values)}.")
+    _check_stated(dataset, y_axis)
+    if "keypoints" in dataset.dims:
+        points = [str(name) for name in dataset["keypoints"].values]
+        dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, "dataset")))
+    elif keypoint is not None:
+        raise ValueError(f"`keypoint` must be left out for a dataset without key points; got {keypoint!r}.")
+    recording = from_array(
+        dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
+        tuple(str(name) for name in dataset["individuals"].values),
+        "dataset, position",
+        confidence=_plane(dataset, "confidence"),
+        headings=_plane(dataset, "heading"),
+        fps=None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps"),
+        first_frame=int(dataset.attrs.get("first_frame", 0)),
+        in_cm=dataset.attrs.get("length_unit") == "cm",
+        y_axis=dataset.attrs.get("y_axis"),
+    )
+    stay = "unknown" if dataset.attrs.get("length_unit") == "px" and pixels_per_cm is None else pixels_per_cm
+    software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
+    return finish(recording, software, file, fps=fps, pixels_per_cm=stay, y_axis=y_axis)
+
+
+def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
+    if name not in dataset:
+        return None
+    return dataset[name].transpose("time", "individuals").values.astype(np.float64)
+
+
+def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
+    times = np.asarray(dataset["time"].values)
+    steps = np.diff(times.astype(np.float64)) if times.dtype.kind in "fiu" else np.full(1, np.nan)
+    if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
+        raise ValueError("`dataset` must have evenly spaced times as numbers; got others.")
+    stated = dataset.attrs.get("y_axis")
+    if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
+        raise ValueError(f"`y_axis` must be 'up' or 'down', as the dataset states; got {y_axis!r} and {stated!r}.")

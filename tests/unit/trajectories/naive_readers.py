@@ -1,0 +1,86 @@
+"""Plain twins of the text readers: every row by itself into a dictionary (frame, individual) -> (x, y) in pixels."""
+
+import csv
+import math
+
+
+def read(name, content):
+    lines = content.decode("utf-8-sig").split("\n")
+    rows = [[cell.strip() for cell in _cells(line, SEPARATORS[name](lines[0]))] for line in lines if line.strip()]
+    return {key: xy for key, xy in READERS[name](rows) if not math.isnan(xy[0])}
+
+
+def _cells(line, separator):
+    return next(csv.reader([line.rstrip("\r")], delimiter=separator)) if '"' in line else line.split(separator)
+
+
+def _xy(x, y):
+    return float(x or "nan"), float(y or "nan")
+
+
+def _idtracker(rows):
+    names = rows[0]
+    for frame, row in enumerate(rows[1:]):
+        cell = dict(zip(names, row, strict=False))
+        for k in range(len(names) // 3):
+            yield (frame, str(k + 1)), _xy(cell[f"X{k + 1}"], cell[f"Y{k + 1}"])
+
+
+def _idtracker_ai(rows):
+    names = rows[0]
+    for frame, row in enumerate(rows[1:]):
+        cell = dict(zip(names, row, strict=True))
+        for k in range(len(names) // 2):
+            yield (frame, str(k + 1)), _xy(cell[f"x{k + 1}"], cell[f"y{k + 1}"])
+
+
+def _toxtrac(rows):
+    arenas = {float(row[1]) for row in rows}
+    for row in rows:
+        arena, track = int(float(row[1])), int(float(row[2]))
+        yield (float(row[0]), f"{arena}:{track}" if len(arenas) > 1 else str(track)), _xy(row[3], row[4])
+
+
+def _named(x, y):
+    def read_rows(rows):
+        for row in rows[1:]:
+            cell = dict(zip(rows[0], row, strict=False))
+            yield (float(cell["frame"]), cell.get("id", "1")), _xy(cell[x], cell[y])
+
+    return read_rows
+
+
+def _deeplabcut(rows):
+    if rows[1][0] == "individuals":
+        who, parts, coords, data = rows[1], rows[2], rows[3], rows[4:]
+    else:
+        who, parts, coords, data = ["1"] * len(rows[1]), rows[1], rows[2], rows[3:]
+    for row in data:
+        cell = {}
+        for name, part, coord, value in zip(who[1:], parts[1:], coords[1:], row[1:], strict=False):
+            cell[name, part, coord] = value
+        for name in dict.fromkeys(who[1:]):
+            if (name, "thorax", "x") in cell:
+                yield (float(row[0]), name), _xy(cell[name, "thorax", "x"], cell[name, "thorax", "y"])
+
+
+def _most(line):
+    return max(",\t;", key=line.count)
+
+
+READERS = {
+    "idtracker": _idtracker,
+    "idtracker.ai-csv": _idtracker_ai,
+    "toxtrac": _toxtrac,
+    "tracktor": _named("pos_x", "pos_y"),
+    "tidy": _named("x", "y"),
+    "deeplabcut": _deeplabcut,
+}
+SEPARATORS = {
+    "idtracker": lambda line: "\t",
+    "idtracker.ai-csv": lambda line: ",",
+    "toxtrac": lambda line: "\t",
+    "tracktor": _most,
+    "tidy": _most,
+    "deeplabcut": lambda line: ",",
+}

@@ -1,0 +1,160 @@
+import numpy as np
+import pytest
+from tracker_files import FPS, SAID, WRITERS, expected, tidy, tracktor, trex, walk
+
+from turing_learning.trajectories import FORMATS, load_trajectories
+
+EVERY = pytest.mark.parametrize("name", FORMATS)
+
+
+def test_there_is_a_writer_for_every_format():
+    assert set(WRITERS) == set(FORMATS)
+
+
+@EVERY
+def test_every_format_is_recognized_by_its_content_and_gives_the_same_positions(name, tmp_path):
+    positions = walk()
+    read = load_trajectories(WRITERS[name](tmp_path, positions), **SAID[name])
+    assert read.format == name
+    np.testing.assert_array_equal(read.present, ~np.isnan(positions[..., 0]))
+    np.testing.assert_allclose(read.positions, expected(name, positions), atol=1e-12)
+    assert (read.fps, read.unit, read.first_frame) == (FPS, "cm", 0)
+
+
+@EVERY
+def test_the_format_may_be_named(name, tmp_path):
+    path = WRITERS[name](tmp_path, walk())
+    assert load_trajectories(path, format=name, **SAID[name]).format == name
+
+
+@EVERY
+def test_no_format_is_taken_for_another_one_that_is_named(name, tmp_path):
+    path = WRITERS[name](tmp_path, walk())
+    for other in set(FORMATS) - {name}:
+        with pytest.raises((ValueError, IsADirectoryError)):
+            load_trajectories(path, format=other, allow_pickle=True, fps=FPS, pixels_per_cm=10)
+
+
+@EVERY
+def test_the_way_y_was_turned_is_told(name, tmp_path):
+    read = load_trajectories(WRITERS[name](tmp_path, walk()), **SAID[name])
+    assert "y pointed down in the file and was turned upwards" in read.problems.remarks
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if "fps" in SAID[name]])
+def test_a_frame_rate_is_never_guessed(name, tmp_path):
+    path = WRITERS[name](tmp_path, walk())
+    with pytest.raises(ValueError, match=r"`fps` must be given; got none, and the file does not state it \["):
+        load_trajectories(path, **SAID[name] | {"fps": None})
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if "pixels_per_cm" in SAID[name]])
+def test_a_scale_is_never_guessed(name, tmp_path):
+    path = WRITERS[name](tmp_path, walk())
+    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*Say \"unknown\" to stay in pixels"):
+        load_trajectories(path, **SAID[name] | {"pixels_per_cm": None})
+
+
+@pytest.mark.parametrize("name", [name for name in FORMATS if "fps" not in SAID[name]])
+def test_a_frame_rate_that_contradicts_the_file_is_refused(name, tmp_path):
+    path = WRITERS[name](tmp_path, walk())
+    with pytest.raises(ValueError, match=r"`fps` must be what the file states, 25.0; got 30"):
+        load_trajectories(path, **SAID[name] | {"fps": 30})
+
+
+def test_a_scale_that_contradicts_the_file_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="`pixels_per_cm` must be left out for a file in cm; got 10"):
+        load_trajectories(trex(tmp_path, walk()), pixels_per_cm=10)
+
+
+def test_positions_stay_in_pixels_when_the_scale_is_said_to_be_unknown(tmp_path):
+    positions = walk(missing=0)
+    read = load_trajectories(tidy(tmp_path, positions), fps=25, pixels_per_cm="unknown", y_axis="up")
+    assert read.unit == "px"
+    np.testing.assert_allclose(read.positions, positions)
+
+
+def test_the_direction_of_y_in_a_plain_table_is_never_guessed(tmp_path):
+    with pytest.raises(ValueError, match="`y_axis` must be given; got none"):
+        load_trajectories(tidy(tmp_path, walk()), fps=25, pixels_per_cm=1)
+
+
+@pytest.mark.parametrize(
+    ("said", "message"),
+    [
+        ({"fps": 0}, "`fps` must be a finite number above 0; got 0"),
+        ({"fps": np.inf}, "`fps` must be a finite number above 0; got inf"),
+        ({"pixels_per_cm": -1}, "`pixels_per_cm` must be a finite number above 0; got -1"),
+        ({"pixels_per_cm": "ten"}, "`pixels_per_cm` must be a finite number above 0; got 'ten'"),
+        ({"y_axis": "left"}, "`y_axis` must be 'up' or 'down'; got 'left'"),
+        ({"min_confidence": np.nan}, "`min_confidence` must be a finite number; got nan"),
+        ({"min_confidence": 0.5}, "`min_confidence` must be left out; got 0.5 for a file without confidence"),
+        ({"format": "fishtrack"}, "`format` must be one of idtracker, .*; got 'fishtrack'"),
+        ({"keypoint": "head"}, "`keypoint` must be left out for format tracktor; got 'head'"),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(said, message, tmp_path):
+    path = tracktor(tmp_path, walk())
+    with pytest.raises(ValueError, match=message):
+        load_trajectories(path, **{"fps": 25, "pixels_per_cm": 10} | said)
+
+
+def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
+    path = tmp_path / "both.csv"
+    path.write_text("frame,id,x,y,pos_x,pos_y\n0,a,1,2,3,4\n")
+    with pytest.raises(ValueError, match=r"got what fits tracktor and tidy.*Say which with `format`"):
+        load_trajectories(path, fps=25, pixels_per_cm=10)
+    read = load_trajectories(path, fps=25, pixels_per_cm="unknown", format="tidy", y_axis="up")
+    np.testing.assert_array_equal(read.positions, [[[1, 2]]])
+
+
+@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\xfe\n", b"\n\n\n"])
+def test_an_unknown_content_is_refused(content, tmp_path):
+    path = tmp_path / "some.dat"
+    path.write_bytes(content)
+    with pytest.raises(
+        ValueError, match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]"
+    ):
+        load_trajectories(path, fps=25, pixels_per_cm=10)
+
+
+def test_an_empty_file_is_refused(tmp_path):
+    path = tmp_path / "empty.csv"
+    path.touch()
+    with pytest.raises(ValueError, match=r"`path` must not be empty; got 0 bytes \[.*empty.csv\]"):
+        load_trajectories(path)
+
+
+def test_a_missing_file_is_said_to_be_missing(tmp_path):
+    with pytest.raises(FileNotFoundError, match=r"nowhere.csv"):
+        load_trajectories(tmp_path / "nowhere.csv")
+
+
+def test_positions_of_which_the_tracker_is_unsure_count_as_missing_when_asked(tmp_path):
+    path = tmp_path / "fish.csv"
+    path.write_text("frame,x,y,confidence\n0,1,2,0.9\n1,3,4,0.2\n2,5,6,0.8\n")
+    said = {"fps": 25, "pixels_per_cm": 1, "y_axis": "up"}
+    np.testing.assert_array_equal(load_trajectories(path, **said).present[:, 0], [True, True, True])
+    sure = load_trajectories(path, min_confidence=0.5, **said)
+    np.testing.assert_array_equal(sure.present[:, 0], [True, False, True])
+    assert sure.remarks == ("1 positions with a confidence below 0.5 count as missing",)
+    with pytest.raises(ValueError, match=r"hold a position with confidence 2 or more; got at most 0.9"):
+        load_trajectories(path, min_confidence=2, **said)
+
+
+def test_headings_turn_with_the_direction_of_y(tmp_path):
+    path = tmp_path / "fish.csv"
+    path.write_text("frame,x,y,heading\n0,1,2,0.5\n")
+    assert load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up").headings[0, 0] == 0.5
+    assert load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="down").headings[0, 0] == -0.5
+
+
+def test_shuffled_rows_without_frame_numbers_are_refused(tmp_path):
+    path = WRITERS["idtracker"](tmp_path, walk(frames=300, missing=0))
+    assert load_trajectories(path, fps=25, pixels_per_cm=1).problems.jumps == ()
+    header, *rows = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([header, *np.random.default_rng(1).permutation(rows)]))
+    with pytest.raises(
+        ValueError, match=r"must have its rows in the order of time; got a typical step of .* may be shuffled"
+    ):
+        load_trajectories(path, fps=25, pixels_per_cm=1)

@@ -1,0 +1,211 @@
+"""Damaged files: a clear error that names the file, or exactly what the file says.
+
+What a damaged text file says is what the plain twin in naive_readers.py reads. The suite runs the same few hundred cases every
+time; to run others, say how many in all:
+
+    TURING_LEARNING_FUZZ_CASES=10000 pytest tests/unit/trajectories/test_reader_fuzz.py
+"""
+
+import os
+
+import naive_readers
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from tracker_files import SAID, WRITERS, expected, walk
+
+from turing_learning.trajectories import load_trajectories
+
+CASES = int(os.environ.get("TURING_LEARNING_FUZZ_CASES", "300"))
+TEXT = tuple(naive_readers.READERS)
+ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex")
+NUMBERED = {"toxtrac": 0, "tracktor": 1, "tidy": 1, "deeplabcut": 4}
+"""Formats whose rows carry a frame number, with their header lines."""
+TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 3
+
+each = settings(
+    max_examples=-(-CASES // TESTS),
+    deadline=None,
+    database=None,
+    derandomize="TURING_LEARNING_FUZZ_CASES" not in os.environ,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+CELLS = st.sampled_from(
+    [
+        "",
+        "nan",
+        "inf",
+        "-1",
+        "0",
+        "1",
+        "2.5",
+        "1e1",
+        "1e308",
+        "-1e308",
+        "1e9",
+        "1_0",
+        "0x10",
+        "9" * 400,
+        "\u0663",
+        '"',
+        "'",
+        " 7 ",
+        "a",
+    ]
+)
+BYTES = st.one_of(
+    st.binary(max_size=12), st.sampled_from([b"\n", b"\r", b"\0", b"\t", b",", b'"', b"-", b".", b"e", b"\xef\xbb\xbf"])
+)
+
+
+@st.composite
+def damage(draw, content):
+    """Return the content cut off, overwritten, with pieces inserted, removed or repeated, once or a few times."""
+    for _ in range(draw(st.integers(1, 3))):
+        content = draw(st.sampled_from([cut, overwrite, insert, remove, repeat, swap_lines, replace_cell]))(
+            draw, content
+        )
+    return content
+
+
+def _place(draw, content):
+    return draw(st.integers(0, len(content)))
+
+
+def cut(draw, content):
+    return content[: _place(draw, content)]
+
+
+def overwrite(draw, content):
+    at, new = _place(draw, content), draw(BYTES)
+    return content[:at] + new + content[at + len(new) :]
+
+
+def insert(draw, content):
+    at = _place(draw, content)
+    return content[:at] + draw(BYTES) + content[at:]
+
+
+def remove(draw, content):
+    at = _place(draw, content)
+    return content[:at] + content[at + draw(st.integers(1, 60)) :]
+
+
+def repeat(draw, content):
+    lines = content.splitlines(keepends=True) or [b""]
+    at = draw(st.integers(0, len(lines) - 1))
+    return b"".join(lines[: at + 1] + [lines[at]] * draw(st.sampled_from([1, 2, 300])) + lines[at + 1 :])
+
+
+def swap_lines(draw, content):
+    return b"".join(draw(st.permutations(content.splitlines(keepends=True))))
+
+
+def replace_cell(draw, content):
+    lines = content.splitlines(keepends=True) or [b""]
+    at = draw(st.integers(0, len(lines) - 1))
+    separator = b"\t" if b"\t" in lines[at] else b","
+    row = lines[at].split(separator)
+    row[draw(st.integers(0, len(row) - 1))] = draw(CELLS).encode()
+    lines[at] = separator.join(row)
+    return b"".join(lines)
+
+
+def outcome(path, said):
+    """Return the recording, or None where it is refused with a message that names the file."""
+    message = ""
+    try:
+        return load_trajectories(path, **said)
+    except ValueError as error:
+        message = str(error)
+    assert str(path) in message
+    assert " must " in message
+    return None
+
+
+def as_dictionary(read):
+    """Return (frame, individual) -> (x, y) in pixels of the file."""
+    return {
+        (read.first_frame + frame, read.individuals[who]): tuple(read.positions[frame, who] * [10, -10])
+        for frame, who in np.argwhere(read.present)
+    }
+
+
+@pytest.mark.parametrize("name", TEXT)
+@given(data=st.data())
+@each
+def test_a_damaged_text_file_is_refused_or_read_as_it_stands(name, tmp_path, data):
+    path = WRITERS[name](tmp_path, walk(frames=8))
+    content = data.draw(damage(path.read_bytes()))
+    path.write_bytes(content)
+    read = outcome(path, SAID[name])
+    if read is not None:
+        assert read.fps == 25
+        stated = naive_readers.read(read.format, content)
+        found = as_dictionary(read)
+        assert found.keys() == stated.keys()
+        assert all(np.allclose(found[key], stated[key], rtol=1e-12, atol=1e-12) for key in found)
+
+
+@pytest.mark.parametrize("name", TEXT)
+@given(data=st.data())
+@each
+def test_a_text_file_that_is_cut_off_is_refused_or_gives_whole_rows(name, tmp_path, data):
+    positions = walk(frames=8)
+    path = WRITERS[name](tmp_path, positions)
+    path.write_bytes(cut(data.draw, path.read_bytes()))
+    read = outcome(path, SAID[name])
+    if read is not None:
+        whole = expected(name, positions)[: len(read.positions), : len(read.individuals)]
+        np.testing.assert_allclose(read.positions[read.present], whole[read.present])
+
+
+@pytest.mark.parametrize("name", NUMBERED)
+@given(data=st.data())
+@each
+def test_shuffled_rows_with_frame_numbers_give_the_same(name, tmp_path, data):
+    positions = walk(frames=8, individuals=2)
+    path = WRITERS[name](tmp_path, positions)
+    lines = path.read_bytes().split(b"\n")[:-1]
+    rows = data.draw(st.permutations(lines[NUMBERED[name] :]))
+    path.write_bytes(b"\n".join([*lines[: NUMBERED[name]], *rows, b""]))
+    np.testing.assert_allclose(load_trajectories(path, **SAID[name]).positions, expected(name, positions))
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+@given(data=st.data())
+@each
+def test_a_file_of_arrays_that_is_cut_off_or_damaged_is_refused_or_right(name, tmp_path, data):
+    positions = walk(frames=8)
+    path = WRITERS[name](tmp_path, positions)
+    file = path / "video_fish0.npz" if path.is_dir() else path
+    content = file.read_bytes()
+    if name == "trex":  # checksums find a byte that is wrong; HDF5 and pickle have none
+        file.write_bytes(data.draw(st.one_of(st.just(cut), st.just(overwrite), st.just(remove)))(data.draw, content))
+    else:
+        file.write_bytes(cut(data.draw, content))
+    read = outcome(path, SAID[name])
+    if read is not None:
+        np.testing.assert_allclose(read.positions, expected(name, positions))
+
+
+@pytest.mark.parametrize("name", ["idtracker.ai-h5", "sleap"])
+@given(data=st.data())
+@each
+def test_an_hdf5_file_with_wrong_bytes_never_ends_in_another_error(name, tmp_path, data):
+    path = WRITERS[name](tmp_path, walk(frames=8))
+    path.write_bytes(overwrite(data.draw, path.read_bytes()))
+    outcome(path, SAID[name])
+
+
+@given(
+    start=st.sampled_from([b"", b"\x89HDF\r\n\x1a\n", b"PK\x03\x04", b"\x93NUMPY\x01\x00"]),
+    content=st.binary(max_size=400),
+)
+@each
+def test_binary_rubbish_is_refused(start, content, tmp_path):
+    path = tmp_path / "rubbish"
+    path.write_bytes(start + content)
+    assert outcome(path, {"fps": 25, "pixels_per_cm": 10, "y_axis": "up"}) is None

@@ -1,0 +1,184 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from turing_learning.trajectories import Jump, Trajectories
+
+
+def recording(positions, present=None, **more):
+    positions = np.asarray(positions, dtype=float)
+    present = np.ones(positions.shape[:2], dtype=bool) if present is None else np.asarray(present, dtype=bool)
+    names = tuple("abcdefgh"[: positions.shape[1]])
+    return Trajectories(
+        **{"positions": positions * present[..., None], "present": present, "fps": 10.0, "individuals": names} | more
+    )
+
+
+def line(frames=6, individuals=1):
+    """Return individuals that move one cm per frame along x."""
+    return np.stack([np.repeat(np.arange(frames)[:, None], individuals, 1), np.zeros((frames, individuals))], axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"positions": np.zeros((3, 2))}, r"`positions` must be of shape \(F, A, 2\) and not empty; got \(3, 2\)"),
+        (
+            {"positions": np.zeros((0, 1, 2))},
+            r"`positions` must be of shape \(F, A, 2\) and not empty; got \(0, 1, 2\)",
+        ),
+        ({"positions": np.full((6, 1, 2), np.nan)}, r"`positions` must be finite; got nan at \(0, 0, 0\)"),
+        ({"present": np.ones((5, 1), bool)}, r"`present` must be of shape \(F, A\) = \(6, 1\); got \(5, 1\)"),
+        ({"present": np.zeros((6, 1), bool)}, "`present` must be booleans, some of them true; got bool"),
+        ({"present": np.ones((6, 1))}, "`present` must be booleans, some of them true; got float64"),
+        ({"headings": np.ones(6)}, r"`headings` must be of shape \(F, A\) = \(6, 1\); got \(6,\)"),
+        ({"confidence": np.full((6, 1), np.inf)}, r"`confidence` must be finite; got inf at \(0, 0\)"),
+        ({"fps": 0.0}, "`fps` must be a finite number above 0; got 0.0"),
+        ({"individuals": ("a", "b")}, r"`individuals` must be 1 different names; got \('a', 'b'\)"),
+        ({"unit": "m"}, "`unit` must be 'cm' or 'px'; got 'm'"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        replace(recording(line()), **change)
+
+
+def test_names_that_occur_twice_are_refused():
+    with pytest.raises(ValueError, match=r"`individuals` must be 2 different names; got \('a', 'a'\)"):
+        replace(recording(line(individuals=2)), individuals=("a", "a"))
+
+
+def test_a_recording_says_in_a_line_what_it_is():
+    text = str(recording(line(), present=[[1], [1], [0], [1], [1], [1]]))
+    assert text == "1 individuals, 6 frames at 10 per second (0.6 s), in cm, 16.67% missing"
+
+
+def test_the_duration_is_the_time_between_first_and_last_frame():
+    assert recording(line(11)).duration_s == 1.0
+
+
+def test_nothing_is_found_in_a_recording_without_problems():
+    problems = recording(line()).problems
+    assert not problems.found
+    assert str(problems) == "nothing found"
+
+
+def test_missing_values_are_counted_for_each_individual():
+    present = np.ones((6, 2), dtype=bool)
+    present[[1, 2, 4], 1] = False
+    problems = recording(line(individuals=2), present).problems
+    assert (problems.missing, problems.gaps, problems.longest_gap) == (
+        {"a": 0, "b": 3},
+        {"a": 0, "b": 2},
+        {"a": 0, "b": 2},
+    )
+    assert str(problems) == "b: 3 of 6 frames missing, in 2 gaps of up to 2"
+
+
+def test_gaps_at_the_ends_count():
+    problems = recording(line(), [[0], [0], [1], [1], [1], [0]]).problems
+    assert (problems.missing, problems.gaps, problems.longest_gap) == ({"a": 3}, {"a": 2}, {"a": 2})
+    assert problems.empty_frames == (0, 1, 5)
+
+
+def test_a_jump_is_a_step_above_the_stated_multiple_of_the_typical_one():
+    positions = line(10)
+    positions[5:] += [24, 0]
+    problems = recording(positions, first_frame=100).check(jump_factor=20)
+    assert problems.jumps == (Jump("a", 104, 25.0, 25.0),)
+    assert str(problems) == "a: jump of 25 after frame 104 (25 typical steps)"
+    assert recording(positions).check(jump_factor=25).jumps == ()
+
+
+def test_a_displacement_over_a_gap_is_no_jump():
+    positions = line(10)
+    positions[5:] += [100, 0]
+    assert recording(positions, np.arange(10)[:, None] != 5).problems.jumps == ()
+
+
+def test_a_jump_factor_that_makes_every_step_a_jump_is_refused():
+    with pytest.raises(ValueError, match="`jump_factor` must be a finite number above 1; got 1"):
+        recording(line()).check(jump_factor=1)
+
+
+def test_frames_that_repeat_the_one_before_are_named():
+    positions = np.repeat(line(6, 2), 2, axis=0)
+    positions[7, 1] += 0.1
+    problems = recording(positions, first_frame=10).problems
+    assert problems.repeated_frames == (11, 13, 15, 19, 21)
+    assert str(problems) == "5 frames repeat the one before: 11, 13, 15, 19, 21"
+
+
+def test_a_frame_in_which_somebody_disappears_repeats_nothing():
+    assert recording(np.zeros((2, 2, 2)), [[1, 1], [1, 0]]).problems.repeated_frames == ()
+
+
+def test_individuals_that_never_move_have_no_jumps():
+    assert recording(np.zeros((5, 1, 2))).problems.typical_step == 0
+
+
+def test_long_lists_of_frames_are_cut_in_the_text():
+    assert str(recording(np.zeros((20, 1, 2))).problems).endswith("8, 9, 10, ...")
+
+
+def test_gaps_are_bridged_by_straight_motion_at_even_speed():
+    present = [[1], [0], [0], [1], [1], [1]]
+    filled = recording(line(), present).bridged(2)
+    np.testing.assert_allclose(filled.positions, line())
+    np.testing.assert_array_equal(filled.interpolated[:, 0], [0, 1, 1, 0, 0, 0])
+    assert filled.present.all()
+    assert filled.remarks == ("2 positions in gaps of up to 2 frames were interpolated",)
+
+
+def test_longer_gaps_and_those_at_the_ends_are_never_bridged():
+    present = np.array([[0], [1], [0], [0], [1], [0]], dtype=bool)
+    np.testing.assert_array_equal(recording(line(), present).bridged(1).present, present)
+    np.testing.assert_array_equal(recording(line(), present).bridged(99).present[:, 0], [0, 1, 1, 1, 1, 0])
+
+
+def test_headings_turn_the_shorter_way_over_a_gap():
+    headings = np.array([[3.0], [0.0], [-3.0]])
+    filled = recording(line(3), [[1], [0], [1]], headings=headings).bridged(1)
+    assert abs(filled.headings[1, 0]) == pytest.approx(np.pi)
+
+
+def test_what_was_bridged_before_stays_known():
+    twice = recording(line(8), [[1], [0], [1], [0], [0], [1], [1], [1]]).bridged(1).bridged(2)
+    np.testing.assert_array_equal(np.flatnonzero(twice.interpolated), [1, 3, 4])
+
+
+def test_a_gap_of_no_frames_cannot_be_bridged():
+    with pytest.raises(ValueError, match="`max_gap` must be 1 or more; got 0"):
+        recording(line()).bridged(0)
+
+
+def test_thinning_keeps_the_speed():
+    thin = recording(line(9)).thinned(4)
+    assert (len(thin.positions), thin.fps) == (3, 2.5)
+    np.testing.assert_allclose(thin.signals(("speed",)).values, 10)
+    assert thin.remarks == ("one frame in 4 was kept, frame numbers count those",)
+
+
+@pytest.mark.parametrize("every", [0, 7])
+def test_thinning_to_nothing_is_refused(every):
+    with pytest.raises(ValueError, match=f"`every` must be from 1 to the 6 frames; got {every}"):
+        recording(line()).thinned(every)
+
+
+def test_thinning_to_frames_without_anybody_is_refused():
+    with pytest.raises(ValueError, match="`every` must leave a frame with somebody present; got 2"):
+        recording(line(), [[0], [1], [0], [1], [0], [1]]).thinned(2)
+
+
+def test_individuals_are_selected_by_name():
+    positions = line(6, 3) + np.arange(3)[:, None]
+    chosen = recording(positions, headings=positions[..., 0]).selected(["c", "a"])
+    assert chosen.individuals == ("c", "a")
+    np.testing.assert_array_equal(chosen.positions, positions[:, [2, 0]])
+    np.testing.assert_array_equal(chosen.headings, positions[:, [2, 0], 0])
+
+
+def test_an_unknown_individual_is_refused():
+    with pytest.raises(ValueError, match="`individuals` must be among a, b; got 'z'"):
+        recording(line(individuals=2)).selected(["z"])

@@ -1,0 +1,162 @@
+"""Files as the trackers write them, from positions (F, A, 2) in pixels with NaN where missing."""
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FPS = 25.0
+
+
+def walk(frames: int = 12, individuals: int = 3, seed: int = 0, missing: float = 0.1) -> np.ndarray:
+    """Return positions (F, A, 2) with NaN where missing; everybody is there at first and at last."""
+    rng = np.random.default_rng(seed)
+    positions = np.round(
+        100 + 200 * rng.random((1, individuals, 2)) + rng.normal(size=(frames, individuals, 2)).cumsum(0), 3
+    )
+    positions[1:-1][rng.random((frames - 2, individuals)) < missing] = np.nan
+    return positions
+
+
+def _cell(value: float, missing: str = "") -> str:
+    return missing if np.isnan(value) else f"{value:.3f}"
+
+
+def _rows(positions: np.ndarray):
+    for frame, individual in np.ndindex(*positions.shape[:2]):
+        if not np.isnan(positions[frame, individual, 0]):
+            yield frame, individual, *(_cell(value) for value in positions[frame, individual])
+
+
+def _text(path: Path, lines: list[str]) -> Path:
+    path.write_bytes("".join(f"{line}\n" for line in lines).encode())
+    return path
+
+
+def idtracker(folder: Path, positions: np.ndarray) -> Path:
+    header = "".join(f"X{k + 1}\tY{k + 1}\tProbId{k + 1}\t" for k in range(positions.shape[1]))
+    rows = ["\t".join(f"{_cell(x, 'NaN')}\t{_cell(y, 'NaN')}\tNaN" for x, y in frame) for frame in positions]
+    return _text(folder / "trajectories.txt", [header, *rows])
+
+
+def idtracker_ai_h5(folder: Path, positions: np.ndarray) -> Path:
+    with h5py.File(folder / "trajectories.h5", "w") as file:
+        file["trajectories"] = positions
+        file["id_probabilities"] = np.full((*positions.shape[:2], 1), 0.9)
+        file.attrs["frames_per_second"] = FPS
+    return folder / "trajectories.h5"
+
+
+def idtracker_ai_csv(folder: Path, positions: np.ndarray) -> Path:
+    header = ",".join(["time", *(f"{axis}{k + 1}" for k in range(positions.shape[1]) for axis in "xy")])
+    rows = [
+        ",".join([f"{k / FPS:.3f}", *(_cell(v, "nan") for v in frame.ravel())]) for k, frame in enumerate(positions)
+    ]
+    return _text(folder / "trajectories.csv", [header, *rows])
+
+
+def idtracker_ai_npy(folder: Path, positions: np.ndarray) -> Path:
+    np.save(folder / "trajectories.npy", {"trajectories": positions, "frames_per_second": FPS}, allow_pickle=True)
+    return folder / "trajectories.npy"
+
+
+def trex(folder: Path, positions: np.ndarray, **more: np.ndarray) -> Path:
+    folder = folder / "trex"
+    folder.mkdir(exist_ok=True)
+    for k in range(positions.shape[1]):
+        xy = positions[:, k]
+        missing = np.isnan(xy[:, 0])
+        centroid = np.where(np.isnan(xy), np.inf, xy)
+        arrays = {
+            "frame": np.arange(len(xy)),
+            "time": np.arange(len(xy)) / FPS,
+            "missing": missing.astype(float),
+            "X#wcentroid": centroid[:, 0],
+            "Y#wcentroid": centroid[:, 1],
+            "X": centroid[:, 0] + 1,
+            "Y": centroid[:, 1] + 1,
+        }
+        np.savez(folder / f"video_fish{k}.npz", **(arrays | more))
+    return folder
+
+
+def toxtrac(folder: Path, positions: np.ndarray) -> Path:
+    rows = [f"{frame}\t0\t{who + 1}\t{x}\t{y}\t1\t\r" for frame, who, x, y in _rows(positions)]
+    return _text(folder / "Tracking_0.txt", rows)
+
+
+def tracktor(folder: Path, positions: np.ndarray) -> Path:
+    rows = [f"{k},{frame}.0,{x},{y},{'ABCDEFGH'[who]}" for k, (frame, who, x, y) in enumerate(_rows(positions))]
+    return _text(folder / "tracked.csv", [",frame,pos_x,pos_y,id", *rows])
+
+
+def sleap(folder: Path, positions: np.ndarray) -> Path:
+    nodes = np.stack([positions, positions + 1])
+    with h5py.File(folder / "analysis.h5", "w") as file:
+        file["tracks"] = nodes.transpose(2, 3, 0, 1)
+        file["node_names"] = np.array([b"thorax", b"head"])
+        file["track_names"] = np.array([f"track_{k}".encode() for k in range(positions.shape[1])])
+        file["point_scores"] = np.full((positions.shape[1], 2, len(positions)), 0.8)
+    return folder / "analysis.h5"
+
+
+def deeplabcut(folder: Path, positions: np.ndarray) -> Path:
+    animals = [f"mouse{k + 1}" for k in range(positions.shape[1])]
+    columns = [
+        (animal, part, what) for animal in animals for part in ("thorax", "head") for what in ("x", "y", "likelihood")
+    ]
+    header = [
+        ",".join([name, *(column[k - 1] if k else "DLC_net" for column in columns)])
+        for k, name in enumerate(("scorer", "individuals", "bodyparts", "coords"))
+    ]
+    rows = []
+    for number, frame in enumerate(positions):
+        cells = [str(number)]
+        for x, y in frame:
+            sure = "" if np.isnan(x) else "0.95"
+            cells += [_cell(x), _cell(y), sure, _cell(x + 1), _cell(y + 1), sure]
+        rows.append(",".join(cells))
+    return _text(folder / "videoDLC.csv", [*header, *rows])
+
+
+def tidy(folder: Path, positions: np.ndarray) -> Path:
+    rows = [f"{frame},fish{who + 1},{x},{y}" for frame, who, x, y in _rows(positions)]
+    return _text(folder / "fish.csv", ["frame,id,x,y", *rows])
+
+
+WRITERS = {
+    "idtracker": idtracker,
+    "idtracker.ai-h5": idtracker_ai_h5,
+    "idtracker.ai-csv": idtracker_ai_csv,
+    "idtracker.ai-npy": idtracker_ai_npy,
+    "trex": trex,
+    "toxtrac": toxtrac,
+    "tracktor": tracktor,
+    "sleap": sleap,
+    "deeplabcut": deeplabcut,
+    "tidy": tidy,
+}
+
+SAID = {
+    "idtracker": {"fps": FPS, "pixels_per_cm": 10},
+    "idtracker.ai-h5": {"pixels_per_cm": 10},
+    "idtracker.ai-csv": {"pixels_per_cm": 10},
+    "idtracker.ai-npy": {"pixels_per_cm": 10, "allow_pickle": True},
+    "trex": {},
+    "toxtrac": {"fps": FPS, "pixels_per_cm": 10},
+    "tracktor": {"fps": FPS, "pixels_per_cm": 10},
+    "sleap": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "deeplabcut": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "tidy": {"fps": FPS, "pixels_per_cm": 10, "y_axis": "down"},
+}
+"""What the user has to say for each format, and no more."""
+
+
+def expected(name: str, positions: np.ndarray) -> np.ndarray:
+    """Return positions (F, A, 2) in cm, y upwards, 0 where missing."""
+    return np.nan_to_num(positions) * np.array([1, -1]) / (1 if name == "trex" else 10)
+
+
+def write_attributes(folder: Path, text: str | None = None) -> None:
+    (folder / "attributes.json").write_text(text or json.dumps({"frames_per_second": FPS}))
