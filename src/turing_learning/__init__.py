@@ -2,8 +2,10 @@
 
 The three nouns at the top are the boxes of the method's picture: a sample source (for example a simulated swarm,
 `swarm`), classifiers that judge motion samples (`classifiers`), and the coevolution that pits models against
-classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it; `load_run` opens what a run left behind;
-`study` does many runs, and `load_study` opens them.
+classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or with a system and
+a simulator of one's own, whose parameters may be said in detail by `Parameter`; `resume` goes on with a run; `load_run`
+opens what a run left behind; `study` does many runs, and `load_study` opens them. `load_trajectories` reads recorded
+motion.
 
 Rooms are imported on first use, so that ``import turing_learning`` stays fast.
 """
@@ -14,32 +16,61 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from . import analysis, classifiers, coevolution, config, evolution, figures, models, report, runs, studies, swarm
-    from .runs import Result, infer, load_run
+    from . import (
+        analysis,
+        classifiers,
+        coevolution,
+        config,
+        detection,
+        evolution,
+        figures,
+        models,
+        report,
+        reproduction,
+        robots,
+        runs,
+        sources,
+        studies,
+        swarm,
+        trajectories,
+    )
+    from .models import Parameter
+    from .runs import Result, infer, load_run, resume
     from .studies import StudyResult, load_study, study
+    from .trajectories import Trajectories, load_trajectories
 
 __all__ = [
+    "Parameter",
     "Result",
     "StudyResult",
+    "Trajectories",
     "analysis",
     "classifiers",
     "coevolution",
     "config",
+    "detection",
     "evolution",
     "figures",
     "infer",
     "load_run",
     "load_study",
+    "load_trajectories",
     "models",
     "report",
+    "reproduction",
+    "resume",
+    "robots",
     "runs",
+    "sources",
     "studies",
     "study",
     "swarm",
+    "trajectories",
 ]
 
-_FROM_RUNS = ("Result", "infer", "load_run")
+_FROM_RUNS = ("Result", "infer", "load_run", "resume")
 _FROM_STUDIES = ("StudyResult", "load_study", "study")
+_FROM_TRAJECTORIES = ("Trajectories", "load_trajectories")
 
 
 def __getattr__(name: str) -> Any:
@@ -47,8 +78,12 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     if name in _FROM_RUNS:
         return getattr(import_module(".runs", __name__), name)
+    if name == "Parameter":
+        return import_module(".models", __name__).Parameter
     if name in _FROM_STUDIES:
         return getattr(import_module(".studies", __name__), name)
+    if name in _FROM_TRAJECTORIES:
+        return getattr(import_module(".trajectories", __name__), name)
     return import_module(f".{name}", __name__)
 
 

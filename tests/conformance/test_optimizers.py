@@ -25,7 +25,9 @@ def renewed(*, seed=0, **settings) -> Optimizer:
 
 
 def in_two_phases(**settings) -> Optimizer:
-    return evolution_strategy(memory=0.3, redraw=0.3, refinement=2, **settings)
+    return evolution_strategy(
+        recombination=0.5, redraw=0.3, exchange=0.2, groups=[[0], [1]], memory=0.2, refinement=30, **settings
+    )
 
 
 OPTIMIZERS: dict[str, Callable[..., Optimizer]] = {

@@ -24,9 +24,6 @@ app = typer.Typer(
     rich_markup_mode="rich",
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-_study.register(app)
-_reproduce.register(app)
-_detect.register(app)
 
 ThreadsOption = Annotated[
     int | None,
@@ -226,3 +223,9 @@ def _numbers(text: str) -> list[float]:
         return [float(part) for part in text.split(",")]
     except ValueError as error:
         raise ConfigurationError(f"`controller` must be numbers with commas between them; got {text!r}.") from error
+
+
+# The order of registration is that of `--help`: what most users need comes first.
+_study.register(app)
+_detect.register(app)
+_reproduce.register(app)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 INTERVAL_S = 0.2  # between two pictures
 LINE_EVERY = 100  # generations between two lines
+AWAY = "away from the truth"
 LARGEST_SHOWN = 1e4  # beyond it numbers are shown with an exponent
 
 
@@ -107,12 +108,21 @@ def _line(progress: "Progress") -> str:
     )
     generation = progress.generation
     fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
-    return f"generation {progress.completed}/{progress.total}  {_rate(progress)}  {models}  {fitness}"
+    head = f"generation {progress.completed}/{progress.total}  {_rate(progress)}  {models}  {fitness}"
+    return "  ".join(part for part in (head, _outlook(progress)) if part)
+
+
+def _outlook(progress: "Progress") -> str:
+    """Say how the recent models miss the truth, where it is known."""
+    outlook = progress.outlook
+    return "" if outlook is None else f"so far {AWAY if outlook == 'other' else outlook}"
 
 
 def picture(progress: "Progress", alarm: str = "") -> Group:
     """Return the live view of a generation, with an alarm in red below it."""
     parts: list[Table | Text] = [_header(progress), _parameters(progress), _fitness(progress)]
+    if outlook := _outlook(progress):
+        parts.append(Text(outlook, style="dim"))
     if alarm:
         parts.append(Text(f" {alarm} ", style="bold white on red"))
     return Group(*parts)

@@ -1,8 +1,9 @@
 """The configuration of a run as validated, frozen data.
 
 `Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, `CoevolutionSection`, `RunSection`) hold every
-setting of a run; `load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and
-refuses what is wrong in one message (`ConfigurationError`); `to_toml` writes it back with every field explicit.
+setting of a run, and `OwnConfiguration` those of a run with a system of one's own; `load_configuration` resolves one
+from a preset (`PRESETS`), a TOML file and single settings, and refuses what is wrong in one message
+(`ConfigurationError`); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values.
 """
@@ -16,6 +17,7 @@ from ._sections import (
     CoevolutionSection,
     Configuration,
     ModelsSection,
+    OwnConfiguration,
     PopulationSection,
     RunSection,
 )
@@ -31,6 +33,7 @@ __all__ = [
     "Configuration",
     "ConfigurationError",
     "ModelsSection",
+    "OwnConfiguration",
     "PopulationSection",
     "RunSection",
     "Variant",

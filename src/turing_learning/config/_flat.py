@@ -34,7 +34,7 @@ def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> 
         for part in tables:
             table = table.setdefault(part, {})
         table[name] = value
-    return Configuration.model_validate_json(json.dumps(data), strict=True)
+    return type(configuration).model_validate_json(json.dumps(data), strict=True)
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

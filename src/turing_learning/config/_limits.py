@@ -1,9 +1,11 @@
 """What a configuration may ask of a machine: numbers, memory, and time between two chances to stop."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
+
+from turing_learning.sources import OwnSystem
 
 if TYPE_CHECKING:
     from ._sections import Configuration
@@ -25,15 +27,23 @@ _USUAL = {
 
 def check_limits(configuration: "Configuration") -> None:
     """Raise ValueError if a run would leave the range of numbers, of memory, or of patience."""
-    _check_numbers(configuration)
+    own = isinstance(configuration.scenario, OwnSystem)
+    if not own:
+        _check_numbers(configuration)
+    _check_scale(configuration)
     _check_neurons(configuration)
-    _check_demand(configuration)
+    _check_sizes(configuration, _own_demands(configuration) if own else _demands(configuration))
+    if not own:
+        _check_work(configuration)
 
 
 def _check_numbers(configuration: "Configuration") -> None:
     for key, value in _numbers(asdict(configuration.scenario), "scenario."):
         if value != 0 and not SMALLEST <= abs(value) <= LARGEST:
             raise ValueError(f"`{key}` must be 0 or of a size between {SMALLEST:g} and {LARGEST:g}; got {value}.")
+
+
+def _check_scale(configuration: "Configuration") -> None:
     own = configuration.classifiers.input_scale == "robot"
     rule = (
         "`scenario.robot.wheel_distance_cm` must make the largest speeds"
@@ -63,39 +73,67 @@ def _check_neurons(configuration: "Configuration") -> None:
         )
 
 
-def _check_demand(configuration: "Configuration") -> None:
-    run, scenario, trial = configuration.run, configuration.scenario, configuration.scenario.trial
-    models = configuration.models.parents + configuration.models.offspring
-    classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    hidden, inputs = configuration.classifiers.hidden, len(configuration.input_scale)
-    weights = hidden * (inputs + hidden + 2) + 1
-    steps = trial.duration_s / trial.control_interval_s
-    population = 16.0 * (
-        models * len(scenario.controller) + classifiers * weights
-    )  # values and step sizes, 8 bytes each
-    chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
-    sizes = {"models.parents", "models.offspring", "classifiers.parents", "classifiers.offspring", "classifiers.hidden"}
-    swarm = {"scenario.agents", "scenario.replicas"}
-    time = {"scenario.trial.duration_s"}
-    judged = sizes - {"classifiers.hidden"} | swarm
-    demands = (
-        ("keeping the history between two checkpoints", chunk * population, sizes | {"run.checkpoint_every"}),
-        ("judging a generation", 8.0 * classifiers * models * scenario.individuals, judged),
-        ("a generation's motion", 64.0 * models * scenario.individuals * steps, _of_models(sizes) | swarm | time),
-        (
-            "searching the bodies of a trial for near pairs",
-            16.0 * (scenario.individuals + scenario.objects.count) ** 2,
-            swarm | {"scenario.objects.count"},
-        ),
-    )
+Demand = tuple[str, float, set[str]]
+"""What needs memory, how many bytes, and the settings that add up to it."""
+
+_SIZES = {"models.parents", "models.offspring", "classifiers.parents", "classifiers.offspring", "classifiers.hidden"}
+_SWARM = {"scenario.agents", "scenario.replicas"}
+_TIME = {"scenario.trial.duration_s"}
+
+
+def _check_sizes(configuration: "Configuration", demands: Iterable[Demand]) -> None:
     for what, size, keys in demands:
         if size > LARGEST_GIB * 2**30:
             need = f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
             raise ValueError(f"{_largest(configuration, keys, need)}")
-    work = float(models) * scenario.individuals * steps * trial.physics_steps
+
+
+def _demands(configuration: "Configuration") -> Iterator[Demand]:
+    scenario, models, classifiers = configuration.scenario, *_populations(configuration)
+    steps = scenario.trial.duration_s / scenario.trial.control_interval_s
+    yield _history_demand(configuration, len(scenario.controller))
+    judged = _SIZES - {"classifiers.hidden"} | _SWARM
+    yield "judging a generation", 8.0 * classifiers * models * scenario.individuals, judged
+    moving = _of_models(_SIZES) | _SWARM | _TIME
+    yield "a generation's motion", 64.0 * models * scenario.individuals * steps, moving
+    yield (
+        "searching the bodies of a trial for near pairs",
+        16.0 * (scenario.individuals + scenario.objects.count) ** 2,
+        _SWARM | {"scenario.objects.count"},
+    )
+
+
+def _own_demands(configuration: "Configuration") -> Iterator[Demand]:
+    system, models, classifiers = configuration.scenario, *_populations(configuration)
+    assert isinstance(system, OwnSystem)
+    yield _history_demand(configuration, len(system.parameters))
+    genuine = system.samples_per_generation or models
+    yield "judging a generation", 8.0 * classifiers * (models + genuine), _SIZES - {"classifiers.hidden"}
+    moving = 16.0 * models * system.steps * len(system.signals)
+    yield "a generation's motion", moving, _of_models(_SIZES)
+
+
+def _history_demand(configuration: "Configuration", parameters: int) -> Demand:
+    models, classifiers = _populations(configuration)
+    hidden, inputs, run = configuration.classifiers.hidden, len(configuration.input_scale), configuration.run
+    weights = hidden * (inputs + hidden + 2) + 1
+    population = 16.0 * (models * parameters + classifiers * weights)  # values and step sizes, 8 bytes each
+    chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
+    return "keeping the history between two checkpoints", chunk * population, _SIZES | {"run.checkpoint_every"}
+
+
+def _populations(configuration: "Configuration") -> tuple[int, int]:
+    models, classifiers = configuration.models, configuration.classifiers
+    return models.parents + models.offspring, classifiers.parents + classifiers.offspring
+
+
+def _check_work(configuration: "Configuration") -> None:
+    scenario, (models, _) = configuration.scenario, _populations(configuration)
+    steps = scenario.trial.duration_s / scenario.trial.control_interval_s
+    work = float(models) * scenario.individuals * steps * scenario.trial.physics_steps
     if work > LARGEST_WORK:
         need = f"a generation has {work:.3g} physics steps of a robot, and {LARGEST_WORK:g} are allowed"
-        keys = _of_models(sizes) | swarm | time | {"scenario.trial.physics_steps"}
+        keys = _of_models(_SIZES) | _SWARM | _TIME | {"scenario.trial.physics_steps"}
         raise ValueError(_largest(configuration, keys, need))
 
 

@@ -10,27 +10,30 @@ from typing import Any, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
+from turing_learning.sources import OwnSystem
 from turing_learning.swarm import SCENARIOS, Scenario
 
 from ._errors import ConfigurationError, nearest
-from ._sections import Configuration, PopulationSection
+from ._sections import Configuration, OwnConfiguration, PopulationSection
 from ._toml import UNBOUNDED, line_of, read_toml
 
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "paper": {
-        "models": {"minimum_step_size": 0.0},
+        "models": {"minimum_step_size": 0.0, "recombination": 1.0, "redraw": 0.0, "exchange": 0.0, "memory": 0.0},
         "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
         "coevolution": {"archive": 0},
     },
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
-past classifiers and no renewal of the present ones."""
+past classifiers and no renewal of the present ones, children that all recombine, no jumps and no memory of fitness."""
 
 DEFAULT_SCENARIO = "aggregation"
 
 STUDY_TABLES = ("grid", "list")
 """What a file says of a study; see `load_variants`."""
+
+_OF_OWN_SYSTEMS = {"parameters", "signals", "digest"}  # what only their tables have
 
 _RULES = {
     "run.threads": '"all" or an integer of at least 1',
@@ -63,7 +66,7 @@ def load_configuration(
     preset: str = "default",
     overrides: Mapping[str, Any] | None = None,
     *,
-    scenario: str | Scenario | None = None,
+    scenario: str | Scenario | OwnSystem | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Configuration:
     """Resolve a configuration: the preset, over it the file, over that single settings.
@@ -78,13 +81,14 @@ def load_configuration(
         Dotted key -> value, for example ``{"run.generations": 100}``.
     scenario
         A scenario or the name of one; where the file names one as well, both must agree. Without any: "aggregation".
+        With a system of one's own the file has none.
     labels
         Dotted key -> where an override comes from, for messages, for example ``{"run.seed": "--seed"}``.
 
     Returns
     -------
     Configuration
-        Every field explicit and valid.
+        Every field explicit and valid; an `OwnConfiguration` for a system of one's own.
 
     Raises
     ------
@@ -121,17 +125,29 @@ def refuse_study(document: Mapping[str, Any], origins: Origins) -> None:
 
 
 def resolve(
-    document: Mapping[str, Any], overrides: Mapping[str, Any], scenario: str | Scenario | None, origins: Origins
+    document: Mapping[str, Any],
+    overrides: Mapping[str, Any],
+    scenario: str | Scenario | OwnSystem | None,
+    origins: Origins,
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
     _refuse_values_of_tables(document, origins)
     data = merged(document, _nested(overrides))
     data["scenario"] = _scenario_data(data.get("scenario"), scenario, origins)
-    _refuse_unknown_keys(data, origins)
+    kind = OwnConfiguration if set(data["scenario"]) >= _OF_OWN_SYSTEMS else Configuration
+    if kind is OwnConfiguration:
+        data["classifiers"] = _with_scale_of_data(data)
+    _refuse_unknown_keys(data, origins, kind)
     for section in ("models", "classifiers"):
         if isinstance(data.get(section), Mapping) and "population" in data[section]:
             data[section] = _split_population(data[section], section, origins)
-    return _validated(data, origins)
+    return _validated(data, origins, kind)
+
+
+def _with_scale_of_data(data: Mapping[str, Any]) -> dict[str, Any]:
+    section = data.get("classifiers", {})
+    scale = section.get("input_scale", "robot")
+    return {**section, "input_scale": data["scenario"].get("input_scale") if scale == "robot" else scale}
 
 
 def _labels(overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None) -> dict[str, str]:
@@ -171,7 +187,9 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _scenario_data(given: Any, asked: str | Scenario | None, origins: Origins) -> Any:
+def _scenario_data(given: Any, asked: str | Scenario | OwnSystem | None, origins: Origins) -> dict[str, Any]:
+    if isinstance(asked, OwnSystem):
+        return _own_system_data(given, asked, origins)
     if not isinstance(given, str | Mapping | None):
         raise ConfigurationError(
             f"`scenario` must be a name or a table; got {given!r}{origins.where('scenario')}. "
@@ -181,6 +199,15 @@ def _scenario_data(given: Any, asked: str | Scenario | None, origins: Origins) -
     named = table.pop("preset", None)
     base = _base_scenario(named, table.get("name"), asked, origins)
     return _without_unbounded(merged(base, table))
+
+
+def _own_system_data(given: Any, asked: OwnSystem, origins: Origins) -> dict[str, Any]:
+    if given is not None:
+        raise ConfigurationError(
+            f"`scenario` must be left out for a system of one's own; got {_shown(given)}{origins.where('scenario')}. "
+            "Remove it; all other sections count."
+        )
+    return asdict(asked)
 
 
 def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins: Origins) -> dict[str, Any]:
@@ -209,10 +236,18 @@ def _known_scenario(name: Any, where: str) -> None:
 
 
 def _without_unbounded(scenario: dict[str, Any]) -> dict[str, Any]:
-    arena = scenario.get("arena")
-    if not isinstance(arena, Mapping):
-        return scenario
-    return {**scenario, "arena": {key: None if side == UNBOUNDED else side for key, side in arena.items()}}
+    """Return a scenario in which None stands for the missing sides of an arena, and of the ranges of own parameters."""
+    arena, parameters = scenario.get("arena"), scenario.get("parameters")
+    if isinstance(arena, Mapping):
+        scenario = {**scenario, "arena": _sides(arena)}
+    if isinstance(parameters, Mapping):
+        ranges = {name: _sides(one) if isinstance(one, Mapping) else one for name, one in parameters.items()}
+        scenario = {**scenario, "parameters": ranges}
+    return scenario
+
+
+def _sides(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: None if side == UNBOUNDED else side for key, side in table.items()}
 
 
 def _children(kind: Any) -> dict[str, Any]:
@@ -291,9 +326,9 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
     return {**rest, "parents": population // 2, "offspring": population // 2}
 
 
-def _validated(data: dict[str, Any], origins: Origins) -> Configuration:
+def _validated(data: dict[str, Any], origins: Origins, kind: type[Configuration]) -> Configuration:
     try:
-        return Configuration.model_validate_json(json.dumps(data, default=_plain), strict=True)
+        return kind.model_validate_json(json.dumps(data, default=_plain), strict=True)
     except ValidationError as error:
         raise ConfigurationError(_message(error, data, origins)) from error
 

@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
 
 from ._limits import check_limits
@@ -15,6 +16,7 @@ LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
 
 
@@ -52,7 +54,18 @@ class PopulationSection(Section):
 
 
 class ModelsSection(PopulationSection):
-    """The population of models."""
+    """The population of models.
+
+    A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
+    one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
+    exchange their wheel speeds. The second searches for the right point: models are selected by the rewards of all generations
+    that they have lived, each weighing `memory` times the next one. The paper has recombination 1, and 0 for the others.
+    """
+
+    recombination: Share = 0.5
+    redraw: Share = 0.2
+    exchange: Share = 0.1
+    memory: Share = 0.9
 
 
 class ClassifiersSection(PopulationSection):
@@ -140,3 +153,12 @@ class Configuration(Section):
     def threads(self) -> int | None:
         """Number of threads, None for all processors."""
         return None if self.run.threads == "all" else self.run.threads
+
+
+class OwnConfiguration(Configuration):
+    """Everything that determines a run with a system of one's own, apart from the data and the simulator.
+
+    `classifiers.input_scale` holds the scales found in the data, unless others were given.
+    """
+
+    scenario: OwnSystem  # type: ignore[assignment] # stands in for a scenario wherever a run asks one

@@ -10,7 +10,7 @@ from turing_learning.swarm import Scenario
 
 from ._errors import ConfigurationError
 from ._load import Origins, merged, preset_named, resolve
-from ._sections import Configuration
+from ._sections import Configuration, OwnConfiguration
 from ._toml import read_toml
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
@@ -99,7 +99,13 @@ def _variant(
     shown = ", ".join(f"{key} = {value!r}" for key, value in own.items())
     places = dict.fromkeys(own, f"configuration {number} of the study: {shown}")
     here = replace(origins, labels={**origins.labels, **places})
-    return Variant(own, resolve(base, fixed | own, scenario, here))
+    configuration = resolve(base, fixed | own, scenario, here)
+    if isinstance(configuration, OwnConfiguration):
+        raise ConfigurationError(
+            f"`scenario` must be one of simulated robots in a study; got {configuration.scenario.name!r}, a system of one's own, "
+            "whose simulator no file can hold. Call `turing_learning.infer` with several seeds."
+        )
+    return Variant(own, configuration)
 
 
 def _all_settings(

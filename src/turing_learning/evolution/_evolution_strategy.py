@@ -1,6 +1,6 @@
 """The (mu + lambda) evolution strategy of the paper."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -51,9 +51,17 @@ class EvolutionStrategy:
         Step sizes of the first individuals, from `minimum_step_size` to 1e6.
     minimum_step_size : () or (dimension,)
         No step size falls below it; >= 0.
+    recombination
+        Before the generation `refinement`, the probability that a child has two parents; otherwise it has one. Two good
+        parents from different regions have bad children: a few good individuals are lost in a majority that has settled elsewhere.
     redraw
         Before the generation `refinement`, the probability that one parameter of a child, any, is drawn anew from the initial
         range: a jump out of a local optimum, which small steps do not leave.
+    exchange
+        Before the generation `refinement`, the probability that two of the `groups` of a child, any, exchange their values.
+    groups
+        Parameters that can stand for each other, for `exchange`: two or more lists of indices, all of the same length, without
+        a common index. Empty if there are none.
     memory
         From the generation `refinement` on, selection goes by the fitness that an individual had in the mean over the
         generations it has lived, each weighing `memory` times the next one, see `FitnessMemory`; 0 to 1, 0 for the present alone.
@@ -82,7 +90,10 @@ class EvolutionStrategy:
         initial_high: np.typing.ArrayLike = 1.0,
         initial_step_size: np.typing.ArrayLike = 1.0,
         minimum_step_size: np.typing.ArrayLike = 0.01,
+        recombination: float = 1.0,
         redraw: float = 0.0,
+        exchange: float = 0.0,
+        groups: Sequence[Sequence[int]] = (),
         memory: float = 0.0,
         refinement: int = 0,
     ) -> None:
@@ -103,7 +114,10 @@ class EvolutionStrategy:
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
         self._low, self._high = low, high
+        self._recombination = check_share("recombination", recombination)
         self._redraw = check_share("redraw", redraw)
+        self._exchange = check_share("exchange", exchange)
+        self._groups = _checked_groups(groups, dimension)
         self._memory = FitnessMemory(self.size, check_share("memory", memory))
         self._refinement = check_count("refinement", refinement, 0)
         self._generation = 0
@@ -153,10 +167,14 @@ class EvolutionStrategy:
         rng = generation_rng(self._seed, self._generation + 1)
         parents, steps = self._population[best], self._steps[best]
         pairs = rng.integers(self.parents, size=(2, self.offspring))
+        searching = self._generation < self._refinement
+        if searching and self._recombination < 1:
+            alone = rng.random(self.offspring) >= self._recombination
+            pairs[1, alone] = pairs[0, alone]
         child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
         children = self._mutate(_recombine(parents, pairs, rng), child_steps, rng)
-        if self._redraw > 0 and self._generation < self._refinement:
-            self._redraw_some(children, rng)
+        if searching:
+            self._jump(children, rng)
         self._population = np.concatenate((parents, children))
         self._steps = np.concatenate((steps, child_steps))
         self._generation += 1
@@ -218,10 +236,16 @@ class EvolutionStrategy:
         mutated = parameters + steps * rng.standard_normal(steps.shape)
         return np.minimum(np.maximum(mutated, -PARAMETER_LIMIT), PARAMETER_LIMIT)
 
-    def _redraw_some(self, children: np.ndarray, rng: np.random.Generator) -> None:
-        chosen = np.flatnonzero(rng.random(self.offspring) < self._redraw)
-        parameter = rng.integers(self.dimension, size=len(chosen))
-        children[chosen, parameter] = rng.uniform(self._low[parameter], self._high[parameter])
+    def _jump(self, children: np.ndarray, rng: np.random.Generator) -> None:
+        """Draw one parameter of some children anew, and exchange two groups of others."""
+        if self._redraw > 0:
+            chosen = np.flatnonzero(rng.random(self.offspring) < self._redraw)
+            parameter = rng.integers(self.dimension, size=len(chosen))
+            children[chosen, parameter] = rng.uniform(self._low[parameter], self._high[parameter])
+        if self._exchange > 0 and len(self._groups) > 1:
+            for k in np.flatnonzero(rng.random(self.offspring) < self._exchange):
+                first, second = self._groups[rng.permutation(len(self._groups))[:2]]
+                children[k, first], children[k, second] = children[k, second], children[k, first]
 
 
 def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
@@ -242,3 +266,13 @@ def _check_step_sizes(minimum: np.ndarray, initial: np.ndarray) -> None:
             "`initial_step_size` must be above 0, at least `minimum_step_size`, and at most "
             f"{STEP_SIZE_LIMIT:g}; got {initial.min()} to {initial.max()}."
         )
+
+
+def _checked_groups(groups: Sequence[Sequence[int]], dimension: int) -> np.ndarray:
+    """Return the groups as array (groups, length) of indices."""
+    indices = [int(index) for group in groups for index in group]
+    if len({len(group) for group in groups}) > 1 or len(set(indices)) < len(indices) or len(groups) == 1:
+        raise ValueError(f"`groups` must be two or more of one length and have no index in common; got {groups}.")
+    if any(not 0 <= index < dimension for index in indices):
+        raise ValueError(f"`groups` must hold indices from 0 to {dimension - 1}; got {groups}.")
+    return np.array(indices, dtype=np.int64).reshape(len(groups), -1 if indices else 0)

@@ -10,6 +10,10 @@
     Mutation strengths over generations.
 `box_figure`, `error_box_figure`, `convergence_figure`, `error_histogram_figure`
     Many runs in one picture: their parameters and errors as boxes, medians over generations, a histogram.
+`accuracy_figure`, `roc_figure`
+    Classifiers: their accuracy over generations, and what they detect at which rate of false alarms.
+`snapshots_figure`, `dispersion_figure`, `prediction_figure`
+    The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -19,9 +23,11 @@ Figures are `matplotlib.figure.Figure` objects without pyplot and without global
 first one is made.
 """
 
+from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
 from ._parameters import parameters_figure
+from ._reproduction import dispersion_figure, prediction_figure, snapshots_figure
 from ._save import save_figure
 from ._step_sizes import step_sizes_figure
 from ._studies import box_figure, convergence_figure, error_box_figure, error_histogram_figure
@@ -29,14 +35,19 @@ from ._svg import svg_markup
 from ._swarm import swarm_frame
 
 __all__ = [
+    "accuracy_figure",
     "box_figure",
     "convergence_figure",
+    "dispersion_figure",
     "error_box_figure",
     "error_figure",
     "error_histogram_figure",
     "fitness_figure",
     "parameters_figure",
+    "prediction_figure",
+    "roc_figure",
     "save_figure",
+    "snapshots_figure",
     "step_sizes_figure",
     "svg_markup",
     "swarm_frame",

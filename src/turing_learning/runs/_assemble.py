@@ -11,29 +11,58 @@ from turing_learning.coevolution import (
 )
 from turing_learning.config import Configuration, PopulationSection
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
+from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm
 
-MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE = range(1, 6)
-"""Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet."""
+MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
+"""Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet.
+
+That of `GENUINE`, which chooses the samples of a recording that are held out, has no seed: all runs hold out the same."""
 
 
-def assemble(configuration: Configuration) -> Coevolution:
+def assemble(configuration: Configuration, source: OwnSource | None = None) -> Coevolution:
     """Build the coevolution that a configuration describes.
 
     Parameters
     ----------
     configuration
         A resolved configuration.
+    source
+        Samples of a system of one's own; None simulates the scenario's swarm.
     """
     scenario, seed = configuration.scenario, configuration.run.seed
     classifier = classifier_of(configuration)
-    interrogation = PassiveInterrogation(MixedSwarm(scenario, configuration.threads), classifier)
+    interrogation = (
+        PassiveInterrogation(MixedSwarm(scenario, configuration.threads), classifier)
+        if source is None
+        else GuardedInterrogation(source, classifier)
+    )
     return Coevolution(
         interrogation,
-        _optimizer(configuration.models, len(scenario.parameter_names), (MODELS, seed)),
+        _models(configuration, () if source is not None else scenario.parameter_groups),
         _classifiers(configuration, classifier.parameters),
         seed=(INTERROGATION, seed),
         **_archive(configuration),
+    )
+
+
+def _halfway(configuration: Configuration) -> int:
+    """Return the generation in which the search for the right region ends and that for the right point begins."""
+    return configuration.run.generations // 2
+
+
+def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -> Optimizer:
+    section = configuration.models
+    return _optimizer(
+        section,
+        len(configuration.scenario.parameter_names),
+        (MODELS, configuration.run.seed),
+        recombination=section.recombination,
+        redraw=section.redraw,
+        exchange=section.exchange,
+        groups=groups,
+        memory=section.memory,
+        refinement=_halfway(configuration),
     )
 
 
@@ -45,7 +74,7 @@ def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
     return RenewedOptimizer(
         lambda k: _optimizer(section, parameters, (CLASSIFIERS, run.seed, k)),
         section.renewal,
-        last=run.generations // 2,
+        last=_halfway(configuration),
     )
 
 
@@ -69,7 +98,7 @@ def classifier_of(configuration: Configuration) -> ElmanClassifier:
     )
 
 
-def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...]) -> EvolutionStrategy:
+def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...], **phases: Any) -> EvolutionStrategy:
     return EvolutionStrategy(
         dimension,
         parents=section.parents,
@@ -79,4 +108,5 @@ def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...]
         initial_high=section.initial_high,
         initial_step_size=section.initial_step_size,
         minimum_step_size=section.minimum_step_size,
+        **phases,
     )

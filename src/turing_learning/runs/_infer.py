@@ -4,10 +4,12 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack, cast
 
-from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
+from turing_learning.sources import FailureLog, OwnSource, OwnSystem, OwnSystemError, Simulator
 from turing_learning.swarm import Scenario
 
 from ._checkpoints import Checkpoint, latest_checkpoint, replace_checkpoints
@@ -16,8 +18,17 @@ from ._files import remove_partial, write_json
 from ._folder import RunFolder, resume_command
 from ._history import dataset_in_memory, dataset_on_disk, thin_dataset
 from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
+from ._own import (
+    OwnOptions,
+    Range,
+    describe_system,
+    open_source,
+    refuse_without_source,
+    refuse_without_system,
+    reopen_source,
+)
 from ._result import Attachments, Result, result_from_json, summarize
-from ._session import Observer, Session, part, storage
+from ._session import FAILURES, Observer, Session, part, storage
 from ._traces import Traces
 
 if TYPE_CHECKING:
@@ -29,22 +40,37 @@ RUNS = Path("runs")
 def infer(
     scenario: str | Scenario | None = None,
     *,
+    genuine: Any = None,
+    simulate: Simulator | None = None,
+    parameters: Mapping[str, Range] | None = None,
     generations: int | None = None,
     seed: int | None = None,
     preset: str = "default",
     config: str | Path | Configuration | None = None,
+    settings: Mapping[str, Any] | None = None,
     threads: int | None = None,
     out: str | Path | None = None,
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
+    **options: Unpack[OwnOptions],
 ) -> Result:
-    """Infer the behavior of a swarm by Turing Learning.
+    """Infer the behavior of a swarm, or of any system that was observed, by Turing Learning.
 
     Parameters
     ----------
     scenario
-        Name of a preset scenario, or a scenario; by default that of the configuration, else "aggregation".
+        Name of a preset scenario, or a scenario; by default that of the configuration, else "aggregation". Left out for a
+        system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
+    genuine
+        Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
+        rng -> (K, T, D) that observes it.
+    simulate
+        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples
+        of each model. The columns are in the order of `parameters`; all randomness comes from `rng`.
+    parameters
+        Name -> (low, high), the range of the first models and the space of the search, where None leaves a side open;
+        or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
         Number of generations, >= 1.
     seed
@@ -52,7 +78,9 @@ def infer(
     preset
         "default", or "paper" to keep to the text of the paper.
     config
-        A TOML file, or a resolved configuration. The arguments above come before it.
+        A TOML file, or a resolved configuration. The other arguments come before it.
+    settings
+        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``.
     threads
         Number of threads; None takes the configuration's, which is all by default.
     out
@@ -63,6 +91,9 @@ def infer(
         Called with a `Progress` after every generation.
     should_stop
         Called after every generation; if it returns True, the run stops there and can be resumed.
+    **options
+        More about a system of one's own: name, title, signals, length, held_out, samples_per_generation, vectorized,
+        batches, workers, timeout_s; see docs/own-system.md.
 
     Returns
     -------
@@ -77,6 +108,9 @@ def infer(
         If the folder is refused.
     RunStorageError
         If the folder cannot be written any more; the run can be resumed.
+    OwnSystemError
+        If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for more than
+        half of the models of a later one; what was inferred before is saved, and the run can be resumed.
 
     Examples
     --------
@@ -86,20 +120,52 @@ def infer(
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
     given = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    overrides = {key: value for key, value in given.items() if value is not None}
-    configuration = _resolved(scenario, preset, config, overrides)
+    overrides = dict(settings or {}) | {key: value for key, value in given.items() if value is not None}
+    resolve = partial(_resolved, preset=preset, config=config, overrides=overrides)
+    execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
+    if genuine is None and simulate is None and parameters is None:
+        refuse_without_system(**options)
+        return execute(resolve(scenario))
+    _refuse_half_a_system(scenario, genuine=genuine, simulate=simulate, parameters=parameters)
+    assert parameters is not None
+    system, data = describe_system(genuine, parameters, options)
+    configuration = resolve(system)
+    with open_source(system, data, simulate, options) as source:
+        return execute(configuration, source)
+
+
+def _execute(
+    configuration: Configuration,
+    source: OwnSource | None = None,
+    *,
+    out: str | Path | None,
+    force: bool,
+    observer: Observer | None,
+    should_stop: Callable[[], bool] | None,
+) -> Result:
     if out is None:
-        return _infer_in_memory(configuration, observer, should_stop)
-    return start(configuration, out, force=force, observer=observer, should_stop=should_stop)
+        return _infer_in_memory(configuration, observer, should_stop, source)
+    return start(configuration, out, force=force, observer=observer, should_stop=should_stop, source=source)
+
+
+def _refuse_half_a_system(scenario: str | Scenario | None, **system: Any) -> None:
+    missing = [name for name, value in system.items() if value is None]
+    if missing:
+        raise ConfigurationError(
+            f"`{missing[0]}` must be given for a system of one's own; got nothing. It is given by `genuine`, `simulate` and "
+            "`parameters` together."
+        )
+    if scenario is not None:
+        raise ConfigurationError(f"`scenario` must be left out for a system of one's own; got {scenario!r}.")
 
 
 def _resolved(
-    scenario: str | Scenario | None,
+    scenario: str | Scenario | OwnSystem | None,
     preset: str,
     config: str | Path | Configuration | None,
     overrides: Mapping[str, Any],
 ) -> Configuration:
-    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides}
+    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
     if not isinstance(config, str | Path | Configuration | None):
         raise ConfigurationError(
             f"`config` must be a TOML file or a Configuration; got {type(config).__name__}. Give single settings to "
@@ -110,15 +176,21 @@ def _resolved(
             f"{name}.{key}": value for name, section in config.model_dump().items() for key, value in section.items()
         }
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
+        if isinstance(config, OwnConfiguration) and isinstance(scenario, OwnSystem):
+            known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
         return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
 
 
 def _infer_in_memory(
-    configuration: Configuration, observer: Observer | None, should_stop: Callable[[], bool] | None
+    configuration: Configuration,
+    observer: Observer | None,
+    should_stop: Callable[[], bool] | None,
+    source: OwnSource | None = None,
 ) -> Result:
+    refuse_without_source(configuration, source)
     manifest = new_manifest(to_toml(configuration), configuration.run.seed)
-    session = Session(configuration)
+    session = Session(configuration, source=source)
     session.run(observer, should_stop)
     completed = session.traces.completed
 
@@ -129,7 +201,13 @@ def _infer_in_memory(
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
     attachments = Attachments(history, _reporter(configuration, lambda: manifest, None))
-    return summarize(configuration, session.traces, session.seconds, attachments=attachments)
+    return summarize(
+        configuration,
+        session.traces,
+        session.seconds,
+        attachments=attachments,
+        failed_simulations=session.failed_simulations,
+    )
 
 
 def start(
@@ -139,8 +217,13 @@ def start(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
+    source: OwnSource | None = None,
 ) -> Result:
-    """Run a configuration from generation 0 in a folder of its own; see `infer`."""
+    """Run a configuration from generation 0 in a folder of its own; see `infer`.
+
+    A system of one's own has its `source`, which the caller closes.
+    """
+    refuse_without_source(configuration, source)
     folder = RunFolder(Path(out))
     with ExitStack() as lock:
         with _writable(folder, "out"):
@@ -148,13 +231,17 @@ def start(
             folder.path.mkdir(parents=True, exist_ok=True)
             lock.enter_context(folder.locked())
             folder.create(configuration, force=force)
-            session = Session(configuration, folder)
+            session = Session(configuration, folder, source)
         return _run(session, folder, configuration, observer, should_stop)
 
 
 def resume(
     path: str | Path,
     *,
+    genuine: Any = None,
+    simulate: Simulator | None = None,
+    workers: int | None = None,
+    timeout_s: float | None = None,
     threads: int | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
@@ -165,6 +252,10 @@ def resume(
     ----------
     path
         The run folder. One that is finished is left as it is.
+    genuine, simulate
+        Of a system of one's own: the samples that the run began with, and the simulator, neither of which is in the folder.
+    workers, timeout_s
+        As in `infer`.
     threads
         Number of threads; None takes that of the configuration.
     observer, should_stop
@@ -178,7 +269,8 @@ def resume(
     Raises
     ------
     RunFolderError
-        If the folder is not a run, has been changed, or is in use.
+        If the folder is not a run, has been changed, or is in use; if a system of one's own lacks its samples or simulator,
+        or the samples are others.
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
@@ -186,15 +278,20 @@ def resume(
     configuration = folder.configuration()
     if _is_whole(folder, configuration):
         return load_run(path)
+    given = {"workers": workers, "timeout_s": timeout_s}
+    options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
     here = configuration if threads is None else _resolved(None, "default", configuration, {"run.threads": threads})
     with ExitStack() as lock:
         with _writable(folder, "run"):
             lock.enter_context(folder.locked())
             if _is_whole(folder, configuration) or _restored_result(folder, configuration):
                 return load_run(path)
+            source = reopen_source(folder, configuration, genuine, simulate, options)
+            if source is not None:
+                lock.enter_context(source)
             remove_partial(folder.path)
             folder.update_manifest(state=RUNNING, process=this_process())
-            session = Session(here, folder)
+            session = Session(here, folder, source)
         return _run(session, folder, configuration, observer, should_stop)
 
 
@@ -220,13 +317,18 @@ def _run(
     observer: Observer | None,
     should_stop: Callable[[], bool] | None,
 ) -> Result:
-    session.run(observer, should_stop)
+    try:
+        session.run(observer, should_stop)
+    except OwnSystemError:
+        folder.update_manifest(state=STOPPED, seconds=session.seconds)
+        raise
     result = summarize(
         configuration,
         session.traces,
         session.seconds,
         path=folder.path,
         attachments=_attachments(folder, configuration, session.traces.completed),
+        failed_simulations=session.failed_simulations,
     )
     with storage(folder):
         write_json(folder.result_path, result.to_json())
@@ -347,7 +449,16 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         float(checkpoint.arrays["seconds"]),
         path=folder.path,
         attachments=_attachments(folder, configuration, traces.completed),
+        failed_simulations=_failed_simulations(checkpoint, configuration),
     )
+
+
+def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) -> dict[str, Any] | None:
+    if not isinstance(configuration, OwnConfiguration):
+        return None
+    log = FailureLog(configuration.scenario.parameter_names)
+    log.restore(part(checkpoint.arrays, FAILURES))
+    return log.summary()
 
 
 def new_run_path(configuration: Configuration, parent: Path = RUNS) -> Path:

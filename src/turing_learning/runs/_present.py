@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning import figures, report
 from turing_learning.analysis import mean_absolute_error
-from turing_learning.config import Configuration, to_toml
+from turing_learning.config import Configuration, OwnConfiguration, to_toml
 from turing_learning.swarm import Scenario, initial_poses, simulate
 
 from ._assemble import REPLAY
@@ -48,22 +48,9 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
     configuration
         What ran.
     """
-    scenario = configuration.scenario
-    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
-    truth, names = np.asarray(scenario.controller, dtype=float), scenario.parameter_names
     return [
-        _Drawing(
-            "parameters",
-            "Parameters over generations",
-            "Subjectively best and typical model of each generation; the truth is dashed.",
-            figures.parameters_figure(best, typical, names=names, truth=truth),
-        ),
-        _Drawing(
-            "error",
-            "Mean absolute error over generations",
-            "Mean over the parameters, of the subjectively best and of the typical model.",
-            figures.error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
-        ),
+        _parameters(history, configuration),
+        *([] if isinstance(configuration, OwnConfiguration) else [_error(history, configuration)]),
         _Drawing(
             "fitness",
             "Fitness over generations",
@@ -74,8 +61,39 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
                 stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
             ),
         ),
-        *([] if "model_step_size" not in history else [_step_sizes(history, names)]),
+        *([] if "model_step_size" not in history else [_step_sizes(history, configuration)]),
     ]
+
+
+def _parameters(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    caption = "Subjectively best and typical model of each generation"
+    if isinstance(configuration, OwnConfiguration):
+        names, truth = _with_units(configuration), None
+    else:
+        names, truth = (
+            configuration.scenario.parameter_names,
+            np.asarray(configuration.scenario.controller, dtype=float),
+        )
+        caption += "; the truth is dashed"
+    drawn = figures.parameters_figure(best, typical, names=names, truth=truth)
+    return _Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
+
+
+def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
+    parameters = configuration.scenario.parameters.items()
+    return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in parameters)
+
+
+def _error(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    truth = np.asarray(configuration.scenario.controller, dtype=float)
+    return _Drawing(
+        "error",
+        "Mean absolute error over generations",
+        "Mean over the parameters, of the subjectively best and of the typical model.",
+        figures.error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
+    )
 
 
 def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
@@ -84,11 +102,14 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
     return history[name if name in history else f"{name}_quantiles"].to_numpy()
 
 
-def _step_sizes(history: "xarray.Dataset", names: tuple[str, ...]) -> _Drawing:
+def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+    names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
+    if isinstance(configuration, OwnConfiguration):
+        caption += ", in halves of its initial range"
     return _Drawing(
         "step-sizes",
         "Step sizes over generations",
-        "Median mutation strength of each parameter, and of the classifiers' weights.",
+        f"{caption}, and of the classifiers' weights.",
         figures.step_sizes_figure(
             np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
         ),
@@ -148,7 +169,9 @@ def report_page(
             figures=pictures,
             configuration=to_toml(configuration),
             manifest=manifest,
-            replay=replay(configuration, np.array(list(result.estimate.values()))),
+            replay=None
+            if isinstance(configuration, OwnConfiguration)
+            else replay(configuration, np.array(list(result.estimate.values()))),
         )
     )
 
@@ -157,8 +180,13 @@ def verdict(result: Result) -> str:
     """Say the result in one sentence."""
     done = f"After {result.generations} generations" + ("" if result.complete else " (the run is not complete)")
     if result.estimate_mae is None:
-        return f"{done} the estimate stands; there is no truth to compare it with."
+        return f"{done} the estimate stands; there is no truth to compare it with.{_failures(result)}"
     return f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
+
+
+def _failures(result: Result) -> str:
+    count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
+    return f" {count} simulation{'s' if count != 1 else ''} failed; result.json says which." if count else ""
 
 
 def run_table(result: Result) -> report.RunTable:

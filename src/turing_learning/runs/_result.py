@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import absolute_error, estimate
-from turing_learning.config import Configuration
+from turing_learning.analysis import absolute_error, estimate, interval
+from turing_learning.config import Configuration, OwnConfiguration
 
 from ._paper import paper_absolute_errors
 from ._traces import SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
     import xarray
+
+_OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
@@ -48,6 +50,9 @@ class Result:
         The model with the highest subjective fitness in the last generation: the paper's rule.
     estimate
         Median of the typical models of the last generations, see `turing_learning.analysis.estimate`.
+    interval
+        Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth, see
+        `turing_learning.analysis.interval`.
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -62,6 +67,9 @@ class Result:
         Median over the generations (s).
     path
         The run folder; None for a run that is kept in memory.
+    failed_simulations
+        Of a system of one's own: "count", and the first of them "listed" with generation, parameters and reason. None, and
+        not in `result.json`, for simulated robots.
     """
 
     scenario: str
@@ -71,6 +79,7 @@ class Result:
     truth: dict[str, float] | None
     best_model: dict[str, float]
     estimate: dict[str, float]
+    interval: dict[str, list[float]]
     absolute_error: dict[str, float] | None
     estimate_absolute_error: dict[str, float] | None
     mae: float | None
@@ -81,6 +90,7 @@ class Result:
     seconds_per_generation: float
     path: Path | None = field(default=None, compare=False)
     attachments: Attachments | None = field(default=None, compare=False, repr=False)
+    failed_simulations: dict[str, Any] | None = None
 
     @property
     def history(self) -> "xarray.Dataset":
@@ -124,9 +134,12 @@ class Result:
 
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""
-        return {
+        content = {
             item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "attachments")
         }
+        if self.failed_simulations is None:
+            del content["failed_simulations"]
+        return content
 
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {self.generations} generations"
@@ -136,11 +149,17 @@ class Result:
 
 def _lines(result: Result) -> list[str]:
     lines = [f"{'parameter':>10}{'estimate':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
-    for name, value in result.estimate.items():
+    for name in result.estimate:
         true = "-" if result.truth is None else f"{result.truth[name]:.3f}"
         error = "-" if result.estimate_absolute_error is None else f"{result.estimate_absolute_error[name]:.3f}"
-        lines.append(f"{name:>10}{value:>10.3f}{result.best_model[name]:>10.3f}{true:>10}{error:>10}")
+        estimate, best = (_number(result, model[name]) for model in (result.estimate, result.best_model))
+        lines.append(f"{name:>10}{estimate:>10}{best:>10}{true:>10}{error:>10}")
     return lines
+
+
+def _number(result: Result, value: float) -> str:
+    """Return a parameter as text: wheel speeds are of the order of 1, others of any size."""
+    return f"{value:.3f}" if result.failed_simulations is None else f"{value:.4g}"
 
 
 def summarize(
@@ -150,6 +169,7 @@ def summarize(
     *,
     path: Path | None = None,
     attachments: Attachments | None = None,
+    failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
     """Make the result of the completed generations, at least one.
 
@@ -161,31 +181,46 @@ def summarize(
         Of the completed generations.
     seconds
         Time the run took so far (s).
+    failed_simulations
+        Of a system of one's own.
     """
-    scenario = configuration.scenario
-    names, truth = scenario.parameter_names, np.asarray(scenario.controller, dtype=float)
+    scenario, names = configuration.scenario, configuration.scenario.parameter_names
     best = traces["best_model"][-1]
-    inferred = estimate(traces["typical_model"], configuration.run.estimate_window)
-    errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
+    typical, window = traces["typical_model"], configuration.run.estimate_window
+    inferred, ends = estimate(typical, window), interval(typical, window)
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
         seed=configuration.run.seed,
         complete=traces.completed == configuration.run.generations,
-        truth=_named(names, truth),
         best_model=_named(names, best),
         estimate=_named(names, inferred),
-        absolute_error=_named(names, errors),
-        estimate_absolute_error=_named(names, inferred_errors),
-        mae=float(errors.mean()),
-        estimate_mae=float(inferred_errors.mean()),
-        paper_absolute_error=paper_absolute_errors(scenario),
+        interval=dict(zip(names, ends.tolist(), strict=True)),
+        **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
         seconds_per_generation=float(np.median(traces["seconds"])),
         path=path,
         attachments=attachments,
+        failed_simulations=failed_simulations,
     )
+
+
+def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarray) -> dict[str, Any]:
+    """Return what a result says of the truth, where there is one."""
+    if isinstance(configuration, OwnConfiguration):
+        return dict.fromkeys(_OF_TRUTH)
+    scenario, names = configuration.scenario, configuration.scenario.parameter_names
+    truth = np.asarray(scenario.controller, dtype=float)
+    errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
+    return {
+        "truth": _named(names, truth),
+        "absolute_error": _named(names, errors),
+        "estimate_absolute_error": _named(names, inferred_errors),
+        "mae": float(errors.mean()),
+        "estimate_mae": float(inferred_errors.mean()),
+        "paper_absolute_error": paper_absolute_errors(scenario),
+    }
 
 
 def _named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:

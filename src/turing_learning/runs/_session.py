@@ -4,12 +4,15 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration
+from turing_learning.sources import OwnSource, OwnSystemError
 
 from ._assemble import assemble, classifier_of
 from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
@@ -19,7 +22,8 @@ from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intac
 from ._traces import Traces, generation_values
 
 _LOGGER = logging.getLogger("turing_learning")
-_RECENT = 50  # generations that the rate is measured over
+FAILURES = "failures/"  # of simulations of a system of one's own, among the arrays of a checkpoint
+_RECENT = 50  # generations that rate and outlook are taken from
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ class Progress:
         The agents' parameters, None where there is no truth.
     seconds_per_generation
         Mean over the last generations (s).
+    recent : (up to 50, P)
+        Typical models of the last generations; None if not recorded.
     """
 
     generation: Generation
@@ -46,6 +52,17 @@ class Progress:
     parameter_names: tuple[str, ...]
     truth: tuple[float, ...] | None
     seconds_per_generation: float
+    recent: np.ndarray | None = None
+
+    @property
+    def outlook(self) -> str | None:
+        """How the models of the last generations compare with the truth, by name, see `analysis.name_failure`.
+
+        None where there is no truth.
+        """
+        if self.truth is None or self.recent is None:
+            return None
+        return name_failure(np.median(self.recent, axis=0), np.asarray(self.truth))
 
     @property
     def seconds_left(self) -> float:
@@ -78,6 +95,8 @@ class Session:
         What runs.
     folder
         Where it is kept, locked by the caller; None keeps it in memory.
+    source
+        Samples of a system of one's own; None for a scenario. Models are kept and shown in its parameters' units.
 
     Attributes
     ----------
@@ -87,13 +106,16 @@ class Session:
         Time in all sessions, up to the last save (s).
     """
 
-    def __init__(self, configuration: Configuration, folder: RunFolder | None = None) -> None:
+    def __init__(
+        self, configuration: Configuration, folder: RunFolder | None = None, source: OwnSource | None = None
+    ) -> None:
         self.configuration = configuration
         self.layout = layout_of(configuration)
         self.traces = Traces(configuration.run.generations, len(self.layout.parameters))
         self.seconds = 0.0
         self._folder = folder
-        self._coevolution = assemble(configuration)
+        self._source = source
+        self._coevolution = assemble(configuration, source)
         self._begun = time.perf_counter()
         self._seconds_before = 0.0
         state = self._restored_state() if folder is not None else None
@@ -121,10 +143,12 @@ class Session:
         ------
         RunStorageError
             If the run cannot be written.
+        OwnSystemError
+            If a system of one's own or its simulator fails; the generations before are saved.
         """
         every, saved = self.configuration.run.checkpoint_every, self.traces.completed
         while not self.complete:
-            generation = self._step()
+            generation = self._step() if self._source is None else self._guarded_step(self._source)
             if self.traces.completed % every == 0 or self.complete:
                 self.save()
                 saved = self.traces.completed
@@ -151,12 +175,32 @@ class Session:
 
     def _step(self) -> Generation:
         begun = time.perf_counter()
-        generation = self._coevolution.step()
+        generation = self._in_units(self._coevolution.step())
         values = generation_values(generation)
         with storage(self._folder):
             self._recorder.record(values)
         self.traces.record(values, time.perf_counter() - begun)
         return generation
+
+    def _guarded_step(self, source: OwnSource) -> Generation:
+        before, source.generation = self._coevolution.state(), self._coevolution.generation
+        try:
+            return self._step()
+        except OwnSystemError:
+            self._coevolution.restore(before)
+            if self.traces.completed:
+                self.save()
+            raise
+
+    def _in_units(self, generation: Generation) -> Generation:
+        if self._source is None:
+            return generation
+        return replace(generation, models=self._source.system.to_units(generation.models))
+
+    @property
+    def failed_simulations(self) -> dict[str, Any] | None:
+        """What a result says of failed simulations; None for a scenario."""
+        return None if self._source is None else self._source.log.summary()
 
     def _progress(self, generation: Generation) -> Progress:
         return Progress(
@@ -166,6 +210,7 @@ class Session:
             parameter_names=self.layout.parameters,
             truth=self.configuration.scenario.controller,
             seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
+            recent=self.traces["typical_model"][-_RECENT:],
         )
 
     def outcome(self) -> Checkpoint:
@@ -178,8 +223,10 @@ class Session:
         return evolving | history | self._outcome()
 
     def _outcome(self) -> dict[str, np.ndarray]:
+        failures = {} if self._source is None else self._source.log.state()
         return {
             **{f"traces/{name}": array for name, array in self.traces.state().items()},
+            **{f"{FAILURES}{name}": array for name, array in failures.items()},
             "seconds": np.array(self.seconds),
         }
 
@@ -199,6 +246,8 @@ class Session:
             return None
         self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
         self.traces.restore(part(checkpoint.arrays, "traces/"))
+        if self._source is not None:
+            self._source.log.restore(part(checkpoint.arrays, FAILURES))
         self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         return checkpoint.arrays
 

@@ -201,6 +201,11 @@ class Scenario:
         return tuple(f"v{side}{state}" for state in range(self.sensor.states) for side in "lr")
 
     @property
+    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
+        """Indices of the model parameters that belong to each sensor state: tables with exchanged rows are models too."""
+        return tuple((2 * state, 2 * state + 1) for state in range(self.sensor.states))
+
+    @property
     def control_steps(self) -> int:
         """Number of control cycles T in a trial."""
         return round(self.trial.duration_s / self.trial.control_interval_s)

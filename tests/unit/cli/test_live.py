@@ -1,4 +1,5 @@
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,3 +66,22 @@ def test_a_line_says_in_how_many_generations_selection_stopped_since_the_last():
 @pytest.mark.parametrize(("value", "text"), [(-0.70004, "-0.700"), (9999.0, "9999.000"), (-1.5e300, "-1.50e+300")])
 def test_numbers_of_any_size_stay_short(value, text):
     assert number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("recent", "said"),
+    [
+        ([0.1, 0.2, 0.9, 0.8], "so far good"),
+        ([0.1, 0.2, 0.1, 0.2], "so far I = 1 as I = 0"),
+        ([0.9, 0.8, 0.1, 0.2], "so far states exchanged"),
+        ([-0.9, 0.8, -0.1, 0.2], "so far away from the truth"),
+    ],
+)
+@pytest.mark.parametrize("terminal", [True, False])
+def test_it_is_named_how_the_recent_models_miss_the_truth(recent, said, terminal):
+    step = replace(progress(), truth=(0.1, 0.2, 0.9, 0.8), recent=np.tile(recent, (50, 1)))
+    assert said in shown(step, terminal=terminal)
+
+
+def test_without_a_truth_nothing_is_named():
+    assert "so far" not in shown(replace(progress(), truth=None, recent=np.zeros((50, 2))), terminal=False)

@@ -147,41 +147,95 @@ def test_a_state_without_a_valid_generation_is_refused(generation):
         strategy.restore({**strategy.state(), "generation": np.array(generation)})
 
 
-def redrawn(generation, redraw=1.0):
+def children_of(recombination, generation):
+    """Children, without steps, of two parents that have no number in common."""
     strategy = EvolutionStrategy(
-        3,
-        parents=2,
-        offspring=40,
-        initial_low=5.0,
-        initial_high=6.0,
-        minimum_step_size=0.0,
-        redraw=redraw,
-        refinement=2,
+        8, parents=2, offspring=60, minimum_step_size=0.0, recombination=recombination, refinement=2
     )
     state = strategy.state()
-    nowhere = {"population": np.zeros_like(state["population"]), "step_sizes": np.zeros_like(state["step_sizes"])}
-    strategy.restore({**state, **nowhere, "generation": np.array(generation)})
+    population = np.r_[[np.zeros(8), np.ones(8)], np.full((60, 8), 9.0)]
+    still = {"population": population, "step_sizes": np.zeros_like(population)}
+    strategy.restore({**state, **still, "generation": np.array(generation)})
+    strategy.ask()
+    strategy.tell(-np.arange(62.0))
+    return strategy.ask()[2:]
+
+
+def mixed(children):
+    return np.count_nonzero((children != children[:, :1]).any(axis=1))
+
+
+def test_without_recombination_a_child_has_one_parent():
+    children = children_of(0.0, generation=0)
+    assert mixed(children) == 0
+    assert set(children[:, 0]) == {0.0, 1.0}
+
+
+def test_some_children_recombine_where_that_is_their_probability():
+    assert 0 < mixed(children_of(0.5, generation=0)) < mixed(children_of(1.0, generation=0))
+
+
+def test_in_the_refinement_all_recombine():
+    np.testing.assert_array_equal(children_of(0.0, generation=2), children_of(1.0, generation=2))
+    assert mixed(children_of(0.0, generation=2)) > 0
+
+
+def jumped(generation, **settings):
+    """Children of parents that are all (1, 2, 3, 4), without steps."""
+    strategy = EvolutionStrategy(
+        4, parents=2, offspring=40, initial_low=5.0, initial_high=6.0, minimum_step_size=0.0, refinement=2, **settings
+    )
+    state = strategy.state()
+    still = {"population": np.tile([1.0, 2.0, 3.0, 4.0], (42, 1)), "step_sizes": np.zeros_like(state["step_sizes"])}
+    strategy.restore({**state, **still, "generation": np.array(generation)})
     strategy.ask()
     strategy.tell(np.zeros(42))
     return strategy.ask()[2:]
 
 
 def test_one_parameter_of_a_child_is_drawn_anew_from_the_initial_range():
-    children = redrawn(generation=1)
-    assert (np.count_nonzero(children, axis=1) == 1).all()
-    assert ((children == 0) | ((children >= 5) & (children < 6))).all()
-    assert (np.count_nonzero(children, axis=0) > 0).all()
+    children = jumped(generation=1, redraw=1.0)
+    new = children != [1, 2, 3, 4]
+    assert (np.count_nonzero(new, axis=1) == 1).all()
+    assert ((children[new] >= 5) & (children[new] < 6)).all()
+    assert (np.count_nonzero(new, axis=0) > 0).all()
 
 
-def test_a_share_of_the_children_is_redrawn():
-    assert 0 < np.count_nonzero(redrawn(generation=0, redraw=0.5)) < 40
+def test_two_groups_of_a_child_exchange_their_values():
+    children = jumped(generation=1, exchange=1.0, groups=[(0, 1), (3, 2)])
+    np.testing.assert_array_equal(children, np.tile([4.0, 3.0, 2.0, 1.0], (40, 1)))
 
 
-def test_nothing_is_redrawn_in_the_refinement():
-    assert not redrawn(generation=2).any()
+def test_any_two_of_more_groups_exchange_their_values():
+    children = jumped(generation=1, exchange=1.0, groups=[[0], [1], [2]])
+    expected = {(2.0, 1.0, 3.0, 4.0), (3.0, 2.0, 1.0, 4.0), (1.0, 3.0, 2.0, 4.0)}
+    assert {tuple(child) for child in children.tolist()} == expected
 
 
-@pytest.mark.parametrize("redraw", [-0.1, 1.5, np.nan])
-def test_a_redraw_that_is_no_probability_is_refused(redraw):
-    with pytest.raises(ValueError, match=r"`redraw` must be from 0 to 1; got"):
-        EvolutionStrategy(2, redraw=redraw)
+@pytest.mark.parametrize("jump", [{"redraw": 0.5}, {"exchange": 0.5, "groups": [(0, 1), (2, 3)]}])
+def test_a_share_of_the_children_jumps(jump):
+    changed = (jumped(generation=0, **jump) != [1, 2, 3, 4]).any(axis=1)
+    assert 0 < np.count_nonzero(changed) < 40
+
+
+@pytest.mark.parametrize("jump", [{"redraw": 1.0}, {"exchange": 1.0, "groups": [(0, 1), (2, 3)]}])
+def test_nothing_jumps_in_the_refinement(jump):
+    np.testing.assert_array_equal(jumped(generation=2, **jump), np.tile([1.0, 2.0, 3.0, 4.0], (40, 1)))
+
+
+@pytest.mark.parametrize("name", ["recombination", "redraw", "exchange"])
+@pytest.mark.parametrize("share", [-0.1, 1.5, np.nan])
+def test_what_is_no_probability_is_refused(name, share):
+    with pytest.raises(ValueError, match=f"`{name}` must be from 0 to 1; got"):
+        EvolutionStrategy(2, **{name: share})
+
+
+@pytest.mark.parametrize("groups", [[(0, 1)], [(0, 1), (2,)], [(0, 1), (1, 2)], [(0, 0), (1, 2)]])
+def test_groups_that_cannot_be_exchanged_are_refused(groups):
+    with pytest.raises(ValueError, match="`groups` must be two or more of one length and have no index in common; got"):
+        EvolutionStrategy(4, groups=groups)
+
+
+def test_groups_beyond_the_parameters_are_refused():
+    with pytest.raises(ValueError, match=r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]"):
+        EvolutionStrategy(4, groups=[(0, 1), (2, 4)])

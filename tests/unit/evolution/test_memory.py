@@ -69,6 +69,18 @@ def test_told_fitness_comes_back_as_the_scores_that_ranked():
     np.testing.assert_allclose(remembering.tell(fitness), (fitness - 2) / 2)
 
 
+def test_a_restored_strategy_remembers_as_the_one_that_was_never_stopped():
+    rng, whole = np.random.default_rng(8), strategy(memory=0.9)
+    for _ in range(5):
+        whole.ask()
+        whole.tell(rng.normal(size=4))
+    restored = strategy(memory=0.9)
+    restored.restore(whole.state())
+    for told in rng.normal(size=(4, 4)):
+        np.testing.assert_array_equal(restored.ask(), whole.ask())
+        np.testing.assert_array_equal(restored.tell(told), whole.tell(told))
+
+
 @pytest.mark.parametrize("memory", [-0.1, 1.1, np.nan])
 def test_a_memory_outside_its_range_is_refused(memory):
     with pytest.raises(ValueError, match=r"`memory` must be from 0 to 1; got"):

@@ -1,0 +1,143 @@
+"""One parameter of a model: where it may lie, and how the optimizer's numbers become its values."""
+
+import math
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+OPEN_WIDTH = 2.0
+"""Width of the initial range where a side is open, in the units of a linear parameter or in decades of a logarithmic one."""
+
+LARGEST = 1e9
+"""Largest magnitude of a bound; also of the reciprocal of a bound on a logarithmic scale."""
+
+INITIAL_LARGEST = 1e12
+"""Largest magnitude of the initial range where a side is open."""
+
+LARGEST_DECADE = 300.0
+"""A logarithmic parameter with an open side stays within 1e-300 and 1e300."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter in its user's units.
+
+    Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a logarithmic scale, in decades)
+    to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror.
+
+    Parameters
+    ----------
+    low, high
+        Bounds of the search, inclusive, up to 1e9 in magnitude; None leaves a side open.
+    scale
+        "linear" or "log"; bounds on a logarithmic scale are at least 1e-9.
+    unit
+        Unit, for tables and figures.
+    initial
+        Range of the first models, within the bounds; by default from bound to bound. Where a side is open, the default
+        is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1, if both are open.
+
+    Raises
+    ------
+    ValueError
+        If a field breaks its rule.
+
+    Source
+    ------
+    docs/decisions/0012-own-systems.md.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> Parameter(0, 20, unit="cm/s").to_units(np.array([-1.0, 0.0, 0.9, 1.1]))
+    array([ 0., 10., 19., 19.])
+    """
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+    low: float | None
+    high: float | None
+    scale: Literal["linear", "log"] = "linear"
+    unit: str = ""
+    initial: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.scale not in ("linear", "log"):
+            raise ValueError(f'`scale` must be "linear" or "log"; got {self.scale!r}.')
+        if not isinstance(self.unit, str):
+            raise ValueError(f"`unit` must be a text; got {self.unit!r}.")  # noqa: TRY004 - a setting that is refused
+        for name in ("low", "high"):
+            object.__setattr__(self, name, self._checked_bound(name, getattr(self, name)))
+        if self.low is not None and self.high is not None and not self.low < self.high:
+            raise ValueError(f"`low` must be below `high`; got {self.low} and {self.high}.")
+        object.__setattr__(self, "initial", self._checked_initial())
+
+    def to_units(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the values, in the user's units, of an optimizer's numbers of any shape."""
+        low, high = (self._axis(side) for side in self._initial)
+        values = self._folded((low + high) / 2 + (high - low) / 2 * numbers)
+        if self.scale == "log":
+            values = 10.0 ** np.clip(values, -LARGEST_DECADE, LARGEST_DECADE)
+        return np.clip(values, self.low, self.high)  # what rounding has pushed over a bound
+
+    @property
+    def _initial(self) -> tuple[float, float]:
+        assert self.initial is not None
+        return self.initial
+
+    def _axis(self, value: float) -> float:
+        return math.log10(value) if self.scale == "log" else value
+
+    def _value(self, place: float) -> float:
+        return 10.0**place if self.scale == "log" else place
+
+    def _folded(self, places: np.ndarray) -> np.ndarray:
+        if self.low is not None and self.high is not None:
+            low, high = self._axis(self.low), self._axis(self.high)
+            return low + np.abs((places - low + (high - low)) % (2 * (high - low)) - (high - low))
+        if self.low is not None:
+            return self._axis(self.low) + np.abs(places - self._axis(self.low))
+        if self.high is not None:
+            return self._axis(self.high) - np.abs(places - self._axis(self.high))
+        return places
+
+    def _checked_bound(self, name: str, value: Any) -> float | None:
+        if value is None:
+            return None
+        smallest = 1 / LARGEST if self.scale == "log" else -LARGEST
+        if not _is_number(value) or not smallest <= value <= LARGEST:
+            kind = " on a logarithmic scale" if self.scale == "log" else ""
+            raise ValueError(
+                f"`{name}` must be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side; "
+                f"got {value!r}."
+            )
+        return float(value)
+
+    def _checked_initial(self) -> tuple[float, float]:
+        if self.initial is None:
+            return self._default_initial()
+        given, below, above = self.initial, self.low, self.high
+        if below is None:
+            below = self._value(-LARGEST_DECADE) if self.scale == "log" else -INITIAL_LARGEST
+        above = INITIAL_LARGEST if above is None else above
+        pair = isinstance(given, tuple | list) and len(given) == 2 and all(_is_number(value) for value in given)
+        if not pair or not below <= given[0] < given[1] <= above:
+            raise ValueError(
+                f"`initial` must be two numbers from {below:g} to {above:g}, the lower first; got {given!r}."
+            )
+        return (float(given[0]), float(given[1]))
+
+    def _default_initial(self) -> tuple[float, float]:
+        if self.low is not None and self.high is not None:
+            return (self.low, self.high)
+        if self.low is not None:
+            return (self.low, self._value(self._axis(self.low) + OPEN_WIDTH))
+        if self.high is not None:
+            return (self._value(self._axis(self.high) - OPEN_WIDTH), self.high)
+        return (self._value(-OPEN_WIDTH / 2), self._value(OPEN_WIDTH / 2))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)

@@ -1,0 +1,224 @@
+"""Systems of one's own: from what a caller hands over to what a run is made of, and back again."""
+
+from collections.abc import Mapping
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
+from turing_learning.models import Parameter
+from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+
+from ._assemble import GENUINE
+from ._errors import RunFolderError
+from ._folder import RunFolder
+
+Range = tuple[float | None, float | None] | Parameter
+"""Lower and upper bound of a parameter, None for an open side; or all that can be said of one."""
+
+
+class OwnOptions(TypedDict, total=False):
+    """What may be said of a system of one's own, beyond its samples, its simulator and the parameters.
+
+    name
+        A word for folders and tables; "own-system" by default.
+    title
+        What stands above the report; the name by default.
+    signals
+        Names of the D signals per step; those of the samples' `names`, if they have some, by default.
+    length
+        How samples of different lengths are cut: "shortest", or a number of steps; None refuses them.
+    held_out
+        Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from 0. Samples
+        that come as `learning` and `held_out`, such as windows of recorded motion, are split already.
+    samples_per_generation
+        Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are models by
+        default, or all if there are fewer.
+    vectorized
+        Whether the simulator takes all models at once, (M, P) -> (M, T, D), as it does by default, or one, (P,) -> (T, D).
+    batches
+        Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as
+        there are workers by default, else 1. The result depends on it, as it does not on the number of workers.
+    workers
+        Number of processes that call the simulator; None calls it in this one.
+    timeout_s
+        Longest duration of a call (s), with workers only.
+    """
+
+    name: str
+    title: str
+    signals: tuple[str, ...]
+    length: int | Literal["shortest"] | None
+    held_out: Any
+    samples_per_generation: int
+    vectorized: bool
+    batches: int
+    workers: int | None
+    timeout_s: float | None
+
+
+def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnOptions) -> tuple[OwnSystem, Genuine]:
+    """Return a system as frozen data, and its samples; see `infer`.
+
+    Raises
+    ------
+    ConfigurationError
+        If anything is refused.
+    """
+    refuse_unknown_options(options)
+    try:
+        data = read_genuine(
+            genuine,
+            length=options.get("length"),
+            held_out=options.get("held_out"),
+            rng=np.random.default_rng(GENUINE),
+        )
+        center, scale = data.scales()
+        name = options.get("name", "own-system")
+        signals = options.get("signals") or getattr(genuine, "names", None)
+        signals = signals or [f"signal{d}" for d in range(data.samples.shape[2])]
+        system = OwnSystem(
+            name=name,
+            title=options.get("title", name),
+            parameters=_parameters(parameters),
+            signals=tuple(signals),
+            steps=data.samples.shape[1],
+            center=center,
+            input_scale=scale,
+            samples=0 if data.live else len(data.samples),
+            samples_per_generation=options.get("samples_per_generation", 0),
+            held_out=tuple(data.held_out.tolist()),
+            batches=_batches(options),
+            digest=data.digest,
+        )
+    except ConfigurationError:
+        raise
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+    return system, data
+
+
+def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOptions) -> OwnSource:
+    """Return the sample source of a run; the caller closes it.
+
+    Raises
+    ------
+    ConfigurationError
+        If the simulator or a setting is refused.
+    """
+    try:
+        return OwnSource(system, data, simulate, workers=options.get("workers"), timeout_s=options.get("timeout_s"))
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+
+
+def reopen_source(
+    folder: RunFolder, configuration: Configuration, genuine: Any, simulate: Any, options: OwnOptions
+) -> OwnSource | None:
+    """Return the sample source with which a stored run goes on; None for a run of simulated robots.
+
+    Raises
+    ------
+    ConfigurationError
+        If the simulator or a setting is refused, or something is given that the run has no use for.
+    RunFolderError
+        If simulator or samples are missing, or the samples are not those that the run began with.
+    """
+    if not isinstance(configuration, OwnConfiguration):
+        refuse_without_system(genuine=genuine, simulate=simulate, **options)
+        return None
+    if genuine is None or simulate is None:
+        missing = "genuine" if genuine is None else "simulate"
+        raise RunFolderError(
+            f"`{missing}` must be given to go on with a system of one's own, which no folder can hold whole; got nothing "
+            f"[{folder.path}]. Call `turing_learning.resume(path, genuine=..., simulate=...)` from Python."
+        )
+    system = configuration.scenario
+    return open_source(system, _same_data(folder, system, genuine), simulate, options)
+
+
+def refuse_without_source(configuration: Configuration, source: OwnSource | None) -> None:
+    """Raise ConfigurationError if a configuration alone cannot run."""
+    if isinstance(configuration, OwnConfiguration) and source is None:
+        raise ConfigurationError(
+            f"`simulate` must be given for a system of one's own; got the configuration of {configuration.scenario.name!r} "
+            "alone. Call `turing_learning.infer(genuine=..., simulate=..., parameters=...)` from Python."
+        )
+
+
+def refuse_without_system(**given: Any) -> None:
+    """Raise ConfigurationError if something is given that only a system of one's own has a use for."""
+    for name, value in given.items():
+        if value is not None:
+            raise ConfigurationError(
+                f"`{name}` must be left out for simulated robots; got {_shown(value)}. A system of one's own has "
+                "`genuine`, `simulate` and `parameters`, and no scenario."
+            )
+
+
+def refuse_unknown_options(options: Mapping[str, Any]) -> None:
+    """Raise ConfigurationError if an option is none of `OwnOptions`."""
+    known = OwnOptions.__annotations__
+    for name, value in options.items():
+        if name not in known:
+            raise ConfigurationError(f"`{name}` must be a known option; got {_shown(value)}. {nearest(name, known)}")
+
+
+def _shown(value: Any) -> str:
+    return repr(value) if isinstance(value, str | int | float | bool) else type(value).__name__
+
+
+def _parameters(given: Any) -> dict[str, Parameter]:
+    if not isinstance(given, Mapping):
+        raise ConfigurationError(
+            f"`parameters` must be a dict name -> (low, high); got {_shown(given)}. For example "
+            '{"speed": (0, 20), "turn_noise": (0, None)}.'
+        )
+    return {name: _parameter(name, value) for name, value in given.items()}
+
+
+def _parameter(name: str, value: Any) -> Parameter:
+    if isinstance(value, Parameter):
+        return value
+    if not isinstance(value, tuple | list) or len(value) != 2:
+        raise ConfigurationError(
+            f"`parameters` must have two bounds (low, high) or a `Parameter` for each name; got {value!r} [{name!r}]. "
+            "None leaves a side open."
+        )
+    try:
+        return Parameter(*value)
+    except ValueError as error:
+        raise ConfigurationError(f"{error} [parameter {name!r}]") from error
+
+
+def _batches(options: OwnOptions) -> int:
+    if options.get("vectorized", True):
+        batches: Any = options.get("batches", options.get("workers") or 1)
+        if type(batches) is not int or batches < 1:
+            raise ConfigurationError(f"`batches` must be an integer of at least 1; got {batches!r}.")
+        return batches
+    if "batches" in options:
+        raise ConfigurationError(
+            f"`batches` must be left out where vectorized is False; got {options['batches']!r}. Every model has a call of "
+            "its own."
+        )
+    return 0
+
+
+def _same_data(folder: RunFolder, system: OwnSystem, genuine: Any) -> Genuine:
+    if callable(genuine) != system.live:
+        kind = "a live source" if system.live else "an array of samples"
+        raise RunFolderError(f"`genuine` must be {kind}, as when the run began; got {_shown(genuine)} [{folder.path}].")
+    held_out = np.array(system.held_out, dtype=np.int64)
+    if system.live:
+        return Genuine(np.zeros((1, system.steps, len(system.signals))), held_out, genuine)
+    try:
+        data = Genuine(cut_samples(genuine, system.steps), held_out)
+    except ValueError as error:
+        raise RunFolderError(f"{error} [{folder.path}]") from error
+    if data.digest != system.digest:
+        raise RunFolderError(
+            f"`genuine` must be the samples that the run began with, of SHA-256 {system.digest[:12]}...; got others, "
+            f"{data.digest[:12]}... [{folder.path}]. Give the same, or start a new run."
+        )
+    return data

@@ -1,0 +1,52 @@
+"""Everything that yields samples besides robots: any system that was observed, and any simulator of it.
+
+`OwnSystem`
+    What a run has to know of such a system, as frozen data: parameters, signals, scales of the inputs.
+`Genuine`, `read_genuine`, `cut_samples`
+    Samples of the system, checked and split into those for learning and those kept for testing.
+`OwnSource`
+    The sample source: genuine samples beside those of a simulator, in this process or in workers.
+`GuardedInterrogation`
+    Lets classifiers judge, and has models whose simulation failed rejected by all of them.
+`Simulator`
+    What is asked of a simulator.
+`FailureLog`
+    Which simulations failed, and why.
+`OwnSystemError`
+    The system or the simulator failed in a way that ends the run.
+"""
+
+from typing import TYPE_CHECKING, Any
+
+from ._errors import OwnSystemError
+from ._failures import FailureLog
+from ._genuine import Genuine, cut_samples, read_genuine
+from ._system import OwnSystem
+
+if TYPE_CHECKING:
+    from ._calls import Simulator
+    from ._interrogation import GuardedInterrogation
+    from ._source import OwnSource
+
+__all__ = [
+    "FailureLog",
+    "Genuine",
+    "GuardedInterrogation",
+    "OwnSource",
+    "OwnSystem",
+    "OwnSystemError",
+    "Simulator",
+    "cut_samples",
+    "read_genuine",
+]
+
+_LAZY = {"Simulator": "_calls", "GuardedInterrogation": "_interrogation", "OwnSource": "_source"}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what runs on first use, so that the description of a system stays cheap to import."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

@@ -1,0 +1,192 @@
+"""Samples of the system: checked, cut to one length, and split."""
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+LARGEST = 1e9
+"""Largest magnitude of a genuine value."""
+
+SCALE_PERCENTILE = 99.0
+SMALLEST_SCALE = 1e-9  # a signal that hardly varies is not divided
+
+HELD_OUT = 0.2
+"""Share of the samples that is kept for testing, where nothing else is said."""
+
+LiveSource = Callable[[np.random.Generator], Any]
+
+
+@runtime_checkable
+class SplitSamples(Protocol):
+    """Samples that are split already, such as the windows of recorded motion: `learning` and `held_out`, each (K, T, D)."""
+
+    learning: np.ndarray
+    held_out: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Genuine:
+    """Genuine samples of a system.
+
+    Attributes
+    ----------
+    samples : (K, T, D)
+        All of them, or the first observation of a live source.
+    held_out : (H,) int
+        Which of them are kept for testing, ascending.
+    live
+        Where further samples come from, None for data.
+    """
+
+    samples: np.ndarray
+    held_out: np.ndarray
+    live: LiveSource | None = None
+
+    @property
+    def learning(self) -> np.ndarray:
+        """Samples (K - H, T, D) that may be learned from."""
+        return np.delete(self.samples, self.held_out, axis=0)
+
+    @property
+    def testing(self) -> np.ndarray:
+        """Samples (H, T, D) that are kept for testing."""
+        return self.samples[self.held_out]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of shape and values; empty for a live source, whose samples differ from time to time."""
+        if self.live is not None:
+            return ""
+        return hashlib.sha256(str(self.samples.shape).encode() + np.ascontiguousarray(self.samples).data).hexdigest()
+
+    def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
+
+        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1, 1] and
+        a few outliers change nothing; 1 for a signal that does not vary.
+        """
+        values = self.learning.reshape(-1, self.samples.shape[2])
+        center = np.median(values, axis=0)
+        spread = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
+        return tuple(center.tolist()), tuple(np.where(spread < SMALLEST_SCALE, 1.0, spread).tolist())
+
+
+def read_genuine(
+    genuine: Any,
+    *,
+    length: int | Literal["shortest"] | None = None,
+    held_out: float | Sequence[int] | None = None,
+    rng: np.random.Generator,
+) -> Genuine:
+    """Check the samples of a system, cut them to one length, and choose those that are kept for testing.
+
+    Parameters
+    ----------
+    genuine
+        Samples (K, T, D), or K arrays (T, D) whose T may differ; or `SplitSamples`; or a live source, a function
+        rng -> (K, T, D).
+    length
+        None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a number
+        cuts them to that many steps, and refuses shorter ones.
+    held_out
+        Share of the samples kept for testing, drawn at random, at least 0 and below 1; or which ones, counted from 0.
+        Windows that overlap or follow each other are alike: name whole individuals or blocks of time then. None takes a
+        fifth at random, of split samples those held out, and none of a live source.
+    rng
+        Draws the samples that are kept, and feeds a live source.
+
+    Returns
+    -------
+    Genuine
+        Checked.
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite or beyond 1e9, a shape does not fit, or a setting breaks its rule.
+    """
+    if callable(genuine):
+        return Genuine(cut_samples(genuine(rng), length), np.empty(0, dtype=np.int64), genuine)
+    samples = cut_samples(genuine, length)
+    if isinstance(genuine, SplitSamples):
+        if held_out is not None:
+            raise ValueError(f"`held_out` must be left out for samples that are split already; got {held_out!r}.")
+        return Genuine(samples, np.arange(len(genuine.learning), len(samples)))
+    return Genuine(samples, _kept(HELD_OUT if held_out is None else held_out, len(samples), rng))
+
+
+def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
+    """Return samples (K, T, D) as a new array of floats, checked and cut to one length; see `read_genuine`."""
+    if not (length is None or length == "shortest" or (type(length) is int and length >= 1)):
+        raise ValueError(f'`length` must be an integer of at least 1, "shortest", or None; got {length!r}.')
+    if isinstance(given, SplitSamples):
+        given = [*given.learning, *given.held_out]
+    series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
+    arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
+    if not arrays:
+        raise ValueError("`genuine` must hold at least one sample; got none.")
+    steps = _common_steps([len(array) for array in arrays], length)
+    widths = {array.shape[1] for array in arrays}
+    if len(widths) > 1:
+        raise ValueError(f"`genuine` must have the same signals in all samples; got {sorted(widths)} signals.")
+    samples = np.stack([array[:steps] for array in arrays])
+    _check_values(samples)
+    return samples
+
+
+def _as_series(sample: Any, number: int) -> np.ndarray:
+    try:
+        array = np.asarray(sample)
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
+    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
+        received = f"shape {array.shape} of {array.dtype}"
+        raise ValueError(
+            "`genuine` must be samples (K, T, D) of real numbers, time steps T and signals D at least 1; "
+            f"got {received} [sample {number}]. Add an axis for a single signal: samples[..., None]."
+        )
+    return array.astype(np.float64)
+
+
+def _common_steps(lengths: list[int], length: int | Literal["shortest"] | None) -> int:
+    shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
+    if isinstance(length, int):
+        if lengths[shortest] < length:
+            raise ValueError(
+                f"`length` must be at most that of the shortest sample, {lengths[shortest]}; got {length} "
+                f"[sample {shortest}]. Remove that sample, or ask for less."
+            )
+        return length
+    if length is None and lengths[shortest] != lengths[longest]:
+        raise ValueError(
+            f"`genuine` must have samples of one length; got {lengths[shortest]} steps [sample {shortest}] and "
+            f'{lengths[longest]} [sample {longest}]. Cut them with length="shortest" or a number of steps.'
+        )
+    return lengths[shortest]
+
+
+def _check_values(samples: np.ndarray) -> None:
+    fine = np.abs(samples) <= LARGEST  # so that NaN, too, is refused
+    if not fine.all():
+        k, t, d = (int(place) for place in np.argwhere(~fine)[0])
+        raise ValueError(
+            f"`genuine` must be finite and at most {LARGEST:g} in size; got {samples[k, t, d]} "
+            f"[sample {k}, step {t}, signal {d}]. Cut the gap out, or change the unit."
+        )
+
+
+def _kept(held_out: float | Sequence[int], count: int, rng: np.random.Generator) -> np.ndarray:
+    if isinstance(held_out, float | int):
+        if not 0 <= held_out < 1:
+            raise ValueError(f"`held_out` must be a share of at least 0 and below 1; got {held_out!r}.")
+        return np.sort(rng.permutation(count)[: min(round(held_out * count), count - 1)])
+    kept = list(held_out) if isinstance(held_out, Iterable) else [held_out]
+    whole = all(isinstance(k, int | np.integer) and not isinstance(k, bool) and 0 <= k < count for k in kept)
+    if not whole or len(set(kept)) >= count:
+        raise ValueError(
+            f"`held_out` must be a share, or numbers of samples from 0 to {count - 1} but not all; got {held_out!r}."
+        )
+    return np.array(sorted(set(kept)), dtype=np.int64)

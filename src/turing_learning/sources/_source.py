@@ -1,0 +1,253 @@
+"""Samples of a system of one's own, and of models of it from any simulator."""
+
+import logging
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..coevolution import Samples
+from ._calls import Answer, Call, Failed, InProcess, Runner, Simulator
+from ._errors import OwnSystemError
+from ._failures import FailureLog
+from ._genuine import Genuine, cut_samples
+from ._system import OwnSystem
+from ._workers import InWorkers
+
+_LOGGER = logging.getLogger("turing_learning")
+
+
+class OwnSource:
+    """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
+
+    A simulation fails if the simulator raises, takes too long, or returns the wrong shape or a number that is not finite.
+    If a call with several models fails, each of its models is simulated again alone, so that only those that fail alone
+    have failed. In generation 0 an exception or a wrong shape ends the run. Later a failed model has samples of zeros and
+    is marked in `failed`. If more than half of the models of a generation fail, the run ends.
+
+    Parameters
+    ----------
+    system
+        What is known of it.
+    genuine
+        Its samples.
+    simulate
+        The simulator; see `OwnSystem.batches` for how many models it takes at once.
+    workers
+        Number of worker processes; None calls the simulator in this process. The samples do not depend on it.
+    timeout_s
+        Longest duration of a call (s), with workers only; None for no limit.
+
+    Attributes
+    ----------
+    generation
+        Number of the generation that is collected next; whoever runs the generations keeps it.
+    failed : (M,) bool
+        Which simulations of the last generation failed.
+    log
+        All failures.
+
+    Raises
+    ------
+    ValueError
+        If the simulator is no function, or cannot be sent to another process, or a setting breaks its rule.
+    """
+
+    def __init__(
+        self,
+        system: OwnSystem,
+        genuine: Genuine,
+        simulate: Simulator,
+        *,
+        workers: int | None = None,
+        timeout_s: float | None = None,
+    ) -> None:
+        self.system = system
+        self.generation = 0
+        self.failed = np.zeros(0, dtype=bool)
+        self.log = FailureLog(system.parameter_names)
+        self._live = genuine.live
+        self._learning = system.centered(genuine.learning)
+        self._runner = _runner(simulate, system.vectorized, workers, timeout_s)
+
+    def __enter__(self) -> "OwnSource":
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker processes, if there are any."""
+        self._runner.close()
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Return genuine samples (K, T, D), and counterfeit samples (M, C, T, D) of models (M, P) as the optimizer has them.
+
+        Raises
+        ------
+        OwnSystemError
+            If simulations fail in a way that ends the run, or a live source yields no proper samples.
+        """
+        parameters = self.system.to_units(models)
+        genuine = self._observed(len(models), rng)
+        simulated = _Simulated(self.system, parameters, self.generation)
+        for places, answer in self._answers(parameters, rng):
+            simulated.take(places, answer)
+        self.failed = simulated.failed
+        self._note(simulated)
+        return Samples(genuine=genuine, counterfeit=self.system.centered(simulated.samples()))
+
+    def _observed(self, models: int, rng: np.random.Generator) -> np.ndarray:
+        if self._live is None:
+            count = self.system.samples_per_generation or models
+            if count >= len(self._learning):
+                return self._learning
+            return self._learning[rng.choice(len(self._learning), count, replace=False)]
+        try:
+            samples = cut_samples(self._live(rng), self.system.steps)
+        except Exception as error:
+            raise OwnSystemError(f"{error} [live source, generation {self.generation}]") from error
+        if samples.shape[2] != len(self.system.signals):
+            raise OwnSystemError(
+                f"`genuine` must yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]} "
+                f"[live source, generation {self.generation}]."
+            )
+        return self.system.centered(samples)
+
+    def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
+        """Yield what the simulator says of which models: of groups, and of each model of a group that failed."""
+        count = self.system.batches or len(parameters)
+        groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
+        generators = rng.spawn(len(groups))
+        again: list[tuple[np.ndarray, np.random.Generator]] = []
+        for group, generator, found in zip(groups, generators, self._run(parameters, groups, generators), strict=True):
+            if isinstance(found, Failed) and len(group) > 1:
+                self._refuse_misshapen(found, parameters[group])
+                again.append((group, generator))
+            else:
+                yield group, found
+        yield from self._alone(parameters, again)
+
+    def _alone(
+        self, parameters: np.ndarray, again: list[tuple[np.ndarray, np.random.Generator]]
+    ) -> Iterator[tuple[np.ndarray, Answer]]:
+        singles = [np.array([k]) for group, _ in again for k in group]
+        generators = [one for group, rng in again for one in rng.spawn(len(group))]
+        yield from zip(singles, self._run(parameters, singles, generators), strict=True)
+        if again and self.generation == 0:
+            raise OwnSystemError(
+                "`simulate` must return samples of several models at once; it failed for a group of models, and for none of "
+                "them alone [generation 0]. Repair it, or set vectorized=False for a function of one model's parameters (P,)."
+            )
+
+    def _run(
+        self, parameters: np.ndarray, groups: list[np.ndarray], generators: list[np.random.Generator]
+    ) -> Iterator[Answer]:
+        calls = [Call(parameters[group], rng) for group, rng in zip(groups, generators, strict=True)]
+        for group, found in zip(groups, self._runner.run(calls), strict=True):
+            yield found if isinstance(found, Failed) else self._shaped(found, len(group))
+
+    def _shaped(self, samples: np.ndarray, count: int) -> Answer:
+        """Return samples as (count, C, T, D), or that they are of another shape."""
+        steps, signals = self.system.steps, len(self.system.signals)
+        if samples.ndim in (3, 4) and samples.size and (len(samples), *samples.shape[-2:]) == (count, steps, signals):
+            return samples.reshape(count, -1, steps, signals)
+        if self.system.vectorized:
+            rule, shape = f"(M, T, D) = ({count}, {steps}, {signals}) or (M, C, T, D)", samples.shape
+        else:
+            rule, shape = f"(T, D) = ({steps}, {signals}) or (C, T, D)", samples.shape[1:]
+        return Failed(f"it returned shape {shape} instead of {rule}", misshapen=True)
+
+    def _refuse_misshapen(self, found: Failed, parameters: np.ndarray) -> None:
+        if self.generation == 0 and found.misshapen:
+            raise OwnSystemError(
+                _refusal(found.reason, f"{self.system.shown(parameters[0])} and {len(parameters) - 1} more")
+            )
+
+    def _note(self, simulated: "_Simulated") -> None:
+        if not simulated.failed.any():
+            return
+        if self.log.count == 0:
+            _LOGGER.warning(
+                "%d of %d simulations failed in generation %d, the first with %s.",
+                np.count_nonzero(simulated.failed), len(simulated.failed), self.generation, simulated.first_failure(),
+            )  # fmt: skip
+        for k in sorted(simulated.reasons):
+            self.log.add(self.generation, simulated.parameters[k], simulated.reasons[k])
+
+
+class _Simulated:
+    """The samples of one generation as they come in."""
+
+    def __init__(self, system: OwnSystem, parameters: np.ndarray, generation: int) -> None:
+        self.parameters = parameters
+        self.reasons: dict[int, str] = {}
+        self._system = system
+        self._generation = generation
+        self._samples: np.ndarray | None = None  # (M, C, T, D), C being that of the first proper answer
+
+    @property
+    def failed(self) -> np.ndarray:
+        """Which models have no samples, (M,) bool."""
+        return np.isin(np.arange(len(self.parameters)), list(self.reasons))
+
+    def take(self, places: np.ndarray, answer: Answer) -> None:
+        """Take an answer for the models at `places`; raise OwnSystemError where the run has to end."""
+        if not isinstance(answer, Failed) and self._samples is not None and answer.shape[1] != self._samples.shape[1]:
+            answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {self._samples.shape[1]} of others")
+        if isinstance(answer, Failed):
+            if self._generation == 0:
+                raise OwnSystemError(_refusal(answer.reason, self._system.shown(self.parameters[places[0]])))
+            self._fail(places, answer.reason)
+            return
+        if self._samples is None:
+            self._samples = np.zeros((len(self.parameters), *answer.shape[1:]))
+        fine = np.isfinite(answer).all(axis=(1, 2, 3))
+        self._samples[places[fine]] = answer[fine]
+        for k in np.flatnonzero(~fine):
+            c, t, d = (int(place) for place in np.argwhere(~np.isfinite(answer[k]))[0])
+            self._fail(
+                places[k : k + 1], f"it returned {answer[k, c, t, d]} [step {t}, signal {self._system.signals[d]}]"
+            )
+
+    def samples(self) -> np.ndarray:
+        """Return the samples (M, C, T, D), zeros for models that failed."""
+        assert self._samples is not None  # more than half of the models would have failed
+        return self._samples
+
+    def first_failure(self) -> str:
+        """Return the first model that failed, and why."""
+        k = min(self.reasons)
+        return f"{self._system.shown(self.parameters[k])}: {self.reasons[k]}"
+
+    def _fail(self, places: np.ndarray, reason: str) -> None:
+        self.reasons |= dict.fromkeys(places.tolist(), reason)
+        if 2 * len(self.reasons) > len(self.parameters):
+            raise OwnSystemError(
+                f"`simulate` must not fail for more than half of the {len(self.parameters)} models of a generation; got "
+                f"{len(self.reasons)} failures or more [generation {self._generation}], the first with "
+                f"{self.first_failure()}. Narrow the bounds of the parameters, or repair the simulator, and go on with "
+                "`turing_learning.resume`."
+            )
+
+
+def _refusal(reason: str, models: str) -> str:
+    return (
+        f"`simulate` must return samples of every model; {reason} [generation 0, {models}]. Repair it, or narrow the bounds "
+        "of the parameters; for a function of one model's parameters (P,) set vectorized=False."
+    )
+
+
+def _runner(simulate: Simulator, vectorized: bool, workers: int | None, timeout_s: float | None) -> Runner:
+    if not callable(simulate):
+        raise ValueError(f"`simulate` must be a function of (parameters, rng); got {type(simulate).__name__}.")  # noqa: TRY004
+    if workers is None:
+        if timeout_s is not None:
+            raise ValueError(
+                f"`timeout_s` must be given together with `workers`, as only a process can be ended; got {timeout_s!r}."
+            )
+        return InProcess(simulate, vectorized=vectorized)
+    if type(workers) is not int or workers < 1:
+        raise ValueError(f"`workers` must be an integer of at least 1, or None; got {workers!r}.")
+    if timeout_s is not None and not (type(timeout_s) in (int, float) and timeout_s > 0):
+        raise ValueError(f"`timeout_s` must be a number of seconds above 0, or None; got {timeout_s!r}.")
+    return InWorkers(simulate, vectorized=vectorized, workers=workers, timeout_s=timeout_s)

@@ -1,0 +1,279 @@
+import json
+import re
+
+import numpy as np
+import pytest
+import xarray as xr
+from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
+
+import turing_learning as tl
+from turing_learning.config import ConfigurationError, OwnConfiguration, load_configuration, load_variants, to_toml
+from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, start
+from turing_learning.sources import OwnSystemError
+
+SMALL = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "run.threads": 1,
+    "run.checkpoint_every": 3,
+    "run.history": "thin",
+}
+FULL = {"run.history": "full"}  # with figures and a report, which take a second
+FISH = {"name": "fish", "title": "Fish in a tank", "parameters": RANGES | {"speed": tl.Parameter(0, 20, unit="cm/s")}}
+
+
+def infer(genuine=None, simulate=walk, parameters=RANGES, generations=7, settings=None, **options):
+    return tl.infer(
+        genuine=recorded() if genuine is None else genuine,
+        simulate=simulate,
+        parameters=parameters,
+        generations=generations,
+        settings=SMALL | (settings or {}),
+        **options,
+    )
+
+
+def untimed(folder):
+    content = json.loads((folder / "result.json").read_text())
+    return {name: value for name, value in content.items() if name not in TIMINGS}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    path = tmp_path_factory.mktemp("own") / "run"
+    infer(out=path, settings=FULL, **FISH)
+    return path
+
+
+def test_the_result_names_the_parameters_in_their_units(whole):
+    result = tl.load_run(whole)
+    assert list(result.estimate) == list(result.best_model) == ["speed", "turn_noise"]
+    assert 0 <= result.estimate["speed"] <= 20
+    assert (result.scenario, result.truth, result.mae, result.absolute_error) == ("fish", None, None, None)
+
+
+def test_the_run_folder_is_that_of_any_run_without_what_needs_a_truth(whole):
+    names = {path.name for path in whole.iterdir()}
+    assert {"config.toml", "manifest.json", "result.json", "history.zarr", "figures", "report.html"} <= names
+    assert {path.stem for path in (whole / "figures").iterdir()} == {"parameters", "fitness", "step-sizes"}
+
+
+def test_the_report_shows_units_and_no_replay(whole):
+    page = (whole / "report.html").read_text(encoding="utf-8")
+    assert "Fish in a tank: what Turing Learning inferred" in page
+    assert "speed (cm/s)" in page
+    assert '<section id="replay"' not in page
+
+
+def test_the_history_holds_models_in_the_users_units(whole):
+    models = tl.load_run(whole).history["model"].to_numpy()
+    assert (models[..., 0].max(), models[..., 1].max()) > (3, 1)
+    assert ((models >= 0) & (models <= [20, 3])).all()
+
+
+def test_the_stored_configuration_reads_back_and_holds_scales_and_held_out_samples(whole):
+    configuration = RunFolder(whole).configuration()
+    assert isinstance(configuration, OwnConfiguration)
+    assert configuration.input_scale == configuration.scenario.input_scale
+    assert len(configuration.scenario.held_out) == 8
+    assert configuration.scenario.parameters["speed"].unit == "cm/s"
+
+
+def test_a_configuration_with_open_sides_reads_back_equal(tmp_path):
+    ranges = {"a": (None, None), "b": (0, None), "c": tl.Parameter(None, 5, scale="log", initial=(0.1, 3))}
+    simulate = lambda parameters, rng: walk(np.abs(parameters[:, :2]), rng)  # noqa: E731
+    infer(out=tmp_path / "run", simulate=simulate, parameters=ranges, generations=1)
+    configuration = RunFolder(tmp_path / "run").configuration()
+    sides = {name: (one.low, one.high) for name, one in configuration.scenario.parameters.items()}
+    assert sides == {"a": (None, None), "b": (0, None), "c": (None, 5)}
+    assert to_toml(configuration) == (tmp_path / "run" / "config.toml").read_text()
+
+
+def test_a_run_in_memory_infers_the_same_as_one_on_disk(whole):
+    result = infer(name="fish", settings=FULL)
+    assert (result.estimate, result.best_model) == (tl.load_run(whole).estimate, tl.load_run(whole).best_model)
+    assert result.failed_simulations == {"count": 0, "listed": []}
+
+
+def test_the_default_preset_counts_for_own_systems_too(whole):
+    configuration = RunFolder(whole).configuration()
+    assert (configuration.coevolution.archive, configuration.classifiers.renewal) == (100, 100)
+
+
+def test_a_result_without_truth_prints_small_parameters():
+    result = infer(generations=1, parameters={"a": (1e-6, 2e-6), "b": (0, 1)})
+    assert re.search(r"\b1\.\d+e-06\b", str(result))
+
+
+def test_a_stopped_run_goes_on_bit_by_bit(whole, tmp_path, stop_after):
+    path = tmp_path / "run"
+    infer(out=path, should_stop=stop_after(4), settings=FULL, **FISH)
+    tl.resume(path, genuine=recorded(), simulate=walk)
+    assert untimed(path) == untimed(whole)
+    histories = [xr.open_zarr(folder / "history.zarr").load() for folder in (path, whole)]
+    xr.testing.assert_identical(*histories)
+
+
+def test_failures_are_listed_and_survive_a_resumed_run(tmp_path, stop_after):
+    for name, stop in (("whole", None), ("run", stop_after(4))):
+        infer(out=tmp_path / name, simulate=stumbling, should_stop=stop, seed=2, settings=FULL)
+    tl.resume(tmp_path / "run", genuine=recorded(), simulate=stumbling)
+    failed = untimed(tmp_path / "whole")["failed_simulations"]
+    assert failed["count"] == len(failed["listed"]) > 4
+    assert {entry["generation"] for entry in failed["listed"]} >= {0, 1}
+    assert all(entry["parameters"]["speed"] > 12 for entry in failed["listed"])
+    assert failed["listed"][0]["reason"] == "it returned nan [step 7, signal signal0]"
+    assert untimed(tmp_path / "run") == untimed(tmp_path / "whole")
+    assert f"{failed['count']} simulations failed" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_model_that_fails_has_the_worst_fitness():
+    history = infer(simulate=stumbling, seed=2, settings=FULL).history
+    fast = history["model"].to_numpy()[..., 0] > 12
+    assert fast.any()
+    assert not history["model_fitness"].to_numpy()[fast].any()
+
+
+def test_workers_infer_what_this_process_infers():
+    here = infer(batches=2)
+    assert infer(batches=2, workers=2).estimate == here.estimate
+    alone = infer(simulate=walk_of_one, vectorized=False)
+    assert infer(simulate=walk_of_one, vectorized=False, workers=2).estimate == alone.estimate
+
+
+def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_path):
+    path = tmp_path / "run"
+    with pytest.raises(
+        OwnSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
+    ):
+        infer(out=path, simulate=Breaking(5), settings=FULL, **FISH)
+    assert tl.load_run(path).generations == 5
+    assert RunFolder(path).manifest()["state"] == "stopped"
+    tl.resume(path, genuine=recorded(), simulate=walk)
+    assert untimed(path) == untimed(whole)
+
+
+def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_path):
+    path = tmp_path / "run"
+    with pytest.raises(OwnSystemError, match=r"`simulate` must return samples of every model; it raised OSError"):
+        infer(out=path, simulate=Breaking(0))
+    assert tl.resume(path, genuine=recorded(), simulate=walk).complete
+
+
+def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
+    path = tmp_path / "run"
+    infer(out=path, should_stop=stop_after(4))
+    with pytest.raises(
+        RunFolderError, match=r"Call `turing_learning.resume\(path, genuine=..., simulate=...\)` from Python."
+    ):
+        tl.resume(path)
+    with pytest.raises(RunFolderError, match="`simulate` must be given to go on with a system of one's own"):
+        tl.resume(path, genuine=recorded())
+    with pytest.raises(
+        RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256 \w{12}\.\.\.; got"
+    ):
+        tl.resume(path, genuine=recorded(seed=4), simulate=walk)
+    with pytest.raises(RunFolderError, match=r"`length` must be at most that of the shortest sample, 20; got 50"):
+        tl.resume(path, genuine=recorded()[:, :20], simulate=walk)
+    with pytest.raises(
+        RunFolderError, match="`genuine` must be an array of samples, as when the run began; got function"
+    ):
+        tl.resume(path, genuine=lambda rng: recorded(), simulate=walk)
+    with pytest.raises(ConfigurationError, match="`timeout_s` must be given together with `workers`"):
+        tl.resume(path, genuine=recorded(), simulate=walk, timeout_s=3.0)
+
+
+def test_a_finished_run_needs_no_simulator(whole):
+    assert tl.resume(whole).complete
+
+
+def test_a_live_source_is_observed_while_the_run_goes_on(tmp_path, stop_after):
+    live = lambda rng: recorded(seed=int(rng.integers(1000)))  # noqa: E731
+    whole = infer(genuine=live)
+    infer(genuine=live, out=tmp_path / "run", should_stop=stop_after(4))
+    assert tl.resume(tmp_path / "run", genuine=live, simulate=walk).estimate == whole.estimate
+
+
+def test_split_samples_keep_their_names(tmp_path):
+    class Windows:
+        learning, held_out, names = recorded(), recorded(count=5), ("speed", "turn")
+
+    infer(genuine=Windows(), generations=1, out=tmp_path / "run")
+    system = RunFolder(tmp_path / "run").configuration().scenario
+    assert (system.signals, system.held_out) == (("speed", "turn"), tuple(range(40, 45)))
+
+
+def test_a_configuration_gives_everything_but_the_system():
+    base = load_configuration(overrides=SMALL | {"run.generations": 2})
+    assert tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, config=base).generations == 2
+
+
+def test_a_file_may_give_the_settings_and_no_scenario(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text("[models]\npopulation = 6\n[run]\ngenerations = 2\n")
+    assert infer(config=path, generations=None).generations == 2
+    path.write_text('scenario = "aggregation"\n')
+    with pytest.raises(
+        ConfigurationError, match=r"`scenario` must be left out for a system of one's own; got 'aggregation' \["
+    ):
+        infer(config=path)
+
+
+def test_an_input_scale_of_ones_own_comes_before_that_of_the_data(tmp_path):
+    infer(out=tmp_path / "run", generations=1, settings={"classifiers.input_scale": [2.0, 3.0]})
+    assert RunFolder(tmp_path / "run").configuration().input_scale == (2.0, 3.0)
+
+
+def test_a_stored_configuration_alone_does_not_run(whole, tmp_path):
+    with pytest.raises(
+        ConfigurationError, match="`simulate` must be given for a system of one's own; got the configuration of"
+    ):
+        start(RunFolder(whole).configuration(), tmp_path / "new")
+    assert not (tmp_path / "new").exists()
+    with pytest.raises(ConfigurationError, match="`scenario` must be one of simulated robots in a study; got 'fish'"):
+        load_variants(whole / "config.toml")
+
+
+def test_settings_reach_runs_of_robots_too():
+    result = tl.infer(
+        "aggregation", generations=1, settings=SMALL | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0}
+    )
+    assert result.generations == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"parameters": None}, "`parameters` must be given for a system of one's own; got nothing."),
+        ({"scenario": "aggregation"}, "`scenario` must be left out for a system of one's own; got 'aggregation'."),
+        ({"parameters": [1]}, "`parameters` must be a dict name -> (low, high); got list."),
+        (
+            {"parameters": {"a": 3}},
+            "`parameters` must have two bounds (low, high) or a `Parameter` for each name; got 3 ['a'].",
+        ),
+        ({"parameters": {"a": (3, 1)}}, "`low` must be below `high`; got 3.0 and 1.0. [parameter 'a']"),
+        ({"parameters": {"a b": (0, 1)}}, "`parameters` must have names of 1 to 60 letters"),
+        ({"worker": 2}, "`worker` must be a known option; got 2. Did you mean `workers`?"),
+        ({"batches": 2, "vectorized": False}, "`batches` must be left out where vectorized is False; got 2."),
+        ({"batches": 0}, "`batches` must be an integer of at least 1; got 0."),
+        ({"signals": ("x",)}, "`signals` must be as many names as the data has signals"),
+        ({"simulate": 3}, "`simulate` must be a function of (parameters, rng); got int."),
+        ({"genuine": np.full((3, 4, 2), np.nan)}, "got nan [sample 0, step 0, signal 0]"),
+        ({"settings": {"models.parnts": 3}}, "Did you mean `models.parents`?"),
+    ],
+)
+def test_what_breaks_a_rule_is_refused_before_anything_runs(arguments, message):
+    given = {"genuine": recorded(), "simulate": walk, "parameters": RANGES} | arguments
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        tl.infer(**given)
+
+
+def test_options_of_own_systems_are_refused_for_robots():
+    with pytest.raises(ConfigurationError, match=re.escape("`workers` must be left out for simulated robots; got 2.")):
+        tl.infer("aggregation", workers=2)
+
+
+def test_samples_are_refused_when_a_run_of_robots_goes_on(small, tmp_path, stop_after):
+    start(small(), tmp_path / "run", should_stop=stop_after(2))
+    with pytest.raises(ConfigurationError, match="`simulate` must be left out for simulated robots; got function"):
+        tl.resume(tmp_path / "run", simulate=walk)
