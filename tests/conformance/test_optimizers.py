@@ -26,7 +26,14 @@ def renewed(*, seed=0, **settings) -> Optimizer:
 
 def in_two_phases(**settings) -> Optimizer:
     return evolution_strategy(
-        recombination=0.5, redraw=0.3, exchange=0.2, groups=[[0], [1]], memory=0.2, refinement=30, **settings
+        recombination=0.5,
+        redraw=0.3,
+        exchange=0.2,
+        groups=[[0], [1]],
+        intermediate=True,
+        memory=0.2,
+        refinement=30,
+        **settings,
     )
 
 

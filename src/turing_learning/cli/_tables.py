@@ -14,11 +14,12 @@ if TYPE_CHECKING:
 
 
 _ESTIMATE = ("estimate", "true", "error:estimate")
+_INTERVAL = ("90 % from", "to")
 _BEST = ("best model", "error:best", "paper")
-_ALL = _ESTIMATE + _BEST
+_ALL = _ESTIMATE + _INTERVAL + _BEST
 WIDEST = 1000  # characters, to ask how wide a table would be
 
-CAPTION = "error: absolute; paper: the absolute error that the paper reports for the best model"
+CAPTION = "90 %: interval of the estimate; error: absolute; paper: the error that it reports for the best model"
 
 
 def print_result(console: Console, result: "Result") -> None:
@@ -44,10 +45,10 @@ def _print_places(console: Console, result: "Result") -> None:
 
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:
-    """Return one table, or on a narrow terminal, which would cut off its numbers, two below each other."""
+    """Return one table, or on a narrow terminal, which would cut off its numbers, three below each other."""
     whole = result_table(result)
     fits = Measurement.get(console, console.options.update(width=WIDEST), whole).maximum <= console.width
-    return [whole] if fits else [result_table(result, _ESTIMATE), result_table(result, _BEST)]
+    return [whole] if fits else [result_table(result, part) for part in (_ESTIMATE, _INTERVAL, _BEST)]
 
 
 def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
@@ -56,7 +57,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     table = Table(
         title=f"{result.scenario}, seed {result.seed}{state}",
         title_justify="left",
-        caption=None if columns == _ESTIMATE else CAPTION,
+        caption=CAPTION if "paper" in columns else None,
     )
     table.caption_justify = "left"
     table.add_column("parameter" if columns == _ALL else "")
@@ -67,13 +68,14 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
             number(value),
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
+            *map(number, result.interval[name]),
             number(result.best_model[name]),
             _entry(result.absolute_error, name),
             _entry(result.paper_absolute_error, name, digits=2),
         )
         table.add_row(name, *_chosen(entries, columns))
     table.add_section()
-    means = ("", "", _optional(result.estimate_mae), "", _optional(result.mae), "")
+    means = ("", "", _optional(result.estimate_mae), "", "", "", _optional(result.mae), "")
     table.add_row("mean", *_chosen(means, columns))
     return table
 

@@ -20,13 +20,20 @@ from ._toml import UNBOUNDED, line_of, read_toml
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "paper": {
-        "models": {"minimum_step_size": 0.0, "recombination": 1.0, "redraw": 0.0, "exchange": 0.0, "memory": 0.0},
+        "models": {
+            "minimum_step_size": 0.0,
+            "recombination": 1.0,
+            "redraw": 0.0,
+            "exchange": 0.0,
+            "intermediate": False,
+            "memory": 0.0,
+        },
         "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
         "coevolution": {"archive": 0},
     },
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
-past classifiers and no renewal of the present ones, children that all recombine, no jumps and no memory of fitness."""
+past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness."""
 
 DEFAULT_SCENARIO = "aggregation"
 

@@ -62,6 +62,9 @@ class EvolutionStrategy:
     groups
         Parameters that can stand for each other, for `exchange`: two or more lists of indices, all of the same length, without
         a common index. Empty if there are none.
+    intermediate
+        Whether from the generation `refinement` on a child has the means of its parents' parameters rather than one or the other's.
+        The noise in them averages out, and the population stays close together.
     memory
         From the generation `refinement` on, selection goes by the fitness that an individual had in the mean over the
         generations it has lived, each weighing `memory` times the next one, see `FitnessMemory`; 0 to 1, 0 for the present alone.
@@ -76,7 +79,7 @@ class EvolutionStrategy:
     Source
     ------
     Paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those used here are
-    the ones published in follow-up work.
+    the ones published in follow-up work. The two phases are not in the paper, see docs/decisions/0011.
     """
 
     def __init__(
@@ -94,6 +97,7 @@ class EvolutionStrategy:
         redraw: float = 0.0,
         exchange: float = 0.0,
         groups: Sequence[Sequence[int]] = (),
+        intermediate: bool = False,
         memory: float = 0.0,
         refinement: int = 0,
     ) -> None:
@@ -118,6 +122,7 @@ class EvolutionStrategy:
         self._redraw = check_share("redraw", redraw)
         self._exchange = check_share("exchange", exchange)
         self._groups = _checked_groups(groups, dimension)
+        self._intermediate = bool(intermediate)
         self._memory = FitnessMemory(self.size, check_share("memory", memory))
         self._refinement = check_count("refinement", refinement, 0)
         self._generation = 0
@@ -172,7 +177,8 @@ class EvolutionStrategy:
             alone = rng.random(self.offspring) >= self._recombination
             pairs[1, alone] = pairs[0, alone]
         child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
-        children = self._mutate(_recombine(parents, pairs, rng), child_steps, rng)
+        mixed = _blend(parents, pairs) if self._intermediate and not searching else _recombine(parents, pairs, rng)
+        children = self._mutate(mixed, child_steps, rng)
         if searching:
             self._jump(children, rng)
         self._population = np.concatenate((parents, children))
@@ -256,6 +262,10 @@ def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
 def _recombine(parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     first, second = parents[pairs[0]], parents[pairs[1]]
     return np.where(rng.integers(2, size=first.shape, dtype=np.bool_), first, second)
+
+
+def _blend(parents: np.ndarray, pairs: np.ndarray) -> np.ndarray:
+    return 0.5 * (parents[pairs[0]] + parents[pairs[1]])
 
 
 def _check_step_sizes(minimum: np.ndarray, initial: np.ndarray) -> None:

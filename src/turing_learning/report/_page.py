@@ -122,6 +122,9 @@ def _table(table: RunTable) -> str:
     has_truth = any(row.truth is not None for row in table.rows)
     has_published = any(row.published_error is not None for row in table.rows)
     header = '<th scope="col">Parameter</th><th scope="col">Inferred</th>'
+    has_interval = any(row.interval is not None for row in table.rows)
+    if has_interval:
+        header += '<th scope="col">90 % interval</th>'
     if has_truth:
         header += '<th scope="col">True</th><th scope="col">Absolute error</th>'
     if has_published:
@@ -129,8 +132,8 @@ def _table(table: RunTable) -> str:
     header += '<th scope="col" class="apart">Best model</th>'
     if has_truth:
         header += '<th scope="col">Absolute error</th>'
-    body = "\n".join(_row(row, has_truth, has_published) for row in table.rows)
-    mean = _mean(table, has_published) if has_truth and table.estimate_mae is not None else ""
+    body = "\n".join(_row(row, has_interval, has_truth, has_published) for row in table.rows)
+    mean = _mean(table, has_interval, has_published) if has_truth and table.estimate_mae is not None else ""
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
     return _section(
         "result",
@@ -140,8 +143,11 @@ def _table(table: RunTable) -> str:
     )
 
 
-def _row(row: ParameterRow, has_truth: bool, has_published: bool) -> str:
+def _row(row: ParameterRow, has_interval: bool, has_truth: bool, has_published: bool) -> str:
     cells = f'<th scope="row">{escape(row.name)}</th><td class="strong">{_number(row.estimate)}</td>'
+    if has_interval:
+        ends = "&ndash;" if row.interval is None else " to ".join(_number(end) for end in row.interval)
+        cells += f"<td>{ends}</td>"
     if has_truth:
         cells += f"<td>{_number(row.truth)}</td><td>{_number(row.estimate_error)}</td>"
     if has_published:
@@ -156,10 +162,11 @@ def _published(value: float | None) -> str:
     return "&ndash;" if value is None else f"{value:g}"
 
 
-def _mean(table: RunTable, has_published: bool) -> str:
+def _mean(table: RunTable, has_interval: bool, has_published: bool) -> str:
+    before = "<td></td>" * (2 + has_interval)
     gap = "<td></td>" if has_published else ""
     return (
-        f'<tfoot><tr><th scope="row">Mean</th><td></td><td></td><td>{_number(table.estimate_mae)}</td>{gap}'
+        f'<tfoot><tr><th scope="row">Mean</th>{before}<td>{_number(table.estimate_mae)}</td>{gap}'
         f'<td class="apart"></td><td>{_number(table.best_model_mae)}</td></tr></tfoot>'
     )
 

@@ -26,6 +26,8 @@ class ParameterRow:
         Absolute errors; None where there is no truth.
     published_error
         Absolute error in the paper; None where it has none.
+    interval
+        Lower and upper end of the 90 % interval of the estimate; None where there is none.
     """
 
     name: str
@@ -35,6 +37,7 @@ class ParameterRow:
     estimate_error: float | None = None
     best_model_error: float | None = None
     published_error: float | None = None
+    interval: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,7 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
         redraw=section.redraw,
         exchange=section.exchange,
         groups=groups,
+        intermediate=section.intermediate,
         memory=section.memory,
         refinement=_halfway(configuration),
     )

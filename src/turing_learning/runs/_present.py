@@ -204,6 +204,7 @@ def run_table(result: Result) -> report.RunTable:
             estimate_error=of(result.estimate_absolute_error, name),
             best_model_error=of(result.absolute_error, name),
             published_error=of(result.paper_absolute_error, name),
+            interval=(result.interval[name][0], result.interval[name][1]),
         )
         for name, value in result.estimate.items()
     )

@@ -148,12 +148,12 @@ class Result:
 
 
 def _lines(result: Result) -> list[str]:
-    lines = [f"{'parameter':>10}{'estimate':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
+    lines = [f"{'parameter':>10}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
     for name in result.estimate:
         true = "-" if result.truth is None else f"{result.truth[name]:.3f}"
         error = "-" if result.estimate_absolute_error is None else f"{result.estimate_absolute_error[name]:.3f}"
-        estimate, best = (_number(result, model[name]) for model in (result.estimate, result.best_model))
-        lines.append(f"{name:>10}{estimate:>10}{best:>10}{true:>10}{error:>10}")
+        numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
+        lines.append(f"{name:>10}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}")
     return lines
 
 

@@ -147,10 +147,10 @@ def test_a_state_without_a_valid_generation_is_refused(generation):
         strategy.restore({**strategy.state(), "generation": np.array(generation)})
 
 
-def children_of(recombination, generation):
+def children_of(recombination, generation, **settings):
     """Children, without steps, of two parents that have no number in common."""
     strategy = EvolutionStrategy(
-        8, parents=2, offspring=60, minimum_step_size=0.0, recombination=recombination, refinement=2
+        8, parents=2, offspring=60, minimum_step_size=0.0, recombination=recombination, refinement=2, **settings
     )
     state = strategy.state()
     population = np.r_[[np.zeros(8), np.ones(8)], np.full((60, 8), 9.0)]
@@ -178,6 +178,16 @@ def test_some_children_recombine_where_that_is_their_probability():
 def test_in_the_refinement_all_recombine():
     np.testing.assert_array_equal(children_of(0.0, generation=2), children_of(1.0, generation=2))
     assert mixed(children_of(0.0, generation=2)) > 0
+
+
+def test_in_the_refinement_children_can_be_means():
+    children = children_of(1.0, generation=2, intermediate=True)
+    assert mixed(children) == 0
+    assert set(children[:, 0]) == {0.0, 0.5, 1.0}
+
+
+def test_before_the_refinement_no_child_is_a_mean():
+    assert set(children_of(1.0, generation=1, intermediate=True).ravel()) == {0.0, 1.0}
 
 
 def jumped(generation, **settings):

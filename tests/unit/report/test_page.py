@@ -212,3 +212,12 @@ def test_many_stops_are_not_all_listed():
     sentence = report.describe_selection(["all accepted", "active"] * 8)
     assert sentence.startswith("Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)")
     assert sentence.endswith("10 (all accepted), and 2 more times.")
+
+
+def test_the_table_shows_intervals_where_there_are_any():
+    rows = (report.ParameterRow("a", 0.5, 0.5, interval=(0.25, 0.75)), report.ParameterRow("b", 0.5, 0.5))
+    page = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows)))
+    assert '<th scope="col">90 % interval</th>' in page
+    assert "<td>0.2500 to 0.7500</td>" in page
+    bare = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows[1:])))
+    assert "interval</th>" not in bare

@@ -373,10 +373,12 @@ def test_a_result_prints_as_a_table(finished):
 
 
 def test_a_result_alone_has_no_history():
-    result = tl.Result("a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, None, None, None, None, None, 0, 1.0, 1.0)
+    result = tl.Result(
+        "a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, {"x": [-1.0, 2.0]}, None, None, None, None, None, 0, 1.0, 1.0
+    )
     with pytest.raises(RuntimeError, match="`history` must belong to a run; got a result alone"):
         _ = result.history
-    assert str(result).splitlines()[-1].split() == ["x", "0.000", "0.000", "-", "-"]
+    assert str(result).splitlines()[-1].split() == ["x", "0.000", "-1.000", "2.000", "0.000", "-", "-"]
 
 
 def test_the_observer_sees_every_generation(small):
