@@ -27,11 +27,11 @@ def renewed(*, seed=0, **settings) -> Optimizer:
 def in_two_phases(**settings) -> Optimizer:
     return evolution_strategy(
         recombination=0.5,
-        redraw=0.3,
-        exchange=0.2,
+        redraw=0.1,
+        exchange=0.1,
         groups=[[0], [1]],
         intermediate=True,
-        memory=0.2,
+        memory=0.1,
         refinement=30,
         **settings,
     )

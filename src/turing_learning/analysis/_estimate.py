@@ -2,7 +2,7 @@
 
 import numpy as np
 
-CENTRAL = (2.0, 98.0)
+CENTRAL = (5.0, 95.0)
 """Percentiles that end the interval of an estimate."""
 
 
@@ -37,10 +37,10 @@ def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
 def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """State the uncertainty of the estimate: an interval for each parameter that holds the truth nine times of ten.
 
-    It is the range of the central 96 % of the typical models over the generations that make the estimate. Near the truth
+    It is the range of the central 90 % of the typical models over the generations that make the estimate. Near the truth
     the models wander where no classifier tells them apart; the range they wander over is what the data leave open.
-    96 is an empirical choice, made on tuning seeds, and its coverage was measured on others: see docs/results.md. It says
-    nothing of runs that settle in another region.
+    That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
+    docs/results.md. It says nothing of runs that settle in another region.
 
     Parameters
     ----------

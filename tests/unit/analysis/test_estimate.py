@@ -43,7 +43,7 @@ def test_a_window_without_generations_is_refused(window):
 
 def test_the_interval_is_the_central_range_of_the_last_generations():
     typical = np.r_[np.full(50, 1e6), np.arange(101.0)][:, None] * [1.0, -2.0]
-    np.testing.assert_allclose(interval(typical, window=101), [[2.0, 98.0], [-196.0, -4.0]])
+    np.testing.assert_allclose(interval(typical, window=101), [[5.0, 95.0], [-190.0, -10.0]])
 
 
 def test_the_interval_holds_the_estimate():
