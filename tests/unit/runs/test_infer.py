@@ -368,7 +368,7 @@ def test_a_loaded_result_writes_its_report_again(finished):
 def test_a_result_prints_as_a_table(finished):
     lines = str(tl.load_run(finished)).splitlines()
     assert lines[0].startswith("aggregation, seed 1, 7 generations, ")
-    assert lines[1].split() == ["parameter", "estimate", "best", "true", "|error|"]
+    assert lines[1].split() == ["parameter", "estimate", "90", "%", "from", "to", "best", "true", "|error|"]
     assert [line.split()[0] for line in lines[2:]] == ["vl0", "vr0", "vl1", "vr1"]
 
 
