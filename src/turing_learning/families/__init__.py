@@ -1,0 +1,35 @@
+"""Model families: simulators with named parameters, ready for `turing_learning.infer`, and examples for one's own.
+
+==================  ===========================================================================================
+`Family`            What all have in common: groups, time steps, signals, and the checks at the door.
+`Particles`         Families of points in the plane, to derive one's own from.
+`Vicsek`            Alignment with all within a radius, and noise (Vicsek et al. 1995).
+`Couzin`            Zones of repulsion, orientation and attraction (Couzin et al. 2002).
+`Boids`             Collision avoidance, velocity matching and flock centering (Reynolds 1987).
+`BurstAndCoast`     A persistent random walk in kicks, each followed by a glide (Calovi et al. 2018).
+`Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
+`FAMILIES`          The families by name.
+==================  ===========================================================================================
+
+A family of one's own derives from `Particles`, names its parameters and yields positions step by step. Positions and
+directions of motion are complex numbers x + iy there, one for each model and individual: a turn is a product then.
+"""
+
+from ._boids import Boids
+from ._burst_and_coast import BurstAndCoast
+from ._couzin import Couzin
+from ._family import Family
+from ._particles import Particles
+from ._robots import Robots
+from ._vicsek import Vicsek
+
+FAMILIES: dict[str, type[Family]] = {
+    "vicsek": Vicsek,
+    "couzin": Couzin,
+    "boids": Boids,
+    "burst-and-coast": BurstAndCoast,
+    "robots": Robots,
+}
+"""The families by the names that commands use."""
+
+__all__ = ["FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "Robots", "Vicsek"]

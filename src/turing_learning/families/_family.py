@@ -1,0 +1,215 @@
+"""What all model families have in common."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..models import Parameter
+from ..trajectories import SIGNALS, compute_signals
+
+
+@dataclass(frozen=True, kw_only=True)
+class Family(ABC):
+    """A simulator of models, each executed by all individuals of a group of its own.
+
+    An instance is what `turing_learning.infer` asks for as `simulate`: called with parameters (M, P) and a random generator,
+    it returns samples (M, C, T, D). Each model has random numbers of its own, so its motion does not depend on the others'.
+
+    Parameters
+    ----------
+    individuals
+        Individuals A in a group.
+    steps
+        Time steps T of a sample.
+    interval_s
+        Duration of a step (s).
+    observed
+        Individuals C of a group, the first ones, whose motion becomes samples.
+    signals
+        The D signals of a step, from `turing_learning.trajectories.SIGNALS`.
+    settling_steps
+        Steps that a group moves before it is observed.
+    start_side_cm
+        Side of the square (cm) in which a group starts, at uniformly drawn places and in uniformly drawn directions.
+
+    Raises
+    ------
+    ValueError
+        If a setting breaks its rule.
+    """
+
+    individuals: int = 10
+    steps: int = 100
+    interval_s: float = 0.1
+    observed: int = 1
+    signals: tuple[str, ...] = ("speed", "turn")
+    settling_steps: int = 0
+    start_side_cm: float = 20.0
+
+    least: ClassVar[float] = 0.0
+    """The least value that a parameter may have."""
+
+    def __post_init__(self) -> None:
+        for name, lowest in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
+            value = getattr(self, name)
+            if type(value) is not int or value < lowest:
+                raise ValueError(f"`{name}` must be an integer of at least {lowest}; got {value!r}.")
+        if self.observed > self.individuals:
+            raise ValueError(f"`observed` must be at most `individuals`, {self.individuals}; got {self.observed}.")
+        self._check_above_zero("interval_s", "start_side_cm")
+        self._check_signals()
+
+    @property
+    @abstractmethod
+    def parameters(self) -> dict[str, Parameter]:
+        """The P parameters with suggested ranges, ready for `turing_learning.infer`."""
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the parameters; empty for numbers without unit."""
+        return {name: parameter.unit for name, parameter in self.parameters.items()}
+
+    @property
+    def fps(self) -> float:
+        """Steps per second, for `turing_learning.trajectories`."""
+        return 1 / self.interval_s
+
+    @property
+    def moves(self) -> int:
+        """Steps that are simulated: settling, one before the first sampled step, and those of the sample."""
+        return self.settling_steps + 1 + self.steps
+
+    def __call__(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Simulate models and return samples of them.
+
+        Parameters
+        ----------
+        parameters : (M, P)
+            In the order of `parameters`, in their units.
+        rng
+            Source of all randomness.
+
+        Returns
+        -------
+        (M, C, T, D)
+            The signals of the first C individuals, measured as those of recorded motion, by `compute_signals`.
+
+        Raises
+        ------
+        ValueError
+            If the parameters have another shape, or one is not finite or too small.
+        """
+        positions, headings = self._paths(self._checked(parameters), rng)
+        companions = with_nearest if _NEIGHBOR & set(self.signals) else alone
+        seen = companions(positions, self.observed)
+        if headings is not None:
+            headings = np.broadcast_to(headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1])
+        found = compute_signals(seen, fps=self.fps, names=self.signals, headings=headings)
+        return found.values[..., 1:, 0, :]
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Simulate models and return where everybody was.
+
+        Parameters
+        ----------
+        parameters : (M, P)
+            In the order of `parameters`, in their units.
+        rng
+            Source of all randomness.
+
+        Returns
+        -------
+        (M, F, A, 2)
+            x, y (cm) in F = T + 2 frames: the T steps of a sample lead from the second frame to the last, and the step
+            before tells the direction in which an individual came.
+
+        Raises
+        ------
+        ValueError
+            If the parameters have another shape, or one is not finite or too small.
+        """
+        return self._paths(self._checked(parameters), rng)[0]
+
+    def observe(self, truth: Mapping[str, float], *, groups: int, rng: np.random.Generator) -> np.ndarray:
+        """Return samples of a system that is known, to be taken for genuine ones.
+
+        Parameters
+        ----------
+        truth
+            Name -> value of each parameter.
+        groups
+            Number of groups, >= 1, C samples of each.
+        rng
+            Source of all randomness.
+
+        Returns
+        -------
+        (K, T, D)
+            K = groups x C.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is missing, unknown or out of range, or there is no group.
+        """
+        if set(truth) != set(self.parameters):
+            raise ValueError(f"`truth` must name {', '.join(self.parameters)}; got {', '.join(truth) or 'nothing'}.")
+        if groups < 1:
+            raise ValueError(f"`groups` must be 1 or more; got {groups}.")
+        parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
+        return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
+
+    @abstractmethod
+    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return positions (M, F, A, 2) of models (M, P), and headings (M, F, A) if individuals have some."""
+
+    def _checked(self, parameters: np.ndarray) -> np.ndarray:
+        parameters = np.asarray(parameters, dtype=np.float64)
+        names = list(self.parameters)
+        if parameters.ndim != 2 or parameters.shape[1] != len(names) or not len(parameters):
+            raise ValueError(f"`parameters` must be of shape (M, P) = (any, {len(names)}); got {parameters.shape}.")
+        wrong = np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))
+        if len(wrong):
+            model, column = (int(k) for k in wrong[0])
+            rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
+            value = parameters[model, column]
+            raise ValueError(f"`parameters` must be {rule}; got {names[column]} = {value} [model {model}].")
+        return parameters
+
+    def _check_above_zero(self, *names: str) -> None:
+        for name in names:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"`{name}` must be a finite number above 0; got {value!r}.")
+
+    def _check_signals(self) -> None:
+        names = self.signals
+        if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
+            raise ValueError(f"`signals` must be a tuple of some of {', '.join(SIGNALS)}, each once; got {names!r}.")
+        if self.individuals == 1 and _NEIGHBOR & set(names):
+            raise ValueError(f"`signals` must not speak of neighbors where there is one individual; got {names!r}.")
+
+
+def alone(positions: np.ndarray, observed: int) -> np.ndarray:
+    """Return the first C individuals of positions (M, F, A, 2), each for itself, as (M, C, F, 1, 2)."""
+    return positions[:, :, :observed].swapaxes(1, 2)[..., None, :]
+
+
+def with_nearest(positions: np.ndarray, observed: int) -> np.ndarray:
+    """Return the first C individuals, each with whoever is nearest in a frame, as (M, C, F, 2, 2).
+
+    The signals of neighbors are the same as among all, at the cost of C individuals instead of A.
+    """
+    focal = positions[:, :, :observed]
+    way = positions[:, :, None] - focal[:, :, :, None]
+    distance = np.square(way).sum(axis=-1)
+    distance[..., np.arange(observed), np.arange(observed)] = np.inf
+    nearest = np.take_along_axis(positions, distance.argmin(axis=-1)[..., None], axis=2)
+    return np.stack([focal, nearest], axis=3).swapaxes(1, 2)
+
+
+_NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}

@@ -1,0 +1,63 @@
+"""The paper's robots."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from ..models import Parameter
+from ..swarm import AGGREGATION, Scenario
+from ._family import Family
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robots(Family):
+    """Robots with wheels and a line-of-sight sensor; every robot of a group executes the model.
+
+    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...).
+
+    Parameters
+    ----------
+    scenario
+        Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not
+        matter. Where there are walls, robots and objects start anywhere within them instead of in the square.
+
+    Raises
+    ------
+    ValueError
+        If a setting breaks its rule.
+
+    Source
+    ------
+    Paper, sections 3.2 and 4.1; docs/physics.md. Speeds are signed, as the robots' headings are known.
+    """
+
+    individuals: int = 11
+    start_side_cm: float = 331.66
+    scenario: Scenario = AGGREGATION
+
+    least: ClassVar[float] = -math.inf
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Left and right wheel speed for each sensor state."""
+        return {name: Parameter(-2, 2, initial=(-1, 1)) for name in self.scenario.parameter_names}
+
+    def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        from ..swarm import initial_poses, simulate  # needs the compiled kernels
+
+        seed = int(rng.integers(2**63))
+        scenario = self._observed_scenario()
+        side = None if scenario.arena.bounded else self.start_side_cm
+        starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=side)
+        controllers = np.repeat(parameters[:, None], self.individuals, axis=1)
+        poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed).poses
+        seen = poses[:, self.settling_steps :, : self.individuals]
+        return seen[..., :2], seen[..., 2]
+
+    def _observed_scenario(self) -> Scenario:
+        trial = replace(
+            self.scenario.trial, control_interval_s=self.interval_s, duration_s=self.moves * self.interval_s
+        )
+        return replace(self.scenario, trial=trial)
