@@ -9,6 +9,7 @@ from . import _detect, _reproduce, _study
 from ._main import Interrupted
 from ._numbers import integer, real
 from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
+from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,6 +62,7 @@ def _root(
     "  turing-learning infer aggregation\n\n"
     "  turing-learning infer aggregation --generations 200 --seed 7 --out runs/short\n\n"
     "  turing-learning infer --config my.toml --set classifiers.hidden=8\n\n"
+    "  turing-learning infer --trajectories fish.txt --fps 25 --scale 12.3 --model couzin\n\n"
     "Ctrl-C stops after the present generation; `turing-learning resume RUN` goes on."
 )
 def infer(
@@ -83,17 +85,32 @@ def infer(
     ] = None,
     force: ForceOption = False,
     settings: SettingsOption = None,
+    trajectories: TrajectoriesOption = None,
+    fps: FpsOption = None,
+    scale: ScaleOption = None,
+    model: ModelOption = None,
+    window: WindowOption = None,
 ) -> None:
-    """Infer the behavior of a swarm by Turing Learning, and leave a run folder with a report."""
-    from turing_learning.config import load_configuration
+    """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
+    from turing_learning.config import ConfigurationError, load_configuration
+    from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
 
-    require_scenario(scenario, config, SCENARIOS)
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
+    recording = Recording(trajectories, fps, scale, model, window)
+    if recording.given:
+        if scenario is not None:
+            raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
+        system = recording.arguments()
+        path = out or new_run_path(system["name"], overrides.get("run.seed", 1))
+        told = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
+        _execute(lambda **watch: infer_run(**system | told | watch), path, recording)
+        return
+    require_scenario(scenario, config, SCENARIOS)
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
-    path = out or new_run_path(configuration)
+    path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
     _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
 
 
@@ -103,8 +120,16 @@ def resume(
     threads: ThreadsOption = None,
     workers: _study.WorkersOption = None,
     cluster: _study.ClusterOption = None,
+    trajectories: TrajectoriesOption = None,
+    fps: FpsOption = None,
+    scale: ScaleOption = None,
+    model: ModelOption = None,
+    window: WindowOption = None,
 ) -> None:
-    """Go on with a run or study that was stopped or killed; the result is as if it never had been."""
+    """Go on with a run or study that was stopped or killed; the result is as if it never had been.
+
+    For recorded motion, give the options that the run began with.
+    """
     from turing_learning.config import ConfigurationError
     from turing_learning.runs import resume as resume_run
     from turing_learning.studies import is_study
@@ -119,7 +144,11 @@ def resume(
         return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
-    _execute(lambda **watch: resume_run(run, threads=threads, **watch), run)
+    recording = Recording(trajectories, fps, scale, model, window)
+    genuine, simulate = recording.system() if recording.given else (None, None)
+    _execute(
+        lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
+    )
 
 
 @app.command(epilog="Example: turing-learning show runs/aggregation-20261121-093015-seed1")
@@ -194,7 +223,7 @@ def scenarios() -> None:
     print_scenarios(Console(), SCENARIOS)
 
 
-def _execute(run: "Callable[..., Result]", path: Path) -> None:
+def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | None = None) -> None:
     """Run with a live view; print the result, or how to go on."""
     from rich.console import Console
 
@@ -205,7 +234,7 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     from ._tables import print_result
 
     console = Console()
-    ahead = f"go on with: {resume_command(path)}"
+    ahead = f"go on with: {resume_command(path)}{recording.options if recording else ''}"
     try:
         with stop_on_signals() as should_stop, watching(console) as view:
             result = run(observer=view, should_stop=should_stop)

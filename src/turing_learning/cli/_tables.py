@@ -13,13 +13,16 @@ if TYPE_CHECKING:
     from turing_learning.swarm import Scenario
 
 
-_ESTIMATE = ("estimate", "true", "error:estimate")
-_INTERVAL = ("90 % from", "to")
-_BEST = ("best model", "error:best", "paper")
-_ALL = _ESTIMATE + _INTERVAL + _BEST
+_ALL = ("estimate", "90 %", "true", "error:estimate", "best model", "error:best", "paper")
+_PARTS = (("estimate", "true", "error:estimate"), ("90 %",), ("best model", "error:best", "paper"))
+_WITHOUT_TRUTH = ("estimate", "90 %", "best model")
 WIDEST = 1000  # characters, to ask how wide a table would be
 
-CAPTION = "90 %: interval of the estimate; error: absolute; paper: the error that it reports for the best model"
+CAPTIONS = {
+    "90 %": "90 %: half of the interval of the estimate",
+    "error:estimate": "error: absolute",
+    "paper": "paper: the error that it reports for the best model",
+}
 
 
 def print_result(console: Console, result: "Result") -> None:
@@ -46,9 +49,9 @@ def _print_places(console: Console, result: "Result") -> None:
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:
     """Return one table, or on a narrow terminal, which would cut off its numbers, three below each other."""
-    whole = result_table(result)
+    whole = result_table(result, _WITHOUT_TRUTH if result.truth is None else _ALL)
     fits = Measurement.get(console, console.options.update(width=WIDEST), whole).maximum <= console.width
-    return [whole] if fits else [result_table(result, part) for part in (_ESTIMATE, _INTERVAL, _BEST)]
+    return [whole] if fits or result.truth is None else [result_table(result, part) for part in _PARTS]
 
 
 def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
@@ -57,7 +60,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     table = Table(
         title=f"{result.scenario}, seed {result.seed}{state}",
         title_justify="left",
-        caption=CAPTION if "paper" in columns else None,
+        caption="; ".join(CAPTIONS[column] for column in columns if column in CAPTIONS),
     )
     table.caption_justify = "left"
     table.add_column("parameter" if columns == _ALL else "")
@@ -66,17 +69,18 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     for name, value in result.estimate.items():
         entries = (
             number(value),
+            f"±{number((result.interval[name][1] - result.interval[name][0]) / 2)}",
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
-            *map(number, result.interval[name]),
             number(result.best_model[name]),
             _entry(result.absolute_error, name),
             _entry(result.paper_absolute_error, name, digits=2),
         )
         table.add_row(name, *_chosen(entries, columns))
-    table.add_section()
-    means = ("", "", _optional(result.estimate_mae), "", "", "", _optional(result.mae), "")
-    table.add_row("mean", *_chosen(means, columns))
+    if "error:estimate" in columns or "error:best" in columns:
+        table.add_section()
+        means = ("", "", "", _optional(result.estimate_mae), "", _optional(result.mae), "")
+        table.add_row("mean", *_chosen(means, columns))
     return table
 
 

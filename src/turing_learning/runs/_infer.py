@@ -461,17 +461,17 @@ def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) ->
     return log.summary()
 
 
-def new_run_path(configuration: Configuration, parent: Path = RUNS) -> Path:
+def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:
     """Return a folder for a run that does not exist, named after scenario, time and seed.
 
     Parameters
     ----------
-    configuration
-        What will run.
+    name, seed
+        Of the scenario, and of the run.
     parent
         The folder of all runs.
     """
-    name = f"{configuration.scenario.name}-{time.strftime('%Y%m%d-%H%M%S')}-seed{configuration.run.seed}"
+    name = f"{name}-{time.strftime('%Y%m%d-%H%M%S')}-seed{seed}"
     path, number = parent / name, 2
     while path.exists():
         path, number = parent / f"{name}-{number}", number + 1

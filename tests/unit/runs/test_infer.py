@@ -391,11 +391,11 @@ def test_the_observer_sees_every_generation(small):
 
 
 def test_new_folders_never_meet(small, tmp_path):
-    first = new_run_path(small(), tmp_path)
+    first = new_run_path("aggregation", 1, tmp_path)
     assert re.fullmatch(r"aggregation-\d{8}-\d{6}-seed1", first.name)
     names = set()
     for _ in range(3):
-        path = new_run_path(small(), tmp_path)
+        path = new_run_path("aggregation", 1, tmp_path)
         path.mkdir()
         names.add(path)
     assert len(names) == 3
