@@ -99,9 +99,10 @@ class RunSection(Section):
     """How long and with what to run.
 
     `threads` is "all" or a number; the results do not depend on it. The run is saved after every `checkpoint_every`
-    generations. The estimate is a median over the last `estimate_window` generations. With `history` "full" both
-    populations of every generation are kept, and the run ends with figures and a report; with "thin" only the best and
-    typical models and the quartiles of the fitness, in a hundredth of the space, as studies of many runs do.
+    generations. The estimate is a median over the last `estimate_window` generations, or the second half if that is less. With
+    `history` "full" both populations of every generation are kept, and the run ends with figures and a report; with
+    "thin" only the best and typical models and the quartiles of the fitness, in a hundredth of the space, as studies of
+    many runs do.
     """
 
     generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000

@@ -23,6 +23,9 @@ from ._style import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+WIDTH_OF_NAMES = 75
+"""Characters that fit side by side above the figure, with 4 for each line that a name explains."""
+
 
 def step_sizes_figure(
     model_step_sizes: np.ndarray, classifier_step_sizes: np.ndarray, *, names: Sequence[str]
@@ -61,7 +64,8 @@ def step_sizes_figure(
     logarithmic(axes, model_step_sizes, classifier_step_sizes)
     over_generations(axes, generations)
     label(axes, "Step size (median)")
-    add_legend(figure, loc="outside upper left", ncols=5)
+    longest = max(map(len, (*names, "classifiers")))
+    add_legend(figure, loc="outside upper left", ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
     return figure
 
 

@@ -186,7 +186,8 @@ def summarize(
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     best = traces["best_model"][-1]
-    typical, window = traces["typical_model"], configuration.run.estimate_window
+    typical = traces["typical_model"]
+    window = min(configuration.run.estimate_window, max(1, traces.completed // 2))  # the first half only searches
     inferred, ends = estimate(typical, window), interval(typical, window)
     return Result(
         scenario=scenario.name,

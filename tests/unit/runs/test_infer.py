@@ -372,6 +372,13 @@ def test_a_result_prints_as_a_table(finished):
     assert [line.split()[0] for line in lines[2:]] == ["vl0", "vr0", "vl1", "vr1"]
 
 
+def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished):
+    result = tl.load_run(finished)
+    second_half = result.history["typical_model"].to_numpy()[-3:]  # of 7 generations
+    assert list(result.estimate.values()) == np.median(second_half, axis=0).tolist()
+    assert list(result.interval.values()) == np.percentile(second_half, (5, 95), axis=0).T.tolist()
+
+
 def test_a_result_alone_has_no_history():
     result = tl.Result(
         "a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, {"x": [-1.0, 2.0]}, None, None, None, None, None, 0, 1.0, 1.0
