@@ -119,12 +119,14 @@ class Result:
         Raises
         ------
         ValueError
-            If no path is given and the run is kept in memory.
+            If no path is given and the run is kept in memory, or there is no such folder.
         RuntimeError
             If the result has no history.
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
+        if path is not None and not Path(path).absolute().parent.is_dir():
+            raise ValueError(f"`path` must be a file in an existing folder; got {path}. Make the folder first.")
         return self._attached().report(self, None if path is None else Path(path))
 
     def _attached(self) -> Attachments:

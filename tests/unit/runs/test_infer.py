@@ -379,6 +379,11 @@ def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished)
     assert list(result.interval.values()) == np.percentile(second_half, (5, 95), axis=0).T.tolist()
 
 
+def test_a_report_into_a_folder_that_does_not_exist_is_refused(finished, tmp_path):
+    with pytest.raises(ValueError, match=r"`path` must be a file in an existing folder; got .*nowhere.*report.html"):
+        tl.load_run(finished).report(tmp_path / "nowhere" / "report.html")
+
+
 def test_a_result_alone_has_no_history():
     result = tl.Result(
         "a", 1, 1, True, None, {"x": 0.0}, {"x": 0.0}, {"x": [-1.0, 2.0]}, None, None, None, None, None, 0, 1.0, 1.0
