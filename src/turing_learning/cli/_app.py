@@ -8,7 +8,7 @@ import typer
 from . import _detect, _reproduce, _study
 from ._main import Interrupted
 from ._numbers import integer, real
-from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
+from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
 from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ def infer(
 def resume(
     run: RunArgument,
     threads: ThreadsOption = None,
-    workers: _study.WorkersOption = None,
+    workers: WorkersOption = None,
     cluster: _study.ClusterOption = None,
     trajectories: TrajectoriesOption = None,
     fps: FpsOption = None,

@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from ._numbers import integer
+
 PresetOption = Annotated[
     str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
 ]
@@ -16,6 +18,15 @@ GenerationsOption = Annotated[
 SettingsOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
+]
+WorkersOption = Annotated[
+    int | None,
+    typer.Option(
+        "--workers",
+        metavar="N",
+        help="Number of worker processes; one for each processor by default.",
+        parser=integer,
+    ),
 ]
 
 

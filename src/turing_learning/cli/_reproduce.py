@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._main import Interrupted
-from ._numbers import integer
+from ._options import WorkersOption
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -41,15 +41,7 @@ def reproduce(
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder of the experiments; experiments/ by default."),
     ] = None,
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers",
-            metavar="N",
-            help="Number of worker processes; one for each processor by default.",
-            parser=integer,
-        ),
-    ] = None,
+    workers: WorkersOption = None,
     page: Annotated[
         Path | None,
         typer.Option(

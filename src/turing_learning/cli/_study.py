@@ -7,17 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._main import Interrupted
-from ._options import GenerationsOption, PresetOption, SettingsOption, require_scenario, settings_of
+from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from turing_learning.studies import Plan, StudyResult
 
-WorkersOption = Annotated[
-    int | None,
-    typer.Option("--workers", metavar="N", help="Number of worker processes; one for each processor by default."),
-]
 ClusterOption = Annotated[
     str | None,
     typer.Option("--cluster", metavar="ADDRESS", help="A Dask scheduler, for example tcp://10.0.0.1:8786."),

@@ -8,7 +8,7 @@ In the order of the data:
 `Samples`                                      Genuine and counterfeit samples of one generation.
 `PassiveInterrogation`                         Collect once, let every classifier judge the same samples.
 `InteractiveInterrogation`                     Collect separate samples for each classifier.
-`Judgments`                                    All classifiers' outputs for all samples, and the decisions.
+`Judgments`, `THRESHOLD`                       All classifiers' outputs for all samples, and the decisions.
 `model_reward`, `classifier_reward`            Equations 1 and 2 of the paper: functions of `Judgments`.
 `specificity`, `sensitivity`                   Equations 3 and 4.
 `ClassifierArchive`, `jury_reward`             Past classifiers go on judging models.
@@ -22,13 +22,14 @@ Other rewards are functions of `Judgments` that return an array with one number 
 from ._archive import ClassifierArchive
 from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
-from ._judgments import Judgments
+from ._judgments import THRESHOLD, Judgments
 from ._loop import Coevolution
 from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
 from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
 from ._samples import Samples
 
 __all__ = [
+    "THRESHOLD",
     "Classifier",
     "ClassifierArchive",
     "Coevolution",

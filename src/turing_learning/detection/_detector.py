@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.coevolution import Classifier
-from turing_learning.coevolution._judgments import THRESHOLD
+from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError, nearest
 
 from ._checks import checked_motion

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.coevolution import Classifier
-from turing_learning.coevolution._judgments import THRESHOLD
+from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError
 from turing_learning.swarm import Scenario, initial_poses
 

@@ -6,8 +6,7 @@ import numpy as np
 
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import ConfigurationError
-from turing_learning.swarm import Scenario, initial_poses
-from turing_learning.swarm._simulate import observe
+from turing_learning.swarm import Scenario, initial_poses, observe
 
 from ._checks import checked_models, require_at_least
 from ._motion import Motion

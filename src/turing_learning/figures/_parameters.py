@@ -7,6 +7,7 @@ import numpy as np
 
 from ._style import (
     BLUE,
+    DASHED,
     INK,
     MUTED,
     SKY,
@@ -93,7 +94,7 @@ def _draw_panel(axes: "Axes", best: np.ndarray, typical: np.ndarray, truth: floa
     draw_line(axes, best, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
     draw_line(axes, typical, color=BLUE, linewidth=1.2, label="median of the better half")
     if truth is not None:
-        axes.axhline(truth, color=INK, linewidth=1.1, linestyle=(0, (4, 2.5)), label="true value")
+        axes.axhline(truth, color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
     _focus(axes, np.concatenate([best, typical]), truth)
 
 

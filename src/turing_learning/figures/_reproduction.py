@@ -8,6 +8,7 @@ import numpy as np
 from ._studies import WHISKERS
 from ._style import (
     BLUE,
+    DASHED,
     INK,
     MUTED,
     ORANGE,
@@ -132,7 +133,7 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     prepare_axes(axes)
     _dispersion_boxes(axes, [agents], [0], color=INK, facecolor="#c9ced4", hatch="////")
     _dispersion_boxes(axes, list(models), range(1, len(models) + 1), color=BLUE, facecolor="white", hatch="")
-    axes.axhline(least, color=INK, linewidth=1.1, linestyle=(0, (4, 2.5)), label="least possible")
+    axes.axhline(least, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
     axes.set_xlim(-0.9, len(models) + 0.9)
     axes.set_xticks([0, *_some(len(models))], ["agents", *map(str, _some(len(models)))])
     _limit(axes, np.concatenate([agents, models.ravel()]), least, float(agents.max()))
@@ -206,9 +207,7 @@ def prediction_figure(
     figure = new_figure(max(4.2, 0.8 * len(names) + 1.4), 3.2)
     axes = figure.subplots()
     prepare_axes(axes)
-    axes.hlines(
-        truth, places - 0.36, places + 0.36, color=INK, linewidth=1.1, linestyle=(0, (4, 2.5)), label="true value"
-    )
+    axes.hlines(truth, places - 0.36, places + 0.36, color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
     axes.plot(places - 0.14, predicted, "D", color=ORANGE, markersize=6, markerfacecolor="none", label="predicted")
     axes.errorbar(
         places + 0.14, middle, np.stack([middle - low, high - middle]),

@@ -7,6 +7,7 @@ import numpy as np
 
 from ._style import (
     BLUE,
+    DASHED,
     INK,
     MUTED,
     ORANGE,
@@ -72,7 +73,7 @@ def box_figure(
         places = np.arange(1, len(names) + 1)
         axes.hlines(
             checked("truth", truth, len(names)), places - 0.42, places + 0.42,
-            color=INK, linewidth=1.1, linestyle=(0, (4, 2.5)), label="true value", zorder=3,
+            color=INK, linewidth=1.1, linestyle=DASHED, label="true value", zorder=3,
         )  # fmt: skip
         add_legend(figure, loc="outside upper left")
     _focus(axes, values, [] if truth is None else list(truth))
@@ -229,7 +230,7 @@ def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float] = (0
     prepare_axes(axes)
     axes.hist(np.minimum(maes, end + width / 2), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
     for limit in limits:
-        axes.axvline(limit, color=INK, linewidth=0.9, linestyle=(0, (4, 2.5)))
+        axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
     beyond = int(np.count_nonzero(maes > end))
     if beyond:
         note = f"{beyond} beyond {end:g}"

@@ -33,6 +33,9 @@ PAGE_COLORS = {
     AMBER: "--amber",
 }
 
+DASHED = (0, (4, 2.5))
+"""Line style of true values and limits."""
+
 SERIES_COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
 SERIES_DASHES: tuple[Any, ...] = (
     "-",

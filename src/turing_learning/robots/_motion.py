@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 
+from ..trajectories import compute_signals
+
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
-    """Compute signed linear and angular speeds.
+    """Compute signed linear and angular speeds, as of recorded motion with headings, see `trajectories.compute_signals`.
 
     Parameters
     ----------
@@ -35,9 +37,5 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
         raise ValueError(f"`poses` must be finite and of shape (T + 1, A, 3) with T >= 1; got {poses.shape}.")
     if not (math.isfinite(interval_s) and interval_s > 0):
         raise ValueError(f"`interval_s` must be a finite number above 0; got {interval_s}.")
-    steps = np.diff(poses[..., :2], axis=0)
-    headings = poses[:-1, :, 2]
-    ahead = steps[..., 0] * np.cos(headings) + steps[..., 1] * np.sin(headings)
-    speeds = np.where(ahead < 0, -1.0, 1.0) * np.hypot(steps[..., 0], steps[..., 1]) / interval_s
-    turns = (np.diff(poses[..., 2], axis=0) + math.pi) % (2 * math.pi) - math.pi
-    return np.stack([speeds, turns / interval_s], axis=-1).transpose(1, 0, 2)
+    signals = compute_signals(poses[..., :2], fps=1 / interval_s, names=("speed", "turn"), headings=poses[..., 2])
+    return signals.values.transpose(1, 0, 2)

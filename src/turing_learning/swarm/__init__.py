@@ -2,7 +2,8 @@
 
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
 `OBJECT_CLUSTERING` are the paper's case studies, `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
-runs trials of it, and `MixedSwarm` is the sample source of the paper's main setup: replicas mixed into a group of agents.
+runs trials of it, `observe` only measures speeds, and `MixedSwarm` is the sample source of the paper's main setup:
+replicas mixed into a group of agents.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ from ._presets import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
 from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
 
 if TYPE_CHECKING:
-    from ._simulate import Simulation, initial_poses, simulate
+    from ._simulate import Simulation, initial_poses, observe, simulate
     from ._sources import MixedSwarm
 
 __all__ = [
@@ -27,10 +28,11 @@ __all__ = [
     "Simulation",
     "Trial",
     "initial_poses",
+    "observe",
     "simulate",
 ]
 
-_LAZY = {"Simulation": "_simulate", "initial_poses": "_simulate", "simulate": "_simulate", "MixedSwarm": "_sources"}
+_LAZY = dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate") | {"MixedSwarm": "_sources"}
 
 
 def __getattr__(name: str) -> Any:

@@ -18,20 +18,6 @@ SMALL = [
 
 
 @pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """Call the command line in an empty folder; return exit code, output and errors."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    return call
-
-
-@pytest.fixture
 def refused(call, tmp_path):
     """Call the command line; it must refuse with one line on stderr, and leave the folder as it was."""
 

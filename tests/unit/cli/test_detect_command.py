@@ -10,6 +10,8 @@ from turing_learning.cli import main
 from turing_learning.detection import Detector
 from turing_learning.runs import load_run
 
+pytestmark = pytest.mark.usefixtures("wide")
+
 SMALL = [
     "--set", "models.population=20", "--set", "classifiers.population=20", "--set", "scenario.agents=2",
     "--set", "scenario.trial.duration_s=1.0", "--threads", "1", "--generations", "10",
@@ -27,21 +29,6 @@ def _infer(folder, *options):
 def run(tmp_path_factory):
     """A small run, made by the command line."""
     return _infer(tmp_path_factory.mktemp("runs") / "run")
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """Call the command line in an empty folder; return exit code, output and errors."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    return call
 
 
 def test_a_demonstration_names_every_individual_and_its_verdict(run, call):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from turing_learning.cli import main
+pytestmark = pytest.mark.usefixtures("wide")
 
 TERMITES = Path(__file__).parents[2] / "reference/data/tracktor/termite_video_idtracked.txt"
 RECORDED = [
@@ -21,20 +21,6 @@ RECORDED = [
     "2",
 ]
 SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1"]
-
-
-@pytest.fixture
-def call(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "120")
-
-    def run(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return stop.value.code, printed.out, printed.err
-
-    return run
 
 
 def test_a_recording_and_a_family_of_models_make_a_run(call):

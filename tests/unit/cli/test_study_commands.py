@@ -11,6 +11,8 @@ from turing_learning.cli import main
 from turing_learning.cli._study_view import StudyLines, study_picture
 from turing_learning.studies import StudyProgress, StudyRun
 
+pytestmark = pytest.mark.usefixtures("wide")
+
 SMALL = [
     "--set", "models.population=8", "--set", "classifiers.population=8", "--set", "scenario.agents=2",
     "--set", "scenario.trial.duration_s=1.0",
@@ -39,21 +41,6 @@ def finished(tmp_path_factory):
         )
     assert ended.value.code == 0
     return folder
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """Call the command line in an empty folder; return exit code, output and errors."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    return call
 
 
 def test_show_prints_the_table_of_a_study(finished, call):

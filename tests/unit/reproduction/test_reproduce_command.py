@@ -2,22 +2,7 @@
 
 import pytest
 
-from turing_learning.cli import main
-
-
-@pytest.fixture
-def call(capsys, tmp_path, monkeypatch):
-    """Call the command line in an empty folder; return exit code, output and errors."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def call(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([str(argument) for argument in arguments])
-        printed = capsys.readouterr()
-        return ended.value.code, printed.out, printed.err
-
-    return call
+pytestmark = pytest.mark.usefixtures("wide")
 
 
 def test_without_argument_the_experiments_are_listed(call, tmp_path):
