@@ -1,12 +1,16 @@
 """What the runs of a case study have inferred."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from turing_learning.swarm import Scenario
 
 from ._emergence import Emergence, EmergenceSizes
+
+if TYPE_CHECKING:
+    from turing_learning.studies import StudyResult
 
 PRESETS = ("default", "paper")
 """The first one decides; the other stands beside it."""
@@ -81,3 +85,8 @@ class Outcome:
         """Return what stands beside the verdict that counts; nothing for that one."""
         parts = [] if self.preset == PRESETS[0] else [f"preset {self.preset}"]
         return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
+
+
+def values_of(result: "StudyResult", name: str) -> np.ndarray:
+    """Return what each run has under a name, parameter by parameter (R, P)."""
+    return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])

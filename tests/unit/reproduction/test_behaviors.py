@@ -1,0 +1,70 @@
+"""Random behaviors: what is counted, and what is told of those that are not inferred."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from turing_learning.reproduction._behaviors import _harder, _Outcome, _verdict
+from turing_learning.reproduction._verdicts import shares_not_worse
+
+
+def outcome(errors):
+    errors = np.asarray(errors)
+    behaviors = np.zeros_like(errors)
+    return _Outcome("default", tuple(range(len(errors))), behaviors, {"best_model": errors}, {"best_model": errors})
+
+
+def errors_like_the_papers(runs, rng):
+    return rng.uniform(0.5, 1.5, (runs, 4)) * (0.01, 0.01, 0.04, 0.05)
+
+
+def test_small_errors_that_are_larger_where_another_robot_is_seen_agree():
+    assert _verdict(outcome(errors_like_the_papers(100, np.random.default_rng(1))), "best_model").agrees
+
+
+def test_errors_that_do_not_depend_on_the_sensor_differ():
+    errors = np.random.default_rng(1).uniform(0.0, 0.02, (100, 4))
+    verdict = _verdict(outcome(errors), "best_model")
+    assert not verdict.agrees
+    assert "not significantly lower" in verdict.observed
+
+
+def test_too_many_runs_that_fail_make_it_differ():
+    errors = errors_like_the_papers(100, np.random.default_rng(1))
+    errors[:20] += 0.2
+    verdict = _verdict(outcome(errors), "best_model")
+    assert not verdict.agrees
+    assert "MAE below 0.05 in 80.0% of 100 runs, above 0.1 in 20.0%" in verdict.observed
+
+
+def test_a_share_agrees_up_to_twice_the_standard_error_of_the_difference():
+    # standard errors 0.03 and 0.00949 (p = 0.9, 100 and 1000 runs): the limit is 0.0629
+    assert shares_not_worse(0.9, 100, 0.96, 10**9)
+    assert not shares_not_worse(0.9, 100, 0.961, 10**9)
+    assert shares_not_worse(0.9, 100, 0.9628, 400)
+
+
+def test_lower_errors_for_one_wheel_alone_are_not_enough():
+    errors = np.random.default_rng(2).uniform(0.5, 1.5, (60, 4)) * (0.01, 0.05, 0.05, 0.05)
+    assert not _harder(errors)
+
+
+@pytest.mark.parametrize("preset", ["default", "paper"])
+def test_every_behavior_is_listed_with_its_estimate(conducted, preset):
+    path = conducted / "4.6.4" / "tables" / f"{preset}-runs.csv"
+    with path.open(newline="") as file:
+        found = list(csv.DictReader(file))
+    for row in found:
+        errors = [abs(float(row[name]) - float(row[f"estimate_{name}"])) for name in ("vl0", "vr0", "vl1", "vr1")]
+        assert float(row["estimate_mae"]) == pytest.approx(np.mean(errors), abs=2e-4)
+    assert len({row["vl0"] for row in found}) == len(found) == {"default": 4, "paper": 3}[preset]
+
+
+def test_those_that_fail_are_told_with_how_often_they_see_another_robot(conducted):
+    tables = conducted / "4.6.4" / "tables"
+    with (tables / "default-runs.csv").open(newline="") as runs, (tables / "failures.csv").open(newline="") as failures:
+        bad = [row["seed"] for row in csv.DictReader(runs) if float(row["estimate_mae"]) >= 0.05]
+        told = list(csv.DictReader(failures))
+    assert [row["seed"] for row in told] == bad
+    assert all(0 <= float(row["share_of_I_1"]) <= 1 and 1 <= int(row["rank"]) <= 4 for row in told)
