@@ -59,8 +59,9 @@ class ModelsSection(PopulationSection):
     A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
     one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
     exchange their wheel speeds. The second searches for the right point: with `intermediate` children are the means of their
-    parents, and models are selected by the rewards of all generations that they have lived, each weighing `memory` times the
-    next one. The paper has none of this: recombination 1, intermediate false, and 0 for the others.
+    parents, models are selected by the rewards of all generations that they have lived, each weighing `memory` times the
+    next one, and `redraw` and `exchange` shrink with the share of the run that is left. The paper has none of this:
+    recombination 1, intermediate false, and 0 for the others.
     """
 
     recombination: Share = 0.5

@@ -64,6 +64,7 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
         intermediate=section.intermediate,
         memory=section.memory,
         refinement=_halfway(configuration),
+        generations=configuration.run.generations,
     )
 
 

@@ -228,9 +228,29 @@ def test_a_share_of_the_children_jumps(jump):
     assert 0 < np.count_nonzero(changed) < 40
 
 
-@pytest.mark.parametrize("jump", [{"redraw": 1.0}, {"exchange": 1.0, "groups": [(0, 1), (2, 3)]}])
-def test_nothing_jumps_in_the_refinement(jump):
+JUMPS = [{"redraw": 1.0}, {"exchange": 1.0, "groups": [(0, 1), (2, 3)]}]
+
+
+@pytest.mark.parametrize("jump", JUMPS)
+def test_nothing_jumps_in_a_refinement_without_end(jump):
     np.testing.assert_array_equal(jumped(generation=2, **jump), np.tile([1.0, 2.0, 3.0, 4.0], (40, 1)))
+
+
+@pytest.mark.parametrize("jump", JUMPS)
+def test_in_the_refinement_jumps_become_rarer_and_end(jump):
+    counts = [
+        np.count_nonzero((jumped(generation=g, generations=20, **jump) != [1, 2, 3, 4]).any(axis=1))
+        for g in (1, 3, 13, 19)
+    ]
+    assert counts[0] == 40
+    assert 24 <= counts[1] <= 38  # 0.8 of 40 on average
+    assert 4 <= counts[2] <= 20  # 0.3 of 40
+    assert counts[3] == 0
+
+
+def test_a_run_that_ends_before_its_refinement_is_refused():
+    with pytest.raises(ValueError, match=r"`generations` must be an integer of at least 2; got 1"):
+        jumped(generation=0, generations=1)
 
 
 @pytest.mark.parametrize("name", ["recombination", "redraw", "exchange"])
