@@ -72,8 +72,7 @@ def study(
     ] = False,
 ) -> None:
     """Execute many runs, and leave a folder with a table, figures, and a report."""
-    from turing_learning.studies import BEHAVIORS, new_study_path, plan_study
-    from turing_learning.studies._study import Hands, execute_study
+    from turing_learning.studies import BEHAVIORS, Hands, execute_study, new_study_path, plan_study
     from turing_learning.swarm import SCENARIOS
 
     require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
@@ -91,9 +90,7 @@ def study(
 
 def _write_slurm(plan: "Plan", path: Path, script: Path, hands: Any, *, force: bool) -> None:
     from turing_learning.config import ConfigurationError
-    from turing_learning.studies import StudyFolder, write_slurm
-    from turing_learning.studies._slurm import refuse_script
-    from turing_learning.studies._study import create_study
+    from turing_learning.studies import StudyFolder, create_study, refuse_script, write_slurm
 
     if hands.cluster is not None or hands.workers is not None:
         raise ConfigurationError(

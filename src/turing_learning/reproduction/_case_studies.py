@@ -93,8 +93,7 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
 
 def _medians(result: "StudyResult") -> np.ndarray:
     """Return the medians over the runs of the best model of each generation (G, P)."""
-    from turing_learning.studies import StudyFolder
-    from turing_learning.studies._convergence import convergences
+    from turing_learning.studies import StudyFolder, convergences
 
     folder = StudyFolder(result.path)
     return convergences(folder, folder.plan(), result.runs)[0].best_model

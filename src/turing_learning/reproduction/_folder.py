@@ -194,7 +194,7 @@ def _cells(row: Sequence[Any]) -> list[Any]:
 
 
 def _provenance() -> dict[str, Any]:
-    from turing_learning.runs._manifest import new_manifest
+    from turing_learning.runs import new_manifest
 
     manifest = new_manifest("", 0)
     machine = {key: manifest["machine"][key] for key in ("processor", "processors")}

@@ -14,6 +14,8 @@
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to go on with it.
 `stored_generations`, `stored_traces`
     What the last checkpoint of a run holds, without the rest of it.
+`new_manifest`
+    When, where and with what a computation was begun.
 `write_atomically`, `write_json`
     Files that are there whole or not at all.
 `RunFolderError`, `RunStorageError`
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
+    from ._manifest import new_manifest
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
@@ -45,6 +48,7 @@ __all__ = [
     "RunStorageError",
     "infer",
     "load_run",
+    "new_manifest",
     "new_run_path",
     "paper_absolute_errors",
     "refuse_film_path",
@@ -71,6 +75,7 @@ _LAZY = {
     "resume_command": "_folder",
     "infer": "_infer",
     "load_run": "_infer",
+    "new_manifest": "_manifest",
     "new_run_path": "_infer",
     "paper_absolute_errors": "_paper",
     "refuse_film_path": "_trial",

@@ -8,9 +8,13 @@
     What will run, resolved and validated before anything does.
 `StudyResult`, `StudyRun`, `ParameterSummary`
     The table: one entry per run, and statistics of the errors per parameter; `paired` and `describe` help to print it.
+`convergences`, `Convergence`
+    Medians over the runs, generation by generation.
 `StudyProgress`
     What an observer is told while the runs go on.
-`run_one`, `collect_study`, `write_slurm`
+`Hands`, `create_study`, `execute_study`
+    The steps of a study: who executes the runs; the folder; the runs.
+`run_one`, `collect_study`, `write_slurm`, `refuse_script`
     The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job script.
 `StudyFolder`
     The files of a study.
@@ -25,15 +29,28 @@ from ._errors import ExecutorError
 from ._folder import StudyFolder, is_study
 
 if TYPE_CHECKING:
+    from ._convergence import Convergence, convergences
     from ._plan import BEHAVIORS, Plan, plan_study
     from ._progress import StudyProgress
-    from ._slurm import write_slurm
-    from ._study import collect_study, load_study, new_study_path, resume_study, run_one, study
+    from ._slurm import refuse_script, write_slurm
+    from ._study import (
+        Hands,
+        collect_study,
+        create_study,
+        execute_study,
+        load_study,
+        new_study_path,
+        resume_study,
+        run_one,
+        study,
+    )
     from ._table import ParameterSummary, StudyResult, StudyRun, describe, paired
 
 __all__ = [
     "BEHAVIORS",
+    "Convergence",
     "ExecutorError",
+    "Hands",
     "ParameterSummary",
     "Plan",
     "StudyFolder",
@@ -41,12 +58,16 @@ __all__ = [
     "StudyResult",
     "StudyRun",
     "collect_study",
+    "convergences",
+    "create_study",
     "describe",
+    "execute_study",
     "is_study",
     "load_study",
     "new_study_path",
     "paired",
     "plan_study",
+    "refuse_script",
     "resume_study",
     "run_one",
     "study",
@@ -55,17 +76,23 @@ __all__ = [
 
 _LAZY = {
     "BEHAVIORS": "_plan",
+    "Convergence": "_convergence",
+    "Hands": "_study",
     "ParameterSummary": "_table",
     "Plan": "_plan",
     "StudyProgress": "_progress",
     "StudyResult": "_table",
     "StudyRun": "_table",
     "collect_study": "_study",
+    "convergences": "_convergence",
+    "create_study": "_study",
     "describe": "_table",
+    "execute_study": "_study",
     "load_study": "_study",
     "new_study_path": "_study",
     "paired": "_table",
     "plan_study": "_plan",
+    "refuse_script": "_slurm",
     "resume_study": "_study",
     "run_one": "_study",
     "study": "_study",
