@@ -60,7 +60,7 @@ class ModelsSection(PopulationSection):
     one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
     exchange their wheel speeds. The second searches for the right point: with `intermediate` children are the means of their
     parents, models are selected by the rewards of all generations that they have lived, each weighing `memory` times the
-    next one, and `redraw` and `exchange` shrink with the share of the run that is left. The paper has none of this:
+    next one, and until 0.7 of the run `redraw` and `exchange` shrink to nothing. The paper has none of this:
     recombination 1, intermediate false, and 0 for the others.
     """
 

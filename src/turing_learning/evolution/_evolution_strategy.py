@@ -56,8 +56,8 @@ class EvolutionStrategy:
         parents from different regions have bad children: a few good individuals are lost in a majority that has settled elsewhere.
     redraw
         Before the generation `refinement`, the probability that one parameter of a child, any, is drawn anew from the initial
-        range: a jump out of a local optimum, which small steps do not leave. From then on this probability, times the share of
-        the `generations` that is left: jumps become rarer, and end.
+        range: a jump out of a local optimum, which small steps do not leave. From then on jumps become rarer, until they end
+        at the generation `settled`.
     exchange
         In the same way, the probability that two of the `groups` of a child, any, exchange their values.
     groups
@@ -71,8 +71,8 @@ class EvolutionStrategy:
         generations it has lived, each weighing `memory` times the next one, see `FitnessMemory`; 0 to 1, 0 for the present alone.
     refinement
         Generation that ends the search for the right region and begins that for the right point, >= 0.
-    generations
-        Number of generations of the whole run, at least `refinement`; it says only when jumps end. None: at `refinement`.
+    settled
+        Generation from which on nothing jumps, at least `refinement`; None: `refinement`.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class EvolutionStrategy:
         intermediate: bool = False,
         memory: float = 0.0,
         refinement: int = 0,
-        generations: int | None = None,
+        settled: int | None = None,
     ) -> None:
         self.dimension = check_count("dimension", dimension, 1)
         self.parents = check_count("parents", parents, 1)
@@ -129,9 +129,7 @@ class EvolutionStrategy:
         self._intermediate = bool(intermediate)
         self._memory = FitnessMemory(self.size, check_share("memory", memory))
         self._refinement = check_count("refinement", refinement, 0)
-        self._generations = self._refinement
-        if generations is not None:
-            self._generations = check_count("generations", generations, self._refinement)
+        self._settled = check_count("settled", refinement if settled is None else settled, self._refinement)
         self._generation = 0
         self._turns = Turns()
 
@@ -186,7 +184,7 @@ class EvolutionStrategy:
         child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
         mixed = _blend(parents, pairs) if self._intermediate and not searching else _recombine(parents, pairs, rng)
         children = self._mutate(mixed, child_steps, rng)
-        self._jump(children, rng, 1.0 if searching else self._share_left())
+        self._jump(children, rng, 1.0 if searching else self._unrest())
         self._population = np.concatenate((parents, children))
         self._steps = np.concatenate((steps, child_steps))
         self._generation += 1
@@ -248,9 +246,10 @@ class EvolutionStrategy:
         mutated = parameters + steps * rng.standard_normal(steps.shape)
         return np.minimum(np.maximum(mutated, -PARAMETER_LIMIT), PARAMETER_LIMIT)
 
-    def _share_left(self) -> float:
-        """Return the share of the generations that is left when the children are judged."""
-        return max(0.0, 1.0 - (self._generation + 1) / self._generations) if self._generations else 0.0
+    def _unrest(self) -> float:
+        """Return how often there are jumps in the refinement, from 1 at its beginning to 0 where they end."""
+        left = self._settled - self._generation
+        return left / (self._settled - self._refinement) if left > 0 else 0.0
 
     def _jump(self, children: np.ndarray, rng: np.random.Generator, rate: float) -> None:
         """Draw one parameter of some children anew, and exchange two groups of others; `rate` scales how many."""

@@ -19,6 +19,9 @@ MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
 
 That of `GENUINE`, which chooses the samples of a recording that are held out, has no seed: all runs hold out the same."""
 
+SETTLED = 0.7
+"""Share of a run after which no model jumps: what the estimate is read from is undisturbed."""
+
 
 def assemble(configuration: Configuration, source: OwnSource | None = None) -> Coevolution:
     """Build the coevolution that a configuration describes.
@@ -64,7 +67,7 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
         intermediate=section.intermediate,
         memory=section.memory,
         refinement=_halfway(configuration),
-        generations=configuration.run.generations,
+        settled=round(SETTLED * configuration.run.generations),
     )
 
 
