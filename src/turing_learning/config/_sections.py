@@ -13,6 +13,7 @@ LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
+SETTLED = 0.7  # share of a run after which no model jumps
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
@@ -100,8 +101,8 @@ class RunSection(Section):
     """How long and with what to run.
 
     `threads` is "all" or a number; the results do not depend on it. The run is saved after every `checkpoint_every`
-    generations. The estimate is a median over the last `estimate_window` generations, or the second half if that is less. With
-    `history` "full" both populations of every generation are kept, and the run ends with figures and a report; with
+    generations. The estimate is a median over the last `estimate_window` generations, or the last 0.3 of the run if that is less.
+    With `history` "full" both populations of every generation are kept, and the run ends with figures and a report; with
     "thin" only the best and typical models and the quartiles of the fitness, in a hundredth of the space, as studies of
     many runs do.
     """
@@ -112,6 +113,20 @@ class RunSection(Section):
     checkpoint_every: Count = 50
     estimate_window: Count = 300
     history: Literal["full", "thin"] = "full"
+
+    @property
+    def halfway(self) -> int:
+        """Generation in which the search for the right region ends and that for the right point begins."""
+        return self.generations // 2
+
+    @property
+    def settled(self) -> int:
+        """Generation from which on no model jumps, and nothing disturbs what the estimate is read from."""
+        return round(SETTLED * self.generations)
+
+    def estimated_from(self, completed: int) -> int:
+        """Return how many of so many completed generations the estimate is read from, counted from the last."""
+        return min(self.estimate_window, max(1, round((1 - SETTLED) * completed)))
 
 
 class Configuration(Section):

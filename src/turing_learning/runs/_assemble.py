@@ -19,9 +19,6 @@ MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
 
 That of `GENUINE`, which chooses the samples of a recording that are held out, has no seed: all runs hold out the same."""
 
-SETTLED = 0.7
-"""Share of a run after which no model jumps: what the estimate is read from is undisturbed."""
-
 
 def assemble(configuration: Configuration, source: OwnSource | None = None) -> Coevolution:
     """Build the coevolution that a configuration describes.
@@ -49,11 +46,6 @@ def assemble(configuration: Configuration, source: OwnSource | None = None) -> C
     )
 
 
-def _halfway(configuration: Configuration) -> int:
-    """Return the generation in which the search for the right region ends and that for the right point begins."""
-    return configuration.run.generations // 2
-
-
 def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -> Optimizer:
     section = configuration.models
     return _optimizer(
@@ -66,8 +58,8 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
         groups=groups,
         intermediate=section.intermediate,
         memory=section.memory,
-        refinement=_halfway(configuration),
-        settled=round(SETTLED * configuration.run.generations),
+        refinement=configuration.run.halfway,
+        settled=configuration.run.settled,
     )
 
 
@@ -79,7 +71,7 @@ def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
     return RenewedOptimizer(
         lambda k: _optimizer(section, parameters, (CLASSIFIERS, run.seed, k)),
         section.renewal,
-        last=_halfway(configuration),
+        last=run.halfway,
     )
 
 

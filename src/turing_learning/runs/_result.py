@@ -189,7 +189,7 @@ def summarize(
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     best = traces["best_model"][-1]
     typical = traces["typical_model"]
-    window = min(configuration.run.estimate_window, max(1, traces.completed // 2))  # the first half only searches
+    window = configuration.run.estimated_from(traces.completed)
     inferred, ends = estimate(typical, window), interval(typical, window)
     return Result(
         scenario=scenario.name,
