@@ -26,7 +26,7 @@ NAMES = AGGREGATION.parameter_names
 class BehaviorSizes:
     """How many runs of each preset, and how often behaviors see another robot."""
 
-    runs: Mapping[str, int] = field(default_factory=lambda: {"default": 200, "paper": 60})
+    runs: Mapping[str, int] = field(default_factory=lambda: {"default": 200, "paper": 30})
     generations: int = 1000
     first_seed: int = 1001
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -210,7 +210,7 @@ EXPERIMENT = Experiment(
     cost="about 1 hour",
     claims=(CLAIM,),
     deviations=(
-        "200 behaviors for the default preset and 60 for the preset `paper`, where the paper has 1000; shares come with their "
+        "200 behaviors for the default preset and 30 for the preset `paper`, where the paper has 1000; shares come with their "
         "interval.",
         "The verdict is about the paper's rule, the subjectively best model of the last generation; the `estimate`, a median "
         "over generations, stands beside it.",
