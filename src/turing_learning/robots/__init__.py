@@ -8,6 +8,8 @@ The camera
     camera or a recorded video, and raises `CameraError` when there are none.
 The camera that is not there
     `EmulatedCamera` renders images of robots as the camera at `overhead_camera` would take them, through `Optics`.
+Time
+    Whatever waits is given a `Clock`: `RealClock`, or the `VirtualClock` of an emulated laboratory, which passes while one waits.
 The robots
     `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
     longer answers. docs/robots/protocol.md describes what is said.
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
     from ._capture import CameraError, Capture
+    from ._clock import Clock, RealClock, VirtualClock
     from ._emulated_robot import Body, EmulatedRobot
     from ._epuck import EPuck
     from ._link import Link, LinkError, open_link
@@ -40,6 +43,7 @@ __all__ = [
     "Calibration",
     "CameraError",
     "Capture",
+    "Clock",
     "Detections",
     "EPuck",
     "EmulatedCamera",
@@ -51,6 +55,7 @@ __all__ = [
     "Markers",
     "Model",
     "Optics",
+    "RealClock",
     "RobotServer",
     "RoundMarkers",
     "Sighting",
@@ -59,6 +64,7 @@ __all__ = [
     "Track",
     "Tracker",
     "TriangleMarkers",
+    "VirtualClock",
     "calibrate_lens",
     "compare_labels",
     "open_link",
@@ -73,6 +79,7 @@ _HOMES = {
     "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
     "_capture": ("CameraError", "Capture"),
+    "_clock": ("Clock", "RealClock", "VirtualClock"),
     "_emulated_robot": ("Body", "EmulatedRobot"),
     "_epuck": ("EPuck",),
     "_link": ("Link", "LinkError", "open_link"),
