@@ -13,6 +13,10 @@ Time
 The robots
     `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
     longer answers. docs/robots/protocol.md describes what is said.
+The laboratory
+    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes through the
+    states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a generation again when
+    a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment` are real ones.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 
@@ -29,11 +33,15 @@ if TYPE_CHECKING:
     from ._clock import Clock, RealClock, VirtualClock
     from ._emulated_robot import Body, EmulatedRobot
     from ._epuck import EPuck
+    from ._equipment import Camera, Equipment, LaboratoryError, Operator, TerminalOperator, real_equipment
+    from ._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
     from ._link import Link, LinkError, open_link
     from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
     from ._messages import Model, Signal, Status
     from ._motion import signed_speeds
+    from ._program import Event, LaboratorySource
     from ._robot_server import RobotServer, serve_tcp, serve_terminal
+    from ._states import Disturbance, ObservedTrial, PcProgram
     from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
 
 __all__ = [
@@ -41,35 +49,50 @@ __all__ = [
     "Board",
     "Body",
     "Calibration",
+    "Camera",
     "CameraError",
     "Capture",
     "Clock",
     "Detections",
+    "Disturbance",
     "EPuck",
     "EmulatedCamera",
     "EmulatedRobot",
+    "Equipment",
+    "Event",
     "Fault",
+    "Laboratory",
+    "LaboratoryError",
+    "LaboratorySetup",
+    "LaboratorySource",
     "Lens",
     "Link",
     "LinkError",
     "Markers",
     "Model",
+    "ObservedTrial",
+    "Operator",
     "Optics",
+    "PcProgram",
     "RealClock",
     "RobotServer",
     "RoundMarkers",
     "Sighting",
     "Signal",
     "Status",
+    "TerminalOperator",
     "Track",
     "Tracker",
     "TriangleMarkers",
     "VirtualClock",
     "calibrate_lens",
     "compare_labels",
+    "load_laboratory",
     "open_link",
     "overhead_camera",
     "place_camera",
+    "read_setup",
+    "real_equipment",
     "serve_tcp",
     "serve_terminal",
     "signed_speeds",
@@ -82,11 +105,15 @@ _HOMES = {
     "_clock": ("Clock", "RealClock", "VirtualClock"),
     "_emulated_robot": ("Body", "EmulatedRobot"),
     "_epuck": ("EPuck",),
+    "_equipment": ("Camera", "Equipment", "LaboratoryError", "Operator", "TerminalOperator", "real_equipment"),
+    "_laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
     "_link": ("Link", "LinkError", "open_link"),
     "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
     "_messages": ("Model", "Signal", "Status"),
     "_motion": ("signed_speeds",),
+    "_program": ("Event", "LaboratorySource"),
     "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
+    "_states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
 }
 _LAZY = {name: home for home, names in _HOMES.items() for name in names}

@@ -152,6 +152,17 @@ class EPuck:
                 )
             self._sort(line)
 
+    def drop_signals(self) -> None:
+        """Forget the signals that have come, so that `wait_for` waits for a new one.
+
+        Raises
+        ------
+        LinkError
+            If the link is lost.
+        """
+        self._drain(0.0)
+        self._signals.clear()
+
     def _deadline(self) -> float:
         return self._link.clock.now() + self._timeout_s
 

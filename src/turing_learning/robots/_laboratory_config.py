@@ -69,7 +69,7 @@ class CameraSection(Section):
     calibration: str
     markers: Literal["triangles", "aruco"] = "triangles"
     marker_height_cm: Positive = 6.0
-    landmarks: dict[str, tuple[float, float]] = {}
+    landmarks: dict[str, tuple[float, float]] = Field(default_factory=dict)
 
     @model_validator(mode="after")
     def _check_landmarks(self) -> "CameraSection":
@@ -99,9 +99,16 @@ class TimingSection(Section):
 
 
 class InterventionsSection(Section):
-    """When a human has to come: all batteries are replaced every so many generations; 0 for never."""
+    """When a human has to come.
+
+    All batteries are replaced every `batteries_every` generations. A robot that moves less than `stuck_cm` in a trial, and
+    does not turn, is stuck. 0 for never.
+
+    Source: paper, section 5.3.
+    """
 
     batteries_every: Annotated[int, Field(ge=0)] = 25
+    stuck_cm: Annotated[float, Field(ge=0)] = 0.2
 
 
 class EvaluationSection(Section):
