@@ -19,6 +19,9 @@ The laboratory
     a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment` are real ones.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
+The laboratory that is not there
+    `EmulatedLaboratory`, by default that of the paper (`LABORATORY`), under `Conditions`: robots with their program in one arena, a
+    camera, an operator, faults on demand, in virtual time.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use.
 """
@@ -27,6 +30,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ._arena import EmulatedLaboratory
+    from ._arena_conditions import LABORATORY, Conditions
     from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
     from ._capture import CameraError, Capture
@@ -45,6 +50,7 @@ if TYPE_CHECKING:
     from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
 
 __all__ = [
+    "LABORATORY",
     "ArucoMarkers",
     "Board",
     "Body",
@@ -53,10 +59,12 @@ __all__ = [
     "CameraError",
     "Capture",
     "Clock",
+    "Conditions",
     "Detections",
     "Disturbance",
     "EPuck",
     "EmulatedCamera",
+    "EmulatedLaboratory",
     "EmulatedRobot",
     "Equipment",
     "Event",
@@ -99,6 +107,8 @@ __all__ = [
 ]
 
 _HOMES = {
+    "_arena": ("EmulatedLaboratory",),
+    "_arena_conditions": ("LABORATORY", "Conditions"),
     "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
     "_capture": ("CameraError", "Capture"),

@@ -78,15 +78,16 @@ class VirtualClock:
         """
         self.sleep_until(self._now + max(seconds, 0.0))
 
-    def sleep_until(self, time_s: float) -> None:
-        """Let time pass until `time_s`; see `sleep`."""
+    def sleep_until(self, time_s: float, ready: Callable[[], bool] = lambda: False) -> None:
+        """Let time pass until `time_s`, or until something is `ready` that an action brought about; see `sleep`."""
         if self._busy:
             raise RuntimeError("`sleep` must not be called by an action of the clock; got one that waits.")
         self._busy = True
         try:
-            while self._due and self._due[0][0] <= time_s:
+            while not ready() and self._due and self._due[0][0] <= time_s:
                 self._now, _, action = heapq.heappop(self._due)
                 action()
         finally:
             self._busy = False
-        self._now = max(self._now, time_s)
+        if not ready():
+            self._now = max(self._now, time_s)
