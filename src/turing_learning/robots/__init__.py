@@ -21,7 +21,8 @@ The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 The laboratory that is not there
     `EmulatedLaboratory`, by default that of the paper (`LABORATORY`), under `Conditions`: robots with their program in one arena, a
-    camera, an operator, faults on demand, in virtual time.
+    camera, an operator, faults on demand, in virtual time. `ArenaService` serves it in real time at addresses; `obey` and `usage`
+    are for whoever sits before it.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use.
 """
@@ -32,6 +33,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ._arena import EmulatedLaboratory
     from ._arena_conditions import LABORATORY, Conditions
+    from ._arena_console import obey, usage
+    from ._arena_service import ArenaService
     from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
     from ._capture import CameraError, Capture
@@ -51,6 +54,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "LABORATORY",
+    "ArenaService",
     "ArucoMarkers",
     "Board",
     "Body",
@@ -96,6 +100,7 @@ __all__ = [
     "calibrate_lens",
     "compare_labels",
     "load_laboratory",
+    "obey",
     "open_link",
     "overhead_camera",
     "place_camera",
@@ -104,11 +109,14 @@ __all__ = [
     "serve_tcp",
     "serve_terminal",
     "signed_speeds",
+    "usage",
 ]
 
 _HOMES = {
     "_arena": ("EmulatedLaboratory",),
     "_arena_conditions": ("LABORATORY", "Conditions"),
+    "_arena_console": ("obey", "usage"),
+    "_arena_service": ("ArenaService",),
     "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
     "_capture": ("CameraError", "Capture"),

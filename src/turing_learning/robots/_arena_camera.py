@@ -65,6 +65,10 @@ class ArenaCamera:
             raise CameraError("`source` must give images; got none more from the emulated camera. Check its cable.")
         self._number = max(self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - _TICK))
         self._clock.sleep_until(self._lag_s + self._number * self._interval_s)
+        return self.snapshot()
+
+    def snapshot(self) -> np.ndarray:
+        """Return the image (H, W, 3) of this moment, or the last one if the camera is frozen."""
         if self._last is None or not self.frozen:
             self._last = self._snapshot()
         return self._last.copy()
