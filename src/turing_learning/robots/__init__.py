@@ -14,9 +14,10 @@ The robots
     `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
     longer answers. docs/robots/protocol.md describes what is said.
 The laboratory
-    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes through the
-    states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a generation again when
-    a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment` are real ones.
+    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes
+    through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
+    generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
+    are real ones.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 The laboratory that is not there
@@ -41,7 +42,8 @@ if TYPE_CHECKING:
     from ._clock import Clock, RealClock, VirtualClock
     from ._emulated_robot import Body, EmulatedRobot
     from ._epuck import EPuck
-    from ._equipment import Camera, Equipment, LaboratoryError, Operator, TerminalOperator, real_equipment
+    from ._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
+    from ._errors import LaboratoryError
     from ._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
     from ._link import Link, LinkError, open_link
     from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
@@ -99,6 +101,7 @@ __all__ = [
     "VirtualClock",
     "calibrate_lens",
     "compare_labels",
+    "laboratory_tracker",
     "load_laboratory",
     "obey",
     "open_link",
@@ -123,7 +126,8 @@ _HOMES = {
     "_clock": ("Clock", "RealClock", "VirtualClock"),
     "_emulated_robot": ("Body", "EmulatedRobot"),
     "_epuck": ("EPuck",),
-    "_equipment": ("Camera", "Equipment", "LaboratoryError", "Operator", "TerminalOperator", "real_equipment"),
+    "_errors": ("LaboratoryError",),
+    "_equipment": ("Camera", "Equipment", "Operator", "TerminalOperator", "laboratory_tracker", "real_equipment"),
     "_laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
     "_link": ("Link", "LinkError", "open_link"),
     "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),

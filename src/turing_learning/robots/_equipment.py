@@ -2,17 +2,19 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from ..config import ConfigurationError
 from ._clock import Clock, RealClock
+from ._errors import LaboratoryError
 from ._laboratory_config import LaboratorySetup
 from ._link import Link, open_link
 
-
-class LaboratoryError(RuntimeError):
-    """A laboratory cannot go on; the run can be resumed."""
+if TYPE_CHECKING:
+    from ._tracker import Tracker
 
 
 class Camera(Protocol):
@@ -86,3 +88,29 @@ def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> 
     return Equipment(
         clock, lambda address: open_link(address, clock=clock), open_camera, operator or TerminalOperator()
     )
+
+
+def laboratory_tracker(setup: LaboratorySetup) -> "Tracker":
+    """Return a tracker of all robots, agents first.
+
+    Raises
+    ------
+    ConfigurationError
+        If the calibration cannot be read, or a robot cannot wear its marker.
+    """
+    from ._calibration import Calibration
+    from ._markers import ArucoMarkers, TriangleMarkers
+    from ._tracker import Tracker
+
+    camera = setup.camera
+    kind = TriangleMarkers if camera.markers == "triangles" else ArucoMarkers
+    try:
+        calibration = Calibration.load(Path(camera.calibration))
+        return Tracker(kind(height_cm=camera.marker_height_cm), calibration, setup.labels, interval_s=1 / camera.fps)
+    except OSError as error:
+        raise ConfigurationError(
+            f"`camera.calibration` must be a readable file; got {camera.calibration} ({error.strerror or error}). Calibrate "
+            "the camera first."
+        ) from error
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error

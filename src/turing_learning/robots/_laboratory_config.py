@@ -345,6 +345,11 @@ def _check_together(setup: LaboratorySetup, configuration: Configuration, place:
             f"`scenario.trial.duration_s` must be at most timing.execute_s, {setup.timing.execute_s}; got {trial}"
             f"{place.where('scenario.trial.duration_s')}."
         )
+    if setup.evaluation.repeats and configuration.run.history == "thin":
+        raise ConfigurationError(
+            f'`run.history` must be "full" for a post-evaluation; got "thin"{place.where("run.history")}. Or set '
+            "evaluation.repeats = 0."
+        )
     if len(configuration.scenario.controller) > 16:
         raise ConfigurationError(
             f"`scenario.controller` must have 16 wheel speeds or fewer, which a replica takes; got "

@@ -255,7 +255,7 @@ class PcProgram:
         """P5: keep the trial, and go on unless it was disturbed. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
-        stuck = stuck_robots(track, models, self._setup.interventions.stuck_cm)
+        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm)
         trial = ObservedTrial(
             number=len(self._done),
             models=models,

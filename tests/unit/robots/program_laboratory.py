@@ -156,7 +156,7 @@ class ScriptedLaboratory:
             way = speed * elapsed * np.sinc(half / math.pi)
             poses[k] += (way * math.cos(HOMES[k, 2] + half), way * math.sin(HOMES[k, 2] + half), 0.0)
             poses[k, 2] = heading
-        if self.carried is not None and running and self.clock.now() - self._since > 3.0:
+        if self.carried is not None and running and self.clock.now() - self._since > 3.5:
             poses[self.carried, :2] = (30.0, 33.0)
         return poses
 
