@@ -44,9 +44,7 @@ def obey(laboratory: EmulatedLaboratory, text: str) -> None:
     least = sum(parameter.default is parameter.empty for parameter in parameters)
     if not least <= len(arguments) <= len(parameters):
         expected = " ".join(parameter.name.upper() for parameter in parameters)
-        raise ValueError(
-            f"`{name}` must be followed by {expected or 'nothing'}; got {' '.join(arguments) or 'nothing'!r}."
-        )
+        raise ValueError(f"`{name}` must be followed by {expected or 'nothing'}; got {text.strip()!r}.")
     values = [_value(parameter, word) for parameter, word in zip(parameters, arguments, strict=False)]
     with laboratory.lock:
         commands[name](*values)

@@ -6,7 +6,7 @@ from ._firmware import SENSOR_ANGLES
 
 BRIGHTEST, DARK, HALF_CM = 3800.0, 60.0, 0.75
 """Reading with a white wall at the sensor, above that with nothing; that without anything; where it is half the brightest (cm)."""
-SKIRT = 0.12
+SKIRT = 0.06
 """Share of a white wall's light that a black skirt gives back."""
 NOISE = 5.0
 LARGEST_READING = 4095

@@ -17,11 +17,11 @@ _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
 _SIGNALS = {"R1": "STOP", "R4": "START"}
 SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
 """Directions of the eight infrared sensors, from the heading, anticlockwise (rad); from the front right one clockwise."""
-OBSTACLE = 160
-"""Infrared reading from which on a dispersing robot turns: walls at 4 cm, black skirts at 1.4 cm."""
-WALL = 640
-"""Infrared reading that a black skirt does not cause even when it touches: only a wall, nearer than 1.7 cm."""
-_AHEAD = math.cos(math.radians(75))
+OBSTACLE = 120
+"""Infrared reading from which on a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm."""
+WALL = 400
+"""Infrared reading that a black skirt does not cause even when it touches: only a wall, nearer than 2 cm."""
+_AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
@@ -30,22 +30,25 @@ Wheels = tuple[float, float]
 STILL: Wheels = (0.0, 0.0)
 
 
-def is_blocked(proximity: Sequence[int], threshold: int, forward: bool) -> bool:
-    """Return whether something is in the way of a robot that drives forward, or backward: the strongest reading decides."""
+def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
+    """Return whether the strongest reading is above a threshold, and at a sensor that looks where the robot goes.
+
+    `least` is the cosine of the widest angle from there that counts; `forward` is negative for a robot that drives backward.
+    """
     strongest = int(np.argmax(proximity))
-    toward = math.cos(SENSOR_ANGLES[strongest]) * (1 if forward else -1)
-    return proximity[strongest] >= threshold and toward > _AHEAD
+    toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
+    return proximity[strongest] >= threshold and toward > least
 
 
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
-    """Return the wheel speeds, or a turn in place if a wall is in the way.
+    """Return the wheel speeds, or a turn in place as long as a wall is before the robot, or beside it.
 
     The robot turns to the side to which it is turning already, so that it leaves the wall on the arc on which it would have
     come; one that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another,
     goes nowhere and is left alone, and so is one that meets a robot: its skirt is too dark.
     """
     left, right = wheels
-    if left + right == 0 or not is_blocked(proximity, WALL, forward=left + right > 0):
+    if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
         return wheels
     return (-1.0, 1.0) if right >= left else (1.0, -1.0)
 
@@ -122,7 +125,7 @@ class Firmware:
 
     def _disperse(self, time_s: float, proximity: Sequence[int]) -> Wheels:
         """Turn to anywhere; then drive straight, and turn for a while where anything is in the way."""
-        if time_s >= self._turn_until and is_blocked(proximity, OBSTACLE, forward=True):
+        if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
             self._turn(time_s, _AWAY_S)
         return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
 
