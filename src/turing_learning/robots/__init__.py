@@ -17,7 +17,8 @@ The laboratory
     `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes
     through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
     generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
-    are real ones.
+    are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
+    do. `rehearse` opens the doors to an emulated one. `write_table` exports tracks.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 The laboratory that is not there
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from ._arena_conditions import LABORATORY, Conditions
     from ._arena_console import obey, usage
     from ._arena_service import ArenaService
-    from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
+    from ._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
     from ._capture import CameraError, Capture
     from ._clock import Clock, RealClock, VirtualClock
@@ -44,12 +45,15 @@ if TYPE_CHECKING:
     from ._epuck import EPuck
     from ._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
     from ._errors import LaboratoryError
+    from ._export import write_table
+    from ._inspection import Finding, inspect
     from ._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
     from ._link import Link, LinkError, open_link
     from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
     from ._messages import Model, Signal, Status
     from ._motion import signed_speeds
     from ._program import Event, LaboratorySource
+    from ._rehearsal import rehearse
     from ._robot_server import RobotServer, serve_tcp, serve_terminal
     from ._states import Disturbance, ObservedTrial, PcProgram
     from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
@@ -75,6 +79,7 @@ __all__ = [
     "Equipment",
     "Event",
     "Fault",
+    "Finding",
     "Laboratory",
     "LaboratoryError",
     "LaboratorySetup",
@@ -101,6 +106,8 @@ __all__ = [
     "VirtualClock",
     "calibrate_lens",
     "compare_labels",
+    "find_landmarks",
+    "inspect",
     "laboratory_tracker",
     "load_laboratory",
     "obey",
@@ -109,10 +116,12 @@ __all__ = [
     "place_camera",
     "read_setup",
     "real_equipment",
+    "rehearse",
     "serve_tcp",
     "serve_terminal",
     "signed_speeds",
     "usage",
+    "write_table",
 ]
 
 _HOMES = {
@@ -120,7 +129,7 @@ _HOMES = {
     "_arena_conditions": ("LABORATORY", "Conditions"),
     "_arena_console": ("obey", "usage"),
     "_arena_service": ("ArenaService",),
-    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
+    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
     "_capture": ("CameraError", "Capture"),
     "_clock": ("Clock", "RealClock", "VirtualClock"),
@@ -128,12 +137,15 @@ _HOMES = {
     "_epuck": ("EPuck",),
     "_errors": ("LaboratoryError",),
     "_equipment": ("Camera", "Equipment", "Operator", "TerminalOperator", "laboratory_tracker", "real_equipment"),
+    "_export": ("write_table",),
+    "_inspection": ("Finding", "inspect"),
     "_laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
     "_link": ("Link", "LinkError", "open_link"),
     "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
     "_messages": ("Model", "Signal", "Status"),
     "_motion": ("signed_speeds",),
     "_program": ("Event", "LaboratorySource"),
+    "_rehearsal": ("rehearse",),
     "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
     "_states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),

@@ -4,7 +4,7 @@
     One run from Python or the command line, kept in memory or in a run folder.
 `start`, `resume`, `load_run`
     Run a resolved configuration in a folder; go on with a run; open one.
-`start_laboratory`, `resume_laboratory`, `is_laboratory_run`, `read_events`
+`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
     The same with real robots; what has happened in the laboratory.
 `Result`
     What a run has inferred, with its history and report.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
-    from ._laboratory import is_laboratory_run, resume_laboratory, start_laboratory
+    from ._laboratory import is_laboratory_run, resume_laboratory, start_laboratory, stored_laboratory
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
@@ -63,6 +63,7 @@ __all__ = [
     "start",
     "start_laboratory",
     "stored_generations",
+    "stored_laboratory",
     "stored_traces",
     "swarm_replay",
     "trial_replay",
@@ -91,6 +92,7 @@ _LAZY = {
     "start": "_infer",
     "start_laboratory": "_laboratory",
     "stored_generations": "_checkpoints",
+    "stored_laboratory": "_laboratory",
     "stored_traces": "_checkpoints",
     "swarm_replay": "_present",
     "trial_replay": "_trial",

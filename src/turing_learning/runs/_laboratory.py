@@ -127,6 +127,18 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
     return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": calibration})})
 
 
+def stored_laboratory(path: str | Path) -> Laboratory:
+    """Return the laboratory of a run, and the run that it is to do.
+
+    Raises
+    ------
+    RunFolderError
+        If they cannot be read.
+    """
+    folder = RunFolder(Path(path))
+    return Laboratory(stored_setup(folder), folder.configuration())
+
+
 def _source(
     setup: LaboratorySetup,
     configuration: Configuration,

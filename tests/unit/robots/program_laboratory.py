@@ -58,9 +58,10 @@ class Wire:
             return
         data, self.noise = self.noise + data, b""
         if self.halve:
-            self._arrived += data[: len(data) // 2]
+            first, rest = data[: len(data) // 2], data[len(data) // 2 :]
+            self._arrived += first
             clock = self._laboratory.clock
-            clock.call_at(clock.now() + 0.06, lambda rest=data[len(data) // 2 :]: self._arrived.extend(rest))
+            clock.call_at(clock.now() + 0.06, lambda: self._arrived.extend(rest))
         else:
             self._arrived += data
 

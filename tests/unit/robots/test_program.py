@@ -321,7 +321,7 @@ def test_an_operator_who_is_away_ends_the_session(monkeypatch):
         raise EOFError
 
     monkeypatch.setattr("builtins.input", nobody)
-    with pytest.raises(LaboratoryError, match="nobody answers at the terminal. To do: Free it"):
+    with pytest.raises(LaboratoryError, match=r"nobody answers at the terminal\. To do: Free it"):
         TerminalOperator().ask("Free it.")
 
 
