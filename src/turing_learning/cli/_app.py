@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from . import _detect, _reproduce, _study
+from . import _arena, _detect, _reproduce, _robots, _study
 from ._main import Interrupted
 from ._numbers import integer, real
 from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
@@ -131,6 +131,7 @@ def resume(
     For recorded motion, give the options that the run began with.
     """
     from turing_learning.config import ConfigurationError
+    from turing_learning.runs import is_laboratory_run
     from turing_learning.runs import resume as resume_run
     from turing_learning.studies import is_study
 
@@ -144,6 +145,9 @@ def resume(
         return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
+    if is_laboratory_run(run):
+        _robots.go_on(run)
+        return
     recording = Recording(trajectories, fps, scale, model, window)
     genuine, simulate = recording.system() if recording.given else (None, None)
     _execute(
@@ -258,3 +262,5 @@ def _numbers(text: str) -> list[float]:
 _study.register(app)
 _detect.register(app)
 _reproduce.register(app)
+_robots.register(app)
+_arena.register(app)

@@ -58,10 +58,11 @@ def _say(text: str, code: int) -> int:
 def _code(error: Exception) -> int:
     """Return the exit code of an error that a user can cause; others are bugs, and are raised again."""
     from turing_learning.config import ConfigurationError
+    from turing_learning.robots import LaboratoryError
     from turing_learning.runs import RunFolderError, RunStorageError
     from turing_learning.studies import ExecutorError
 
-    if isinstance(error, RunStorageError | ExecutorError):
+    if isinstance(error, RunStorageError | ExecutorError | LaboratoryError):
         return FAILED
     if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
         return REFUSED

@@ -6,6 +6,8 @@ from a preset (`PRESETS`), a TOML file and single settings, and refuses what is 
 (`ConfigurationError`); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values.
+
+Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
 """
 
 from ._errors import ConfigurationError, nearest
@@ -20,9 +22,10 @@ from ._sections import (
     OwnConfiguration,
     PopulationSection,
     RunSection,
+    Section,
 )
 from ._study import Variant, load_variants
-from ._toml import to_toml
+from ._toml import line_of, read_toml, to_toml
 
 __all__ = [
     "DEFAULT_SCENARIO",
@@ -36,11 +39,14 @@ __all__ = [
     "OwnConfiguration",
     "PopulationSection",
     "RunSection",
+    "Section",
     "Variant",
     "flat_settings",
+    "line_of",
     "load_configuration",
     "load_variants",
     "nearest",
+    "read_toml",
     "to_toml",
     "with_settings",
 ]

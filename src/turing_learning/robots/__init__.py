@@ -8,11 +8,23 @@ The camera
     camera or a recorded video, and raises `CameraError` when there are none.
 The camera that is not there
     `EmulatedCamera` renders images of robots as the camera at `overhead_camera` would take them, through `Optics`.
+Time
+    Whatever waits is given a `Clock`: `RealClock`, or the `VirtualClock` of an emulated laboratory, which passes while one waits.
 The robots
     `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
     longer answers. docs/robots/protocol.md describes what is said.
+The laboratory
+    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes
+    through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
+    generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
+    are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
+    do. `rehearse` opens the doors to an emulated one. `write_table` exports tracks.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
+The laboratory that is not there
+    `EmulatedLaboratory`, by default that of the paper (`LABORATORY`), under `Conditions`: robots with their program in one arena, a
+    camera, an operator, faults on demand, in virtual time. `ArenaService` serves it in real time at addresses; `obey` and `usage`
+    are for whoever sits before it.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use.
 """
@@ -21,65 +33,121 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
+    from ._arena import EmulatedLaboratory
+    from ._arena_conditions import LABORATORY, Conditions
+    from ._arena_console import obey, usage
+    from ._arena_service import ArenaService
+    from ._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
     from ._capture import CameraError, Capture
+    from ._clock import Clock, RealClock, VirtualClock
     from ._emulated_robot import Body, EmulatedRobot
     from ._epuck import EPuck
+    from ._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
+    from ._errors import LaboratoryError
+    from ._export import write_table
+    from ._inspection import Finding, inspect
+    from ._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
     from ._link import Link, LinkError, open_link
     from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
     from ._messages import Model, Signal, Status
     from ._motion import signed_speeds
+    from ._program import Event, LaboratorySource
+    from ._rehearsal import rehearse
     from ._robot_server import RobotServer, serve_tcp, serve_terminal
+    from ._states import Disturbance, ObservedTrial, PcProgram
     from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
 
 __all__ = [
+    "LABORATORY",
+    "ArenaService",
     "ArucoMarkers",
     "Board",
     "Body",
     "Calibration",
+    "Camera",
     "CameraError",
     "Capture",
+    "Clock",
+    "Conditions",
     "Detections",
+    "Disturbance",
     "EPuck",
     "EmulatedCamera",
+    "EmulatedLaboratory",
     "EmulatedRobot",
+    "Equipment",
+    "Event",
     "Fault",
+    "Finding",
+    "Laboratory",
+    "LaboratoryError",
+    "LaboratorySetup",
+    "LaboratorySource",
     "Lens",
     "Link",
     "LinkError",
     "Markers",
     "Model",
+    "ObservedTrial",
+    "Operator",
     "Optics",
+    "PcProgram",
+    "RealClock",
     "RobotServer",
     "RoundMarkers",
     "Sighting",
     "Signal",
     "Status",
+    "TerminalOperator",
     "Track",
     "Tracker",
     "TriangleMarkers",
+    "VirtualClock",
     "calibrate_lens",
     "compare_labels",
+    "find_landmarks",
+    "inspect",
+    "laboratory_tracker",
+    "load_laboratory",
+    "obey",
     "open_link",
     "overhead_camera",
     "place_camera",
+    "read_setup",
+    "real_equipment",
+    "rehearse",
     "serve_tcp",
     "serve_terminal",
     "signed_speeds",
+    "usage",
+    "write_table",
 ]
 
 _HOMES = {
-    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
+    "_arena": ("EmulatedLaboratory",),
+    "_arena_conditions": ("LABORATORY", "Conditions"),
+    "_arena_console": ("obey", "usage"),
+    "_arena_service": ("ArenaService",),
+    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
     "_capture": ("CameraError", "Capture"),
+    "_clock": ("Clock", "RealClock", "VirtualClock"),
     "_emulated_robot": ("Body", "EmulatedRobot"),
     "_epuck": ("EPuck",),
+    "_errors": ("LaboratoryError",),
+    "_equipment": ("Camera", "Equipment", "Operator", "TerminalOperator", "laboratory_tracker", "real_equipment"),
+    "_export": ("write_table",),
+    "_inspection": ("Finding", "inspect"),
+    "_laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
     "_link": ("Link", "LinkError", "open_link"),
     "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
     "_messages": ("Model", "Signal", "Status"),
     "_motion": ("signed_speeds",),
+    "_program": ("Event", "LaboratorySource"),
+    "_rehearsal": ("rehearse",),
     "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
+    "_states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
 }
 _LAZY = {name: home for home, names in _HOMES.items() for name in names}

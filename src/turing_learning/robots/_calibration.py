@@ -264,18 +264,32 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
         If fewer than four landmarks are seen, or their places do not fit the lens.
     """
     require_image("image", image, lens.image_size)
+    seen = _aruco_centers(image)
+    known = sorted(seen.keys() & landmarks.keys())
+    if len(known) < 4:
+        raise ValueError(f"`image` must show 4 or more of the landmarks {sorted(landmarks)}; got {known}.")
+    points = np.array([(*landmarks[identity], 0.0) for identity in known])
+    return _place(lens, points, np.array([seen[identity] for identity in known]))
+
+
+def find_landmarks(image: np.ndarray, calibration: Calibration) -> dict[int, np.ndarray]:
+    """Return where on the floor (2,), in cm, each ArUco marker in an image (H, W, 3) lies, by its identity."""
+    require_image("image", image, calibration.lens.image_size)
+    return {identity: calibration.locate(center[None])[0] for identity, center in sorted(_aruco_centers(image).items())}
+
+
+def _aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
+    """Return the centre (2,), in pixels, of each ArUco marker that is seen."""
     aruco = vision().aruco
     settings = aruco.DetectorParameters()
     settings.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
     detector = aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_4X4_50), settings)
     corners, identities, _ = detector.detectMarkers(gray(image))
-    seen = {} if identities is None else dict(zip(np.asarray(identities).ravel().tolist(), corners, strict=True))
-    known = sorted(seen.keys() & landmarks.keys())
-    if len(known) < 4:
-        raise ValueError(f"`image` must show 4 or more of the landmarks {sorted(landmarks)}; got {known}.")
-    points = np.array([(*landmarks[identity], 0.0) for identity in known])
-    pixels = np.array([_cross(np.asarray(seen[identity], dtype=np.float64).reshape(4, 2)) for identity in known])
-    return _place(lens, points, pixels)
+    found = [] if identities is None else np.asarray(identities).ravel().tolist()
+    return {
+        identity: _cross(np.asarray(square, dtype=np.float64).reshape(4, 2))
+        for identity, square in zip(found, corners, strict=False)
+    }
 
 
 def _cross(corners: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ class Capture:
     Parameters
     ----------
     source
-        Number of a camera, or path of a video.
+        Number of a camera, path of a video, or the URL of a stream.
 
     Raises
     ------
@@ -30,8 +30,8 @@ class Capture:
     """
 
     def __init__(self, source: int | str | Path) -> None:
-        if not isinstance(source, int) and not Path(source).is_file():
-            raise FileNotFoundError(f"`source` must be a camera's number or a video file; got {str(source)!r}.")
+        if not isinstance(source, int) and "://" not in str(source) and not Path(source).is_file():
+            raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {str(source)!r}.")
         self._source = source
         self._device = vision().VideoCapture(source if isinstance(source, int) else str(source))
         if not self._device.isOpened():
@@ -73,5 +73,7 @@ class Capture:
 
     @property
     def _remedy(self) -> str:
+        if "://" in str(self._source):
+            return "Check that it is served."
         camera = isinstance(self._source, int)
         return "Check its cable, and that no other program uses it." if camera else "Check that it plays elsewhere."

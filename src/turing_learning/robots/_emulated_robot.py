@@ -98,6 +98,11 @@ class EmulatedRobot:
             self._answer.clear()
         return answer
 
+    def restart(self) -> None:
+        """Switch off and on: everything is forgotten."""
+        with self._lock:
+            self._begin()
+
     def enter(self, state: str) -> None:
         """Enter a state of the replica's program; R3 takes the model from the buffer."""
         with self._lock:

@@ -1,7 +1,6 @@
 """The driver of an e-puck that speaks the public serial protocol, and of a replica that also takes models."""
 
 import struct
-import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -140,7 +139,7 @@ class EPuck:
         """
         if kind not in SIGNALS:
             raise ValueError(f"`kind` must be one of {', '.join(SIGNALS)}; got {kind!r}.")
-        deadline = self._link.clock() + timeout_s
+        deadline = self._link.clock.now() + timeout_s
         while True:
             while self._signals:
                 signal = self._signals.popleft()
@@ -153,8 +152,19 @@ class EPuck:
                 )
             self._sort(line)
 
+    def drop_signals(self) -> None:
+        """Forget the signals that have come, so that `wait_for` waits for a new one.
+
+        Raises
+        ------
+        LinkError
+            If the link is lost.
+        """
+        self._drain(0.0)
+        self._signals.clear()
+
     def _deadline(self) -> float:
-        return self._link.clock() + self._timeout_s
+        return self._link.clock.now() + self._timeout_s
 
     def _ask(self, command: str, read: Callable[[str], Answer | None]) -> Answer:
         """Send a line and return what `read` makes of the answer; other lines are sorted out."""
@@ -197,7 +207,7 @@ class EPuck:
 
     def _pause(self) -> None:
         """Give a port that has just gone time to come back."""
-        time.sleep(min(self._timeout_s, 0.2))
+        self._link.clock.sleep(min(self._timeout_s, 0.2))
 
     def _resynchronize(self) -> None:
         """Make both ends wait for the beginning of a command."""
@@ -208,8 +218,8 @@ class EPuck:
     def _drain(self, quiet_s: float) -> None:
         """Read what has come unasked, until the line is quiet: late answers would be taken for those to come."""
         limit = self._deadline()
-        while self._link.clock() < limit:
-            line = self._link.read_line(self._link.clock() + quiet_s)
+        while self._link.clock.now() < limit:
+            line = self._link.read_line(self._link.clock.now() + quiet_s)
             if line is None:
                 break
             self._sort(line)
@@ -220,7 +230,7 @@ class EPuck:
         fields = (text or "").split(",")
         numbers = whole_numbers(fields[2:])
         if fields[0] == "x" and fields[1] in SIGNALS and numbers is not None and len(numbers) == 2:
-            self._signals.append(Signal(fields[1], numbers[0], numbers[1], self._link.clock()))
+            self._signals.append(Signal(fields[1], numbers[0], numbers[1], self._link.clock.now()))
         elif not line.startswith(_GREETINGS):
             self.garbled += 1
 

@@ -1,9 +1,10 @@
 """Bytes and lines to and from a robot, over a serial line or a TCP port."""
 
-import time
 from collections.abc import Callable
 from types import ModuleType
-from typing import Any, Self
+from typing import Any, Protocol, Self
+
+from ._clock import Clock, RealClock
 
 LARGEST_LINE = 4096
 _POLL_S = 0.02
@@ -21,6 +22,23 @@ def _pyserial() -> ModuleType:
     return serial
 
 
+class Device(Protocol):
+    """The near end of a line, as pyserial has it; what fails raises OSError."""
+
+    @property
+    def in_waiting(self) -> int:
+        """How many bytes have come."""
+
+    def read(self, size: int) -> bytes:
+        """Return up to `size` bytes, fewer if they do not come in a short while."""
+
+    def write(self, data: bytes) -> object:
+        """Send."""
+
+    def close(self) -> None:
+        """Let go of the line."""
+
+
 class Link:
     """A line to a robot that can be opened again; see `open_link`.
 
@@ -31,13 +49,23 @@ class Link:
     baud
         Of a serial line.
     clock
-        Time (s), for deadlines.
+        For deadlines and pauses; the computer's by default.
+    connect
+        Opens the near end; by default that of the port.
     """
 
-    def __init__(self, port: str, *, baud: int = 115200, clock: Callable[[], float] = time.monotonic) -> None:
-        self.port, self.clock = port, clock
+    def __init__(
+        self,
+        port: str,
+        *,
+        baud: int = 115200,
+        clock: Clock | None = None,
+        connect: Callable[[], Device] | None = None,
+    ) -> None:
+        self.port, self.clock = port, clock or RealClock()
         self._baud = baud
-        self._device: Any = None
+        self._connect = connect or self._open_port
+        self._device: Device | None = None
         self._buffer = bytearray()
 
     def __enter__(self) -> Self:
@@ -61,7 +89,7 @@ class Link:
         """
         self.close()
         try:
-            self._device = _pyserial().serial_for_url(self.port, self._baud, timeout=_POLL_S, write_timeout=1.0)
+            self._device = self._connect()
         except (OSError, ValueError) as error:
             raise LinkError(
                 f"`port` must be a serial device or socket://host:port at which a robot listens; got {self.port!r} "
@@ -105,7 +133,7 @@ class Link:
                 continue
             if len(self._buffer) > LARGEST_LINE:
                 self._buffer.clear()
-            if self.clock() >= deadline and not self._is_waiting():
+            if self.clock.now() >= deadline and not self._is_waiting():
                 return None
             self._receive()
 
@@ -118,7 +146,7 @@ class Link:
             If the line is closed or broken.
         """
         while len(self._buffer) < count:
-            if self.clock() >= deadline and not self._is_waiting():
+            if self.clock.now() >= deadline and not self._is_waiting():
                 return None
             self._receive()
         data = bytes(self._buffer[:count])
@@ -129,16 +157,20 @@ class Link:
         """Forget the beginning of a line whose end has not come."""
         self._buffer.clear()
 
+    def _open_port(self) -> Device:
+        device: Device = _pyserial().serial_for_url(self.port, self._baud, timeout=_POLL_S, write_timeout=1.0)
+        return device
+
     def _is_waiting(self) -> bool:
         return bool(self._guarded(lambda device: device.in_waiting))
 
     def _receive(self) -> None:
-        def read(device: Any) -> bytes:
+        def read(device: Device) -> bytes:
             return bytes(device.read(max(1, device.in_waiting)))
 
         self._buffer += self._guarded(read)
 
-    def _guarded(self, use: Callable[[Any], Any]) -> Any:
+    def _guarded(self, use: Callable[[Device], Any]) -> Any:
         if self._device is None:
             raise LinkError(f"`link` to {self.port} must be open; got a closed one. Open it.")
         try:
@@ -148,7 +180,7 @@ class Link:
             raise LinkError(f"the link to {self.port} is lost ({error})") from error
 
 
-def open_link(port: str, *, baud: int = 115200, clock: Callable[[], float] = time.monotonic) -> Link:
+def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None) -> Link:
     """Open a line to a robot.
 
     Parameters
@@ -158,7 +190,7 @@ def open_link(port: str, *, baud: int = 115200, clock: Callable[[], float] = tim
     baud
         Of a serial line; the e-puck's is 115200.
     clock
-        Time (s), for deadlines.
+        For deadlines and pauses; the computer's by default.
 
     Raises
     ------

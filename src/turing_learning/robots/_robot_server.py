@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Self
 
 from ._emulated_robot import EmulatedRobot
+from ._link import Link, open_link
 
 
 def _whole(data: bytes) -> Iterable[bytes]:
@@ -71,6 +72,10 @@ class RobotServer(ABC):
     def close(self) -> None:
         """End the service."""
         self.drop()
+
+    def link(self) -> Link:
+        """Return an open link to the robot, in real time; raises LinkError if there is none."""
+        return open_link(self.port)
 
     def signal(self, kind: str) -> None:
         """Send a signal; without a link it is lost."""

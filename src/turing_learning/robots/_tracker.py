@@ -159,11 +159,16 @@ class Tracker:
         if maximum_gap < 0:
             raise ValueError(f"`maximum_gap` must be 0 or more; got {maximum_gap}.")
         self.markers, self.labels, self.interval_s = markers, tuple(labels), float(interval_s)
-        self._size = calibration.lens.image_size
+        self.calibration = calibration
         self._places = calibration.map_pixels(markers.height_cm)
         self._step = maximum_speed_cm_s * interval_s
         self._maximum_gap = maximum_gap
         self.start()
+
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """Width and height of its images (pixels)."""
+        return self.calibration.lens.image_size
 
     def start(self) -> None:
         """Forget who is where: the next image begins a new track."""
@@ -178,7 +183,7 @@ class Tracker:
 
     def detect(self, image: np.ndarray) -> Detections:
         """Find the markers in an image (H, W, 3), without following anybody."""
-        require_image("image", image, self._size)
+        require_image("image", image, self.image_size)
         return self.markers.detect(image, self._places)
 
     def follow(self, image: np.ndarray) -> Sighting:
@@ -189,7 +194,7 @@ class Tracker:
         ValueError
             If the image is not of the calibration's size, or not in color.
         """
-        require_image("image", image, self._size)
+        require_image("image", image, self.image_size)
         self._frame += 1
         if self._is_frozen(image):
             self._gap[self._gap >= 0] += 1

@@ -4,6 +4,8 @@
     One run from Python or the command line, kept in memory or in a run folder.
 `start`, `resume`, `load_run`
     Run a resolved configuration in a folder; go on with a run; open one.
+`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
+    The same with real robots; what has happened in the laboratory.
 `Result`
     What a run has inferred, with its history and report.
 `Progress`
@@ -32,12 +34,14 @@ if TYPE_CHECKING:
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
+    from ._laboratory import is_laboratory_run, resume_laboratory, start_laboratory, stored_laboratory
     from ._manifest import new_manifest
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
     from ._session import Progress
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
+    from ._trial_store import read_events
 
 __all__ = [
     "TIMINGS",
@@ -47,18 +51,23 @@ __all__ = [
     "RunFolderError",
     "RunStorageError",
     "infer",
+    "is_laboratory_run",
     "load_run",
     "new_manifest",
     "new_run_path",
     "paper_absolute_errors",
+    "read_events",
     "refuse_film_path",
     "refuse_future_format",
     "resume",
     "resume_command",
+    "resume_laboratory",
     "run_table",
     "scenario_named",
     "start",
+    "start_laboratory",
     "stored_generations",
+    "stored_laboratory",
     "stored_traces",
     "swarm_replay",
     "trial_replay",
@@ -73,17 +82,22 @@ _LAZY = {
     "Result": "_result",
     "RunFolder": "_folder",
     "resume_command": "_folder",
+    "resume_laboratory": "_laboratory",
     "infer": "_infer",
+    "is_laboratory_run": "_laboratory",
     "load_run": "_infer",
     "new_manifest": "_manifest",
     "new_run_path": "_infer",
     "paper_absolute_errors": "_paper",
+    "read_events": "_trial_store",
     "refuse_film_path": "_trial",
     "resume": "_infer",
     "run_table": "_present",
     "scenario_named": "_trial",
     "start": "_infer",
+    "start_laboratory": "_laboratory",
     "stored_generations": "_checkpoints",
+    "stored_laboratory": "_laboratory",
     "stored_traces": "_checkpoints",
     "swarm_replay": "_present",
     "trial_replay": "_trial",

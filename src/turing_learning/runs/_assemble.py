@@ -1,6 +1,6 @@
 """From a configuration to the loop that it describes."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import (
@@ -14,13 +14,16 @@ from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptim
 from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm
 
+if TYPE_CHECKING:
+    from turing_learning.robots import LaboratorySource
+
 MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
 """Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet.
 
 That of `GENUINE`, which chooses the samples of a recording that are held out, has no seed: all runs hold out the same."""
 
 
-def assemble(configuration: Configuration, source: OwnSource | None = None) -> Coevolution:
+def assemble(configuration: Configuration, source: "OwnSource | LaboratorySource | None" = None) -> Coevolution:
     """Build the coevolution that a configuration describes.
 
     Parameters
@@ -28,18 +31,19 @@ def assemble(configuration: Configuration, source: OwnSource | None = None) -> C
     configuration
         A resolved configuration.
     source
-        Samples of a system of one's own; None simulates the scenario's swarm.
+        Samples of a system of one's own, or of a laboratory; None simulates the scenario's swarm.
     """
     scenario, seed = configuration.scenario, configuration.run.seed
     classifier = classifier_of(configuration)
+    own = isinstance(source, OwnSource)
     interrogation = (
-        PassiveInterrogation(MixedSwarm(scenario, configuration.threads), classifier)
-        if source is None
-        else GuardedInterrogation(source, classifier)
+        GuardedInterrogation(source, classifier)
+        if isinstance(source, OwnSource)
+        else PassiveInterrogation(source or MixedSwarm(scenario, configuration.threads), classifier)
     )
     return Coevolution(
         interrogation,
-        _models(configuration, () if source is not None else scenario.parameter_groups),
+        _models(configuration, () if own else scenario.parameter_groups),
         _classifiers(configuration, classifier.parameters),
         seed=(INTERROGATION, seed),
         **_archive(configuration),

@@ -2,7 +2,7 @@
 
 import shlex
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,11 @@ from ._errors import RunFolderError, refuse_future_format
 from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
-_RESULTS = ("result.json", "report.html", "checkpoints", "history.zarr", "figures")
+LABORATORY, CALIBRATION = "laboratory.json", "camera.json"
+_RESULTS = (
+    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "trials", "events.jsonl", "post_evaluation.json",
+    LABORATORY, CALIBRATION,
+)  # fmt: skip
 
 
 def resume_command(path: Path) -> str:
@@ -68,6 +72,31 @@ class RunFolder:
     def report_path(self) -> Path:
         """The page that shows it all."""
         return self.path / "report.html"
+
+    @property
+    def laboratory_path(self) -> Path:
+        """The laboratory in which the run takes place (JSON); only such a run has one."""
+        return self.path / LABORATORY
+
+    @property
+    def calibration_path(self) -> Path:
+        """That of the laboratory's camera (JSON)."""
+        return self.path / CALIBRATION
+
+    @property
+    def trials_path(self) -> Path:
+        """Every trial that was observed in a laboratory."""
+        return self.path / "trials"
+
+    @property
+    def events_path(self) -> Path:
+        """What happened in the laboratory (a JSON object in each line)."""
+        return self.path / "events.jsonl"
+
+    @property
+    def post_evaluation_path(self) -> Path:
+        """What the last models are worth when they are observed again in the laboratory (JSON)."""
+        return self.path / "post_evaluation.json"
 
     @property
     def lock_path(self) -> Path:
@@ -135,7 +164,7 @@ class RunFolder:
         """Change entries of the manifest."""
         write_json(self.manifest_path, self.manifest() | changes)
 
-    def create(self, configuration: Configuration, *, force: bool) -> None:
+    def create(self, configuration: Configuration, *, force: bool, files: Mapping[str, bytes] | None = None) -> None:
         """Make this the folder of a new run; the caller holds the lock.
 
         Parameters
@@ -144,6 +173,8 @@ class RunFolder:
             What will run.
         force
             Whether a run that is here already may be replaced.
+        files
+            Name -> content of what else the run needs.
 
         Raises
         ------
@@ -155,6 +186,8 @@ class RunFolder:
             write_json(self.manifest_path, {"format_version": FORMAT_VERSION, "state": RUNNING, "replaced": True})
             self.clear()
         remove_partial(self.path)
+        for name, content in (files or {}).items():
+            write_atomically(self.path / name, content)
         text = to_toml(configuration)
         write_atomically(self.configuration_path, text.encode())
         write_json(self.manifest_path, new_manifest(text, configuration.run.seed))
@@ -177,7 +210,8 @@ class RunFolder:
     def _foreign_names(self) -> list[str]:
         if not self.path.exists():
             return []
-        started = {self.lock_path.name, self.configuration_path.name} if self.lock_path.exists() else set()
+        begun = {self.lock_path.name, self.configuration_path.name, LABORATORY, CALIBRATION}
+        started = begun if self.lock_path.exists() else set()
         names = (path.name for path in self.path.iterdir())
         return sorted(name for name in names if name not in started and not name.endswith(PARTIAL))
 

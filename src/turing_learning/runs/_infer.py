@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
+from turing_learning.robots import LaboratoryError
 from turing_learning.sources import FailureLog, OwnSource, OwnSystem, OwnSystemError, Simulator
 from turing_learning.swarm import Scenario
 
@@ -33,6 +34,8 @@ from ._traces import Traces
 
 if TYPE_CHECKING:
     import xarray
+
+    from turing_learning.robots import LaboratorySource
 
 RUNS = Path("runs")
 
@@ -217,11 +220,13 @@ def start(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    source: OwnSource | None = None,
+    source: "OwnSource | LaboratorySource | None" = None,
+    files: Mapping[str, bytes] | None = None,
 ) -> Result:
     """Run a configuration from generation 0 in a folder of its own; see `infer`.
 
-    A system of one's own has its `source`, which the caller closes.
+    A system of one's own, or a laboratory, has its `source`, which the caller closes, and may have `files` of its own in the
+    folder, name -> content.
     """
     refuse_without_source(configuration, source)
     folder = RunFolder(Path(out))
@@ -230,7 +235,7 @@ def start(
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             lock.enter_context(folder.locked())
-            folder.create(configuration, force=force)
+            folder.create(configuration, force=force, files=files)
             session = Session(configuration, folder, source)
         return _run(session, folder, configuration, observer, should_stop)
 
@@ -274,19 +279,44 @@ def resume(
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
+    given = {"workers": workers, "timeout_s": timeout_s}
+    options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
+
+    def reopen(folder: RunFolder, configuration: Configuration) -> OwnSource | None:
+        _refuse_laboratory(folder)
+        return reopen_source(folder, configuration, genuine, simulate, options)
+
+    return go_on(path, reopen, threads=threads, observer=observer, should_stop=should_stop)
+
+
+def _refuse_laboratory(folder: RunFolder) -> None:
+    if folder.laboratory_path.exists():
+        raise RunFolderError(
+            f"`run` must be one that the computer can go on with alone; got {folder.path}, which takes place in a "
+            f"laboratory. Go on with `{resume_command(folder.path)}`."
+        )
+
+
+def go_on(
+    path: str | Path,
+    reopen: "Callable[[RunFolder, Configuration], OwnSource | LaboratorySource | None]",
+    *,
+    threads: int | None = None,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Result:
+    """Go on with a run whose source `reopen` opens, while the folder is locked; see `resume`."""
     folder = RunFolder(Path(path))
     configuration = folder.configuration()
     if _is_whole(folder, configuration):
         return load_run(path)
-    given = {"workers": workers, "timeout_s": timeout_s}
-    options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
     here = configuration if threads is None else _resolved(None, "default", configuration, {"run.threads": threads})
     with ExitStack() as lock:
         with _writable(folder, "run"):
             lock.enter_context(folder.locked())
             if _is_whole(folder, configuration) or _restored_result(folder, configuration):
                 return load_run(path)
-            source = reopen_source(folder, configuration, genuine, simulate, options)
+            source = reopen(folder, configuration)
             if source is not None:
                 lock.enter_context(source)
             remove_partial(folder.path)
@@ -319,7 +349,7 @@ def _run(
 ) -> Result:
     try:
         session.run(observer, should_stop)
-    except OwnSystemError:
+    except (OwnSystemError, LaboratoryError):
         folder.update_manifest(state=STOPPED, seconds=session.seconds)
         raise
     result = summarize(

@@ -137,7 +137,7 @@ def reopen_source(
     return open_source(system, _same_data(folder, system, genuine), simulate, options)
 
 
-def refuse_without_source(configuration: Configuration, source: OwnSource | None) -> None:
+def refuse_without_source(configuration: Configuration, source: object | None) -> None:
     """Raise ConfigurationError if a configuration alone cannot run."""
     if isinstance(configuration, OwnConfiguration) and source is None:
         raise ConfigurationError(

@@ -5,13 +5,14 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration
+from turing_learning.robots import LaboratoryError
 from turing_learning.sources import OwnSource, OwnSystemError
 
 from ._assemble import assemble, classifier_of
@@ -20,6 +21,9 @@ from ._errors import RunStorageError
 from ._folder import RunFolder, resume_command
 from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
 from ._traces import Traces, generation_values
+
+if TYPE_CHECKING:
+    from turing_learning.robots import LaboratorySource
 
 _LOGGER = logging.getLogger("turing_learning")
 FAILURES = "failures/"  # of simulations of a system of one's own, among the arrays of a checkpoint
@@ -96,7 +100,8 @@ class Session:
     folder
         Where it is kept, locked by the caller; None keeps it in memory.
     source
-        Samples of a system of one's own; None for a scenario. Models are kept and shown in its parameters' units.
+        Samples of a system of one's own, or of a laboratory; None for a scenario. Models are kept and shown in its
+        parameters' units.
 
     Attributes
     ----------
@@ -107,7 +112,10 @@ class Session:
     """
 
     def __init__(
-        self, configuration: Configuration, folder: RunFolder | None = None, source: OwnSource | None = None
+        self,
+        configuration: Configuration,
+        folder: RunFolder | None = None,
+        source: "OwnSource | LaboratorySource | None" = None,
     ) -> None:
         self.configuration = configuration
         self.layout = layout_of(configuration)
@@ -143,8 +151,8 @@ class Session:
         ------
         RunStorageError
             If the run cannot be written.
-        OwnSystemError
-            If a system of one's own or its simulator fails; the generations before are saved.
+        OwnSystemError, LaboratoryError
+            If a system of one's own or its simulator fails, or a laboratory; the generations before are saved.
         """
         every, saved = self.configuration.run.checkpoint_every, self.traces.completed
         while not self.complete:
@@ -182,11 +190,11 @@ class Session:
         self.traces.record(values, time.perf_counter() - begun)
         return generation
 
-    def _guarded_step(self, source: OwnSource) -> Generation:
+    def _guarded_step(self, source: "OwnSource | LaboratorySource") -> Generation:
         before, source.generation = self._coevolution.state(), self._coevolution.generation
         try:
             return self._step()
-        except OwnSystemError:
+        except (OwnSystemError, LaboratoryError):
             self._coevolution.restore(before)
             if self.traces.completed:
                 self.save()
@@ -195,12 +203,12 @@ class Session:
     def _in_units(self, generation: Generation) -> Generation:
         if self._source is None:
             return generation
-        return replace(generation, models=self._source.system.to_units(generation.models))
+        return replace(generation, models=self._source.to_units(generation.models))
 
     @property
     def failed_simulations(self) -> dict[str, Any] | None:
-        """What a result says of failed simulations; None for a scenario."""
-        return None if self._source is None else self._source.log.summary()
+        """What a result says of failed simulations; None where no simulator of one's own is called."""
+        return self._source.log.summary() if isinstance(self._source, OwnSource) else None
 
     def _progress(self, generation: Generation) -> Progress:
         return Progress(
@@ -223,7 +231,7 @@ class Session:
         return evolving | history | self._outcome()
 
     def _outcome(self) -> dict[str, np.ndarray]:
-        failures = {} if self._source is None else self._source.log.state()
+        failures = self._source.log.state() if isinstance(self._source, OwnSource) else {}
         return {
             **{f"traces/{name}": array for name, array in self.traces.state().items()},
             **{f"{FAILURES}{name}": array for name, array in failures.items()},
@@ -246,7 +254,7 @@ class Session:
             return None
         self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
         self.traces.restore(part(checkpoint.arrays, "traces/"))
-        if self._source is not None:
+        if isinstance(self._source, OwnSource):
             self._source.log.restore(part(checkpoint.arrays, FAILURES))
         self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         return checkpoint.arrays

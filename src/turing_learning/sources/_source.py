@@ -79,6 +79,10 @@ class OwnSource:
         """End the worker processes, if there are any."""
         self._runner.close()
 
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
+        return self.system.to_units(models)
+
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (K, T, D), and counterfeit samples (M, C, T, D) of models (M, P) as the optimizer has them.
 

@@ -31,7 +31,7 @@ def test_images_are_taken_one_by_one_until_there_are_none(video):
 
 
 def test_a_video_that_does_not_exist_is_refused(tmp_path):
-    with pytest.raises(FileNotFoundError, match=r"must be a camera's number or a video file; got '.*none\.avi'"):
+    with pytest.raises(FileNotFoundError, match=r"must be a camera's number, a video file or a URL; got '.*none\.avi'"):
         Capture(tmp_path / "none.avi")
 
 

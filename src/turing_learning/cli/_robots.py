@@ -1,0 +1,194 @@
+"""The commands of a laboratory with robots."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ._main import REFUSED, Interrupted
+from ._options import GenerationsOption, SettingsOption, settings_of
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from turing_learning.robots import Equipment, Event, Laboratory
+    from turing_learning.runs import Progress, Result
+
+ConfigOption = Annotated[
+    Path, typer.Option("--config", metavar="FILE", help="The laboratory's file, see docs/robots/laboratory.md.")
+]
+EmulatedOption = Annotated[
+    bool, typer.Option("--emulated", metavar="", help="Rehearse with emulated robots, as fast as the computer can.")
+]
+LABORATORY_FILE = Path("lab.toml")
+
+app = typer.Typer(no_args_is_help=True, context_settings={"help_option_names": ["-h", "--help"]})
+
+
+def register(above: typer.Typer) -> None:
+    """Add the commands to the command line."""
+    above.add_typer(
+        app, name="robots", help="Infer the behavior of real robots: check a laboratory, run it, track videos."
+    )
+
+
+@app.command(epilog="Example: turing-learning robots check --config lab.toml")
+def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = False) -> None:
+    """Look at links, batteries, camera, calibration and markers; nothing moves."""
+    from rich.console import Console
+
+    laboratory = _load(config)
+    if not _inspected(Console(), laboratory, _equipment(laboratory, emulated)):
+        raise typer.Exit(REFUSED)
+
+
+@app.command(
+    epilog="Examples:\n\n"
+    "  turing-learning robots run --config lab.toml --out runs/first\n\n"
+    "  turing-learning robots run --config lab.toml --emulated --generations 20\n\n"
+    "  turing-learning robots run --resume runs/first\n\n"
+    "Ctrl-C stops after the present generation, a second one at once; the generation is started again by --resume."
+)
+def run(
+    config: ConfigOption = LABORATORY_FILE,
+    generations: GenerationsOption = None,
+    seed: Annotated[str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
+    ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")
+    ] = False,
+    resume: Annotated[Path | None, typer.Option("--resume", metavar="RUN", help="Go on with this run instead.")] = None,
+    emulated: EmulatedOption = False,
+    settings: SettingsOption = None,
+) -> None:
+    """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.runs import new_run_path, start_laboratory
+
+    overrides, labels = settings_of(settings, {"run.generations": generations, "run.seed": seed})
+    if resume is not None:
+        if overrides or out is not None:
+            raise ConfigurationError(
+                "`resume` must be given without settings or a folder, which the run has; got some."
+            )
+        go_on(resume, emulated=emulated)
+        return
+    laboratory = _load(config, overrides, labels)
+    configuration = laboratory.configuration
+    path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
+    equipment = _equipment(laboratory, emulated)
+    _execute(
+        laboratory,
+        equipment,
+        path,
+        lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
+    )
+
+
+def go_on(path: Path, *, emulated: bool = False) -> None:
+    """Go on with a run in a laboratory."""
+    from turing_learning.runs import resume_laboratory, stored_laboratory
+
+    laboratory = stored_laboratory(path)
+    equipment = _equipment(laboratory, emulated)
+    _execute(laboratory, equipment, path, lambda **watch: resume_laboratory(path, equipment=equipment, **watch))
+
+
+@app.command(epilog="Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv")
+def track(
+    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="A video from the laboratory's camera.")],
+    config: ConfigOption = LABORATORY_FILE,
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="FILE", help="The table; the video's name with .csv by default.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", metavar="", help="Replace a file that exists.")] = False,
+) -> None:
+    """Track all robots in a video, write a table that --trajectories reads, and list what went wrong."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.robots import Capture, laboratory_tracker, write_table
+
+    laboratory = _load(config)
+    path = out or video.with_suffix(".csv")
+    tracker = laboratory_tracker(laboratory.setup)
+    try:
+        if path.exists() and not force:
+            raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or --force.")
+        with Capture(video) as capture:
+            observed = tracker.track(capture)
+        write_table(observed, path, force=force)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(str(error)) from error
+    for fault in observed.faults:
+        typer.echo(f"image {fault.frame}: {fault.kind}: {fault.text}")
+    seen = observed.present.mean()
+    typer.echo(f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}")
+
+
+def _load(
+    config: Path, overrides: dict[str, object] | None = None, labels: dict[str, str] | None = None
+) -> "Laboratory":
+    from turing_learning.robots import load_laboratory
+
+    return load_laboratory(config, overrides, labels)
+
+
+def _equipment(laboratory: "Laboratory", emulated: bool) -> "Equipment":
+    from turing_learning.robots import real_equipment, rehearse
+
+    return rehearse(laboratory) if emulated else real_equipment(laboratory.setup)
+
+
+def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipment") -> bool:
+    """Print what a look at the laboratory shows; return whether a run can begin."""
+    from turing_learning.robots import inspect, laboratory_tracker
+
+    fine = True
+    tracker = laboratory_tracker(laboratory.setup)
+    for finding in inspect(laboratory.setup, laboratory.configuration.scenario, equipment, tracker):
+        mark = "good" if finding.fine else "BAD "
+        console.print(f"{mark}  {finding.what}: {finding.text}", highlight=False, markup=False, soft_wrap=True)
+        fine &= finding.fine
+    return fine
+
+
+def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]") -> None:
+    """Look at the laboratory, run, and print the result, or how to go on."""
+    from rich.console import Console
+
+    from turing_learning.runs import resume_command
+
+    from ._signals import stop_on_signals
+    from ._tables import print_result
+
+    console = Console()
+    if not _inspected(console, laboratory, equipment):
+        raise typer.Exit(REFUSED)
+    ahead = f"go on with: {resume_command(path)}"
+    try:
+        with stop_on_signals() as should_stop:
+            result = run(
+                observer=lambda progress: _show(console, progress),
+                should_stop=should_stop,
+                on_event=lambda event: _tell(console, event),
+            )
+    except KeyboardInterrupt as error:
+        raise Interrupted(f"interrupted; {ahead}") from error
+    if not result.complete:
+        raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
+    print_result(console, result)
+
+
+def _show(console: "Console", progress: "Progress") -> None:
+    names = zip(progress.parameter_names, progress.generation.best_model, strict=True)
+    models = " ".join(f"{name} {value:.3f}" for name, value in names)
+    text = f"generation {progress.completed}/{progress.total}  {progress.seconds_per_generation:.0f} s each  {models}"
+    console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _tell(console: "Console", event: "Event") -> None:
+    if event.kind != "complete":
+        text = f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}"
+        console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,43 @@
+"""Tracks as tables that `load_trajectories` reads."""
+
+import os
+from pathlib import Path
+
+from ._tracker import Track
+
+
+def write_table(track: Track, path: Path, *, force: bool = False) -> None:
+    """Write a table with a header: frame, x, y (cm), id, and heading (rad) where markers show it.
+
+    A robot that was not seen in a frame has no row there. Read it with
+    ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``.
+
+    Parameters
+    ----------
+    track
+        Individuals are numbered from 1, agents first.
+    path
+        The file, in a folder that exists.
+    force
+        Whether a file that is there may be replaced.
+
+    Raises
+    ------
+    FileExistsError
+        If it is there, and may not be replaced.
+    """
+    if path.exists() and not force:
+        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or --force.")
+    names = ["frame", "x", "y", "id", *(["heading"] if track.has_headings else [])]
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with temporary.open("w", encoding="utf-8") as file:
+            file.write(",".join(names) + "\n")
+            for frame, (poses, present) in enumerate(zip(track.poses, track.present, strict=True)):
+                for number, (x, y, heading) in enumerate(poses.tolist(), start=1):
+                    if present[number - 1]:
+                        row = f"{frame},{x:.4f},{y:.4f},{number}"
+                        file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

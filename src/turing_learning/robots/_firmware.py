@@ -1,0 +1,136 @@
+"""What the robots' own program does: the states R1 to R5, and the two behaviors that need infrared sensors.
+
+Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is in the paper's supplement only; the rules here
+are ours (docs/robots/arena.md).
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ._emulated_robot import EmulatedRobot
+
+LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}
+"""States and how long they last (s)."""
+_AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
+_SIGNALS = {"R1": "STOP", "R4": "START"}
+SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
+"""Directions of the eight infrared sensors, from the heading, anticlockwise (rad); from the front right one clockwise."""
+OBSTACLE = 120
+"""Infrared reading from which on a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm."""
+WALL = 400
+"""Infrared reading that a black skirt does not cause even when it touches: only a wall, nearer than 2 cm."""
+_AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
+_ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
+_AWAY_S = (0.2, 0.8)
+_TICK = 1e-9
+Wheels = tuple[float, float]
+"""Left and right wheel speed, fractions of the maximum."""
+STILL: Wheels = (0.0, 0.0)
+
+
+def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
+    """Return whether the strongest reading is above a threshold, and at a sensor that looks where the robot goes.
+
+    `least` is the cosine of the widest angle from there that counts; `forward` is negative for a robot that drives backward.
+    """
+    strongest = int(np.argmax(proximity))
+    toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
+    return proximity[strongest] >= threshold and toward > least
+
+
+def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
+    """Return the wheel speeds, or a turn in place as long as a wall is before the robot, or beside it.
+
+    The robot turns to the side to which it is turning already, so that it leaves the wall on the arc on which it would have
+    come; one that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another,
+    goes nowhere and is left alone, and so is one that meets a robot: its skirt is too dark.
+    """
+    left, right = wheels
+    if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
+        return wheels
+    return (-1.0, 1.0) if right >= left else (1.0, -1.0)
+
+
+class Firmware:
+    """Lead a robot through its loop.
+
+    Parameters
+    ----------
+    robot
+        Speaks with the PC, and holds the state and the models.
+    rng
+        Of dispersal.
+    controller
+        An agent's wheel speeds (2 n) for each sensor state; None makes a replica, which executes the models it is sent.
+    signal
+        Is called with START and STOP by a replica.
+
+    Source
+    ------
+    Paper, section 5.2.
+    """
+
+    def __init__(
+        self,
+        robot: EmulatedRobot,
+        rng: np.random.Generator,
+        *,
+        controller: tuple[float, ...] | None = None,
+        signal: Callable[[str], None] = lambda kind: None,
+    ) -> None:
+        self._robot, self._rng, self._controller, self._signal = robot, rng, controller, signal
+        self._until = 0.0
+        self._turn_until, self._side = 0.0, 1.0
+
+    def start(self, time_s: float) -> None:
+        """Begin the loop: the remote control was pressed. A robot in its loop begins it again."""
+        self._enter("R1", time_s)
+
+    def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
+        """Return the wheel speeds of a control cycle.
+
+        Parameters
+        ----------
+        time_s
+            By the robot's own clock.
+        sight
+            Reading I of the line-of-sight sensor.
+        proximity : (8,)
+            Infrared readings.
+        manual
+            What the PC's commands say; obeyed before the loop has begun.
+        """
+        if self._robot.state not in LOOP:
+            return manual
+        while time_s >= self._until - _TICK:
+            self._enter(_AFTER[self._robot.state], self._until)
+        if self._robot.state == "R2":
+            return self._disperse(time_s, proximity)
+        return self._execute(sight, proximity) if self._robot.state == "R5" else STILL
+
+    def _enter(self, state: str, time_s: float) -> None:
+        self._robot.enter(state)
+        self._until = time_s + LOOP[state]
+        if state == "R2":
+            self._turn(time_s, _ANYWHERE_S)
+        if state in _SIGNALS and self._controller is None:
+            self._signal(_SIGNALS[state])
+
+    def _turn(self, time_s: float, lasting_s: tuple[float, float]) -> None:
+        """Turn in place from now on, to either side."""
+        self._turn_until = time_s + self._rng.uniform(*lasting_s)
+        self._side = float(self._rng.choice((-1.0, 1.0)))
+
+    def _disperse(self, time_s: float, proximity: Sequence[int]) -> Wheels:
+        """Turn to anywhere; then drive straight, and turn for a while where anything is in the way."""
+        if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
+            self._turn(time_s, _AWAY_S)
+        return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
+
+    def _execute(self, sight: int, proximity: Sequence[int]) -> Wheels:
+        model = self._robot.executing
+        table = self._controller or (model.parameters if model is not None else ())
+        wheels = table[2 * sight : 2 * sight + 2]
+        return avoid_walls((wheels[0], wheels[1]), proximity) if len(wheels) == 2 else STILL

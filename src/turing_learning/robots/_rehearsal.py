@@ -1,0 +1,39 @@
+"""A laboratory's run without the laboratory: the same program, before emulated robots in virtual time."""
+
+from ..config import ConfigurationError
+from ._arena import EmulatedLaboratory
+from ._calibration import Calibration
+from ._equipment import Equipment
+from ._laboratory_config import Laboratory
+
+
+def rehearse(laboratory: Laboratory) -> Equipment:
+    """Return the doors to an emulated laboratory with the robots, the arena, the calibration and the seed of a run.
+
+    Its operator does whatever is asked. Time passes as fast as the computer can.
+
+    Raises
+    ------
+    ConfigurationError
+        If the markers are not those that emulated robots wear.
+    """
+    setup, configuration = laboratory.setup, laboratory.configuration
+    try:
+        emulated = EmulatedLaboratory(
+            configuration.scenario,
+            seed=configuration.run.seed,
+            calibration=Calibration.load(setup.camera.calibration),
+        )
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+    if setup.labels != emulated.labels or setup.camera.markers != "triangles":
+        raise ConfigurationError(
+            f"`robots` must wear triangles in {', '.join(emulated.labels)} for a rehearsal; got {', '.join(setup.labels)}."
+        )
+    names = {
+        str(replica.address): name
+        for replica, name in zip(setup.replicas, emulated.names[-len(setup.replicas) :], strict=True)
+    }
+    return Equipment(
+        emulated.clock, lambda address: emulated.link(names[address]), lambda: emulated.camera, emulated.operator
+    )

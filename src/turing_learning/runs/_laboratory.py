@@ -1,0 +1,180 @@
+"""Runs in a laboratory: the same loop, with robots as the source of samples."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.robots import (
+    Equipment,
+    Event,
+    Laboratory,
+    LaboratorySetup,
+    LaboratorySource,
+    laboratory_tracker,
+    read_setup,
+    real_equipment,
+)
+
+from ._errors import RunFolderError
+from ._folder import CALIBRATION, LABORATORY, RunFolder
+from ._infer import go_on, start
+from ._post_evaluation import post_evaluate
+from ._result import Result
+from ._session import Observer
+from ._trial_store import EventLog, TrialStore
+
+if TYPE_CHECKING:
+    EventObserver = Callable[[Event], None]
+
+
+def start_laboratory(
+    laboratory: Laboratory,
+    out: str | Path,
+    *,
+    equipment: Equipment | None = None,
+    force: bool = False,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    on_event: "EventObserver | None" = None,
+    on_state: Callable[[str], None] | None = None,
+) -> Result:
+    """Run Turing Learning with real robots, from generation 0; then evaluate the last models again.
+
+    Parameters
+    ----------
+    laboratory
+        See `robots.load_laboratory`.
+    out, force, observer, should_stop
+        As in `infer`.
+    equipment
+        Its doors; the real ones by default.
+    on_event, on_state
+        Are told what happens, and every state of the program.
+
+    Raises
+    ------
+    ConfigurationError
+        If the calibration is refused.
+    RunFolderError, RunStorageError
+        As in `infer`.
+    LaboratoryError
+        If the laboratory cannot go on and nobody helps. The generations before are saved.
+
+    Source
+    ------
+    Paper, section 5.
+    """
+    folder, setup = RunFolder(Path(out)), laboratory.setup
+    stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CALIBRATION})})
+    with _source(setup, laboratory.configuration, folder, equipment, on_event, on_state) as source:
+        files = {
+            LABORATORY: (stored.model_dump_json(indent=1) + "\n").encode(),
+            CALIBRATION: Path(setup.camera.calibration).read_bytes(),
+        }
+        result = start(
+            laboratory.configuration,
+            out,
+            force=force,
+            observer=observer,
+            should_stop=should_stop,
+            source=source,
+            files=files,
+        )
+        _evaluate(result, folder, setup, source, should_stop)
+    return result
+
+
+def resume_laboratory(
+    path: str | Path,
+    *,
+    equipment: Equipment | None = None,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    on_event: "EventObserver | None" = None,
+    on_state: Callable[[str], None] | None = None,
+) -> Result:
+    """Go on with a run in a laboratory; the generation that was not complete is started again. See `start_laboratory`.
+
+    Addresses in the folder's `laboratory.json` may have been changed meanwhile.
+    """
+    folder = RunFolder(Path(path))
+    setup = stored_setup(folder)
+    with _source(setup, folder.configuration(), folder, equipment, on_event, on_state) as source:
+        result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
+        _evaluate(result, folder, setup, source, should_stop)
+    return result
+
+
+def is_laboratory_run(path: str | Path) -> bool:
+    """Return whether a run takes place in a laboratory."""
+    return RunFolder(Path(path)).laboratory_path.exists()
+
+
+def stored_setup(folder: RunFolder) -> LaboratorySetup:
+    """Return the laboratory of a run.
+
+    Raises
+    ------
+    RunFolderError
+        If it cannot be read.
+    """
+    try:
+        setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ConfigurationError) as error:
+        raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
+    calibration = str(folder.path / setup.camera.calibration)
+    return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": calibration})})
+
+
+def stored_laboratory(path: str | Path) -> Laboratory:
+    """Return the laboratory of a run, and the run that it is to do.
+
+    Raises
+    ------
+    RunFolderError
+        If they cannot be read.
+    """
+    folder = RunFolder(Path(path))
+    return Laboratory(stored_setup(folder), folder.configuration())
+
+
+def _source(
+    setup: LaboratorySetup,
+    configuration: Configuration,
+    folder: RunFolder,
+    equipment: Equipment | None,
+    on_event: "EventObserver | None",
+    on_state: Callable[[str], None] | None,
+) -> LaboratorySource:
+    store, log = TrialStore(folder), EventLog(folder)
+
+    def note(event: Event) -> None:
+        log.note(event)
+        if on_event is not None:
+            on_event(event)
+
+    return LaboratorySource(
+        setup,
+        configuration.scenario.control_steps,
+        equipment or real_equipment(setup),
+        laboratory_tracker(setup),
+        keep=store.keep,
+        note=note,
+        on_state=on_state,
+        last_attempt=store.last_attempt,
+    )
+
+
+def _evaluate(
+    result: Result,
+    folder: RunFolder,
+    setup: LaboratorySetup,
+    source: LaboratorySource,
+    should_stop: Callable[[], bool] | None,
+) -> dict[str, Any] | None:
+    """Observe the last models again, if the run is complete and that is not done."""
+    if not (result.complete and setup.evaluation.repeats):
+        return None
+    with folder.locked():
+        return post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)

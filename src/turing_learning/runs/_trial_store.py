@@ -1,0 +1,119 @@
+"""Raw tracks of trials, and the log of a laboratory, as they come."""
+
+import io
+import json
+import logging
+import os
+import re
+from dataclasses import asdict
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ._files import write_atomically
+from ._folder import RunFolder
+from ._manifest import now
+from ._session import storage
+
+if TYPE_CHECKING:
+    from turing_learning.robots import Event, ObservedTrial
+
+_LOGGER = logging.getLogger("turing_learning")
+_ATTEMPT = re.compile(r"attempt-(\d+)")
+
+
+class TrialStore:
+    """Write every trial of a laboratory into the run folder as it is observed: `trials/STAGE/attempt-N/trial-NN.npz`.
+
+    The last attempt of a stage is the one that counts, if the log says that it is complete.
+
+    Parameters
+    ----------
+    folder
+        The run's.
+    """
+
+    def __init__(self, folder: RunFolder) -> None:
+        self._folder = folder
+
+    def keep(self, stage: str, attempt: int, trial: "ObservedTrial") -> None:
+        """Write a trial: poses (T + 1, A, 3), who was present (T + 1, A), models (R, P), and what was wrong.
+
+        Raises
+        ------
+        RunStorageError
+            If it cannot be written.
+        """
+        buffer = io.BytesIO()
+        np.savez(
+            buffer,
+            poses=trial.track.poses,
+            present=trial.track.present,
+            labels=np.array(trial.track.labels),
+            interval_s=np.array(trial.track.interval_s),
+            models=trial.models,
+            sequences=np.array(trial.sequences, dtype=np.int64),
+            counts=np.array(trial.counts, dtype=np.int64),
+            started_s=np.array(trial.started_s),
+            faults=np.array(trial.faults, dtype=np.str_),
+        )
+        folder = self._folder.trials_path / stage / f"attempt-{attempt}"
+        with storage(self._folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            write_atomically(folder / f"trial-{trial.number:02d}.npz", buffer.getvalue())
+
+    def last_attempt(self, stage: str) -> int:
+        """Return the number of the last attempt at a stage that left a trial, 0 if there is none."""
+        folder = self._folder.trials_path / stage
+        found = (_ATTEMPT.fullmatch(path.name) for path in folder.iterdir()) if folder.is_dir() else ()
+        return max((int(match[1]) for match in found if match), default=0)
+
+
+class EventLog:
+    """Append what happens to `events.jsonl`, and tell the program's log.
+
+    Parameters
+    ----------
+    folder
+        The run's.
+    """
+
+    def __init__(self, folder: RunFolder) -> None:
+        self._folder = folder
+
+    def note(self, event: "Event") -> None:
+        """Write an event.
+
+        Raises
+        ------
+        RunStorageError
+            If it cannot be written.
+        """
+        if event.kind == "disturbed":
+            _LOGGER.warning("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
+        line = json.dumps({"time": now(), **asdict(event)}) + "\n"
+        with storage(self._folder), self._folder.events_path.open("a+b") as file:
+            file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
+            file.flush()
+            os.fsync(file.fileno())
+
+
+def _ends_with_line(file: io.BufferedRandom) -> bool:
+    """Return whether a file is empty or its last line is whole: a kill may have cut it."""
+    if file.seek(0, os.SEEK_END) == 0:
+        return True
+    file.seek(-1, os.SEEK_END)
+    return file.read(1) == b"\n"
+
+
+def read_events(folder: RunFolder) -> list[dict[str, object]]:
+    """Return the events of a run, without a line that a kill has cut."""
+    if not folder.events_path.exists():
+        return []
+    events = []
+    for line in folder.events_path.read_text(encoding="utf-8").splitlines():
+        try:
+            events.append(json.loads(line))
+        except ValueError:
+            continue
+    return events

@@ -1,0 +1,53 @@
+"""A process that runs in a scripted laboratory again and again, in children that kill themselves in one state each.
+
+Arguments: the folder with lab.toml and camera.json, and the run's folder. It makes no threads itself, so that forking is
+safe. Its exit status is the number of children that were not killed.
+"""
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+from program_laboratory import ScriptedLaboratory
+
+from turing_learning.robots import load_laboratory
+from turing_learning.runs import resume_laboratory, start_laboratory
+
+KILLS = (("P1", 1), ("P2", 4), ("P3", 2), ("P4", 3), ("P5", 2))
+"""State, and which time that it is entered in a session."""
+
+
+def run(folder: Path, path: Path, state: str, count: int) -> None:
+    """Start or resume, and die."""
+    seen = []
+
+    def die(entered: str) -> None:
+        seen.append(entered)
+        if seen.count(state) == count:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    try:
+        doors = ScriptedLaboratory().equipment()
+        if path.exists():
+            resume_laboratory(path, equipment=doors, on_state=die)
+        else:
+            start_laboratory(load_laboratory(folder / "lab.toml"), path, equipment=doors, on_state=die)
+    finally:
+        os._exit(1)
+
+
+def main(folder: Path, path: Path) -> int:
+    """Run all children."""
+    survivors = 0
+    for state, count in KILLS:
+        child = os.fork()
+        if child == 0:
+            run(folder, path, state, count)
+        _, status = os.waitpid(child, 0)
+        survivors += not (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL)
+    return survivors
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1]), Path(sys.argv[2])))

@@ -1,0 +1,333 @@
+"""The states P1 to P5 against a laboratory in virtual time, and every fault that a laboratory can have."""
+
+import numpy as np
+import pytest
+from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
+
+from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
+
+MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
+
+
+@pytest.fixture(scope="module")
+def shared_tracker():
+    return new_tracker()
+
+
+class Run:
+    """One generation in a scripted laboratory, whose robots are already in their loops."""
+
+    def __init__(self, tracker, file, tmp_path):
+        path = tmp_path / "lab.toml"
+        path.write_text(file)
+        laboratory = load_laboratory(path)
+        self.lab = ScriptedLaboratory()
+        self.lab.press_remote()
+        self.lab.clock.sleep(3.0)
+        self.states, self.events, self.trials = [], [], []
+        self.actions = {}
+        self.source = LaboratorySource(
+            laboratory.setup,
+            laboratory.configuration.scenario.control_steps,
+            self.lab.equipment(),
+            tracker,
+            keep=lambda stage, attempt, trial: self.trials.append((attempt, trial)),
+            note=self.events.append,
+            on_state=self._enter,
+        )
+
+    def _enter(self, state):
+        self.states.append((round(self.lab.clock.now(), 2), state))
+        for action in self.actions.pop(state, []):
+            action()
+
+    def at(self, state, action, count=1):
+        """Do something when a state is entered for the `count`-th time from now."""
+
+        def wait(left=count):
+            if left > 1:
+                self.actions.setdefault(state, []).append(lambda: wait(left - 1))
+            else:
+                action()
+
+        self.actions.setdefault(state, []).append(wait)
+
+    def collect(self, models=MODELS):
+        return self.source.collect(models, np.random.default_rng(0))
+
+    @property
+    def disturbed(self):
+        return [event for event in self.events if event.kind == "disturbed"]
+
+
+@pytest.fixture
+def run(shared_tracker, tmp_path):
+    return Run(shared_tracker, FILE, tmp_path)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(shared_tracker, tmp_path_factory):
+    return Run(shared_tracker, FILE, tmp_path_factory.mktemp("lab")).collect()
+
+
+def require_same(samples, expected):
+    """Samples agree to what the camera resolves; a trial of other models, or of half a trial, would not."""
+    np.testing.assert_allclose(samples.genuine, expected.genuine, atol=0.3)
+    np.testing.assert_allclose(samples.counterfeit, expected.counterfeit, atol=0.3)
+
+
+def test_samples_are_those_of_the_agents_in_all_trials_and_of_each_model(run):
+    samples = run.collect()
+    assert samples.genuine.shape == (4, 10, 2)
+    assert samples.counterfeit.shape == (4, 1, 10, 2)
+    left, right = np.tanh(MODELS[:, :2]).T
+    np.testing.assert_allclose(samples.counterfeit[:, 0, :, 1].mean(axis=1), right - left, atol=0.08)
+    assert np.allclose(samples.genuine[..., 1].mean(axis=1), -0.3, atol=0.05)
+    assert np.allclose(samples.genuine[..., 0].mean(axis=1), -0.85, atol=0.05)
+
+
+def test_the_states_follow_the_replicas_signals(run):
+    run.collect()
+    names = [state for _, state in run.states]
+    assert names == ["P0", "P1", "P2", "P3", "P4", "P5", "P1", "P2", "P3", "P4", "P5", "P1"]
+    times = dict(enumerate(time for time, _ in run.states))
+    stop = 1.0 + 18.0  # the loop began at 1 s, and the program came after its STOP
+    assert times[2] == pytest.approx(stop, abs=0.1)
+    assert times[4] == pytest.approx(stop + 10.0, abs=0.1)  # START
+    assert times[5] == pytest.approx(
+        stop + 10.0 + 1.0 + 3.0 + 1.0, abs=0.2
+    )  # the middle second of seven, after a wait of 1 s
+    assert times[7] == pytest.approx(stop + 18.0, abs=0.1)
+    assert run.lab.asked == []
+
+
+def test_models_travel_as_their_tanh_in_the_order_of_the_trials(run):
+    run.collect()
+    np.testing.assert_allclose(np.concatenate([trial.models for _, trial in run.trials]), np.tanh(MODELS), atol=5e-5)
+    assert [trial.sequences for _, trial in run.trials] == [(0, 1), (2, 3)]
+    assert [attempt for attempt, _ in run.trials] == [1, 1]
+
+
+def test_the_next_generation_begins_with_the_loop_that_follows(run):
+    run.collect()
+    run.source.generation = 1
+    run.collect()
+    stops = [time for time, state in run.states if state == "P2"]
+    np.testing.assert_allclose(np.diff(stops), 18.0, atol=0.1)
+
+
+def test_robots_that_have_not_begun_are_started_by_the_operator(run):
+    run.lab._round += 1  # nobody's loop goes on
+    for wire in run.lab.wires.values():
+        wire.robot.enter("R0")
+    run.collect()
+    (asked,) = run.lab.asked
+    assert asked == "Replica r1 has not begun. Put all robots in their places, and press the remote control."
+
+
+def cut(run):
+    run.lab.wires[NAMES[1]].cut = True
+
+
+@pytest.mark.parametrize("state", ["P1", "P2", "P3", "P4", "P5"])
+def test_a_link_lost_in_any_state_starts_the_generation_again(run, state, undisturbed):
+    run.at(state, lambda: cut(run), count=2)
+    samples = run.collect()
+    assert run.disturbed[0].fault.startswith("the link to replica r2 is lost (")
+    assert any("see to its link" in asked for asked in run.lab.asked)
+    assert run.trials[-2][0] == run.trials[-1][0] > 1
+    require_same(samples, undisturbed)
+
+
+def test_a_link_that_comes_back_by_itself_needs_no_operator(run, undisturbed):
+    wire = run.lab.wires[NAMES[0]]
+
+    def lose():
+        wire.cut = True
+        run.lab.clock.call_at(run.lab.clock.now() + 1.0, lambda: setattr(wire, "cut", False))
+
+    run.at("P3", lose)
+    samples = run.collect()
+    assert run.lab.asked == []
+    assert [event.asked for event in run.disturbed] == [""]
+    require_same(samples, undisturbed)
+
+
+def test_garbage_on_the_line_changes_nothing(run, undisturbed):
+    def spoil():
+        for wire in run.lab.wires.values():
+            wire.noise = b"\xff\x00x,START,9,9*0000\r\n\x80zz\r\nx,S"
+
+    for state in ("P1", "P2", "P3", "P4"):
+        run.at(state, spoil)
+    require_same(run.collect(), undisturbed)
+
+
+def test_garbage_inside_a_signal_is_a_missed_signal(run, undisturbed):
+    run.at("P3", lambda: setattr(run.lab.wires[NAMES[0]], "noise", b"x,ST"))
+    samples = run.collect()
+    assert run.disturbed[0].fault == "START has not come from r1"
+    assert run.disturbed[0].state == "P3"
+    require_same(samples, undisturbed)
+
+
+def test_replies_cut_in_two_change_nothing(run, undisturbed):
+    for wire in run.lab.wires.values():
+        wire.halve = True
+    samples = run.collect()
+    assert run.disturbed == []
+    require_same(samples, undisturbed)
+
+
+def test_a_replica_that_never_signals_is_told_to_the_operator(run, undisturbed):
+    run.at("P1", lambda: setattr(run.lab.wires[NAMES[0]], "silent", True), count=2)
+    samples = run.collect()
+    assert run.disturbed[0].fault == "STOP has not come from r1"
+    assert [bool(event.asked) for event in run.disturbed] == [False, False, True]
+    assert run.lab.asked[0].startswith(
+        "STOP has not come from r1. The trials of this generation will be started again. See to the replicas"
+    )
+    require_same(samples, undisturbed)
+
+
+def test_a_signal_that_was_missed_is_noticed_by_the_count_of_trials(run):
+    def skip():
+        run.lab.wires[NAMES[1]].robot.signal("START")  # the replica's count goes on, and nobody hears it
+
+    run.at("P3", skip)
+    run.collect()
+    assert run.disturbed[0].fault == "START of trial 3 has come from r2, 2 was expected: one was missed"
+
+
+def test_another_model_than_the_one_sent_is_noticed(run, undisturbed):
+    from turing_learning.robots import Model
+
+    def replace():
+        robot = run.lab.wires[NAMES[0]].robot
+        run.lab.clock.call_at(run.lab.clock.now() + 9.5, lambda: setattr(robot, "executing", Model(999, (0.1,) * 4)))
+
+    run.at("P3", replace)
+    samples = run.collect()
+    assert run.disturbed[0].fault == "replica r1 executes model 999, 0 was sent"
+    require_same(samples, undisturbed)
+
+
+def test_a_frozen_camera_is_named(run, undisturbed):
+    def freeze():
+        run.lab.clock.call_at(run.lab.clock.now() + 4.52, lambda: setattr(run.lab, "frozen", True))
+
+    run.at("P4", freeze)
+    samples = run.collect()
+    assert run.disturbed[0].fault.startswith("the camera is frozen: image 5 is that before it")
+    assert "Restart the camera." in run.lab.asked[0]
+    require_same(samples, undisturbed)
+
+
+def test_a_camera_that_gives_no_more_images_is_named(run, undisturbed):
+    run.at("P4", lambda: setattr(run.lab, "dead_camera", True))
+    samples = run.collect()
+    assert "`source` must give images; got none more" in run.disturbed[0].fault
+    assert "Look after the camera." in run.lab.asked[-1]
+    require_same(samples, undisturbed)
+
+
+def test_a_camera_that_leaves_images_out_is_named(run):
+    run.at("P4", lambda: setattr(run.lab, "_next_image", run.lab.clock.now() + 3.5))
+    take, images = run.lab.take, iter([None] * 5)
+
+    def skip():
+        if next(images, "done") == "done":
+            run.lab._next_image += 0.1
+        return take()
+
+    run.lab.take = skip
+    run.at("P0", lambda: setattr(run.lab, "take", take), count=2)
+    run.collect()
+    assert run.disturbed[0].fault.startswith("`camera` must give an image every 0.1 s; got image")
+    assert "too late" in run.disturbed[0].fault
+
+
+def test_a_covered_marker_is_named_and_its_trial_is_not_used(run, undisturbed):
+    run.at("P4", lambda: setattr(run.lab, "covered", (2,)))
+    samples = run.collect()
+    assert "0 orange markers in the first image, 1 expected" in run.disturbed[0].fault
+    assert "Check its marker" in run.lab.asked[0]
+    assert "press the remote control" in run.lab.asked[0]
+    assert [(attempt, bool(trial.faults)) for attempt, trial in run.trials] == [(1, True), (2, False), (2, False)]
+    require_same(samples, undisturbed)
+
+
+def test_a_robot_that_is_carried_away_is_named(run, undisturbed):
+    def carry():
+        run.lab.carried = 3
+
+    run.at("P4", carry, count=2)
+    samples = run.collect()
+    assert "individual 3 (purple) cannot have moved" in run.disturbed[0].fault
+    assert "it was carried away" in run.disturbed[0].fault
+    assert [attempt for attempt, _ in run.trials] == [1, 1, 2, 2]
+    require_same(samples, undisturbed)
+
+
+def test_a_stuck_robot_is_named(run, undisturbed):
+    run.at("P4", lambda: setattr(run.lab, "stuck", (1,)))
+    samples = run.collect()
+    assert "individual 1 (blue) has not moved" in run.disturbed[0].fault
+    assert "it is stuck, or its battery is empty" in run.disturbed[0].fault
+    require_same(samples, undisturbed)
+
+
+def test_a_replica_whose_model_stands_still_is_not_stuck(run):
+    run.collect(np.array([(0.0, 0.0, 0.0, 0.0)] * 4))
+    assert run.disturbed == []
+
+
+def test_a_low_battery_is_told_to_the_operator(run, undisturbed):
+    run.at("P2", lambda: setattr(run.lab.bodies[0], "battery", False), count=2)
+    samples = run.collect()
+    assert run.disturbed[0].fault == "replica r1 has a low battery"
+    assert "Change the battery of replica r1; then put all robots" in run.lab.asked[0]
+    require_same(samples, undisturbed)
+
+
+def test_replicas_out_of_step_are_started_again(run, undisturbed):
+    wire = run.lab.wires[NAMES[0]]
+    come = wire.come
+
+    def late(data):
+        clock = run.lab.clock
+        clock.call_at(clock.now() + (1.4 if b"STOP" in data else 0.0), lambda: come(data))
+
+    run.at("P1", lambda: setattr(wire, "come", late))
+    run.lab.on_ask = lambda what: setattr(wire, "come", come)
+    samples = run.collect()
+    assert run.disturbed[0].fault == "the replicas are 1.4 s out of step"
+    assert "Put all robots in their places, and press the remote control." in run.lab.asked[0]
+    require_same(samples, undisturbed)
+
+
+def test_all_batteries_are_replaced_every_so_many_generations(shared_tracker, tmp_path):
+    run = Run(shared_tracker, FILE.replace("batteries_every = 0", "batteries_every = 2"), tmp_path)
+    for generation in range(5):
+        run.source.generation = generation
+        run.collect()
+    asked = [event.stage for event in run.events if event.kind == "batteries"]
+    assert asked == ["generation-0002", "generation-0004"]
+    assert run.lab.asked[0].startswith("Replace the batteries of all robots; then put all robots")
+
+
+def test_an_operator_who_is_away_ends_the_session(monkeypatch):
+    def nobody(prompt):
+        raise EOFError
+
+    monkeypatch.setattr("builtins.input", nobody)
+    with pytest.raises(LaboratoryError, match=r"nobody answers at the terminal\. To do: Free it"):
+        TerminalOperator().ask("Free it.")
+
+
+def test_an_operator_presses_enter(monkeypatch):
+    shown = []
+    monkeypatch.setattr("builtins.input", lambda prompt: shown.append(prompt) or "")
+    TerminalOperator().ask("Free robot 3.")
+    assert "Free robot 3." in shown[0]
+    assert "Press Enter when it is done" in shown[0]

@@ -1,0 +1,111 @@
+"""The commands `robots check`, `robots run` and `robots track`, and `resume` for a run in a laboratory."""
+
+import cv2
+import numpy as np
+import pytest
+from program_laboratory import ARENA, CALIBRATION, FILE, HOMES, LABELS, ScriptedLaboratory
+
+from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers
+from turing_learning.trajectories import load_trajectories
+
+
+@pytest.fixture
+def laboratory(tmp_path):
+    CALIBRATION.save(tmp_path / "camera.json")
+    (tmp_path / "lab.toml").write_text(FILE)
+    return tmp_path
+
+
+@pytest.fixture
+def doors(monkeypatch):
+    """Let the commands find a scripted laboratory where they look for the real one."""
+    lab = ScriptedLaboratory(noise=2.0)
+    monkeypatch.setattr("turing_learning.robots._equipment.real_equipment", lambda setup: lab.equipment())
+    return lab
+
+
+def test_check_says_what_is_good(laboratory, doors, call):
+    code, out, _ = call("robots", "check")
+    assert code == 0
+    assert out.count("good") >= 5
+    assert "BAD" not in out
+
+
+def test_check_says_what_is_bad_and_refuses(laboratory, doors, call):
+    doors.wires["r-orange"].cut = True
+    code, out, _ = call("robots", "check", "--config", "lab.toml")
+    assert code == 2
+    assert "BAD   replica r1: " in out
+    assert "good  markers: all 4 in sight" in out
+
+
+def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatch):
+    answers = iter([False, True])
+    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    code, out, err = call(
+        "robots", "run", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
+    )
+    assert code == 130
+    assert "stopped after generation 2; go on with: turing-learning resume run" in err
+    assert "generation 2/3" in out
+    code, out, _ = call("resume", "run")
+    assert code == 0
+    assert "estimate" in out
+
+
+def test_nothing_runs_in_a_laboratory_that_is_not_in_order(laboratory, doors, call):
+    doors.dead_camera = True
+    code, out, _ = call("robots", "run", "--out", "run")
+    assert code == 2
+    assert "BAD   camera" in out
+    assert not (laboratory / "run").exists()
+    assert doors.asked == []
+
+
+def test_a_file_that_is_wrong_is_refused_in_one_line(laboratory, call):
+    (laboratory / "lab.toml").write_text(FILE.replace("[camera]", "[camra]"))
+    code, _, err = call("robots", "run")
+    assert code == 2
+    assert "Did you mean `camera`?" in err
+    assert err.count("\n") == 1
+
+
+def _film(path, covered):
+    render = EmulatedCamera(
+        CALIBRATION, TriangleMarkers(), LABELS, arena_cm=ARENA, wall_cm=5.0, optics=Optics(noise=2.0)
+    )
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter_fourcc(*"MJPG"), 10, CALIBRATION.lens.image_size)
+    writer.set(cv2.VIDEOWRITER_PROP_QUALITY, 100)
+    for frame in range(6):
+        poses = HOMES + np.array([0.3 * frame, 0.0, 0.05 * frame])
+        writer.write(render.render(poses, (2,) if frame == 4 and covered else ()))
+    writer.release()
+
+
+def test_track_writes_a_table_that_trajectories_reads(laboratory, call):
+    _film(laboratory / "trial.avi", covered=False)
+    code, out, err = call("robots", "track", "trial.avi")
+    assert code == 0, err
+    assert "6 images, 4 robots, seen in 100.00 %: trial.csv" in out
+    recording = load_trajectories(laboratory / "trial.csv", fps=10, pixels_per_cm=1, y_axis="up")
+    assert recording.positions.shape == (6, 4, 2)
+    homes = HOMES[[0, 1, 2, 3], :2]
+    np.testing.assert_allclose(recording.positions[0], homes, atol=0.2)
+    np.testing.assert_allclose(recording.headings[5], HOMES[:, 2] + 0.25, atol=0.1)
+
+
+def test_track_lists_what_went_wrong_and_replaces_nothing(laboratory, call):
+    _film(laboratory / "trial.avi", covered=True)
+    code, out, _ = call("robots", "track", "trial.avi", "--out", "table.csv")
+    assert code == 0
+    assert "image 4: marker missing: individual 2 (orange) is out of sight" in out
+    assert "seen in 95.83 %" in out
+    code, _, err = call("robots", "track", "trial.avi", "--out", "table.csv")
+    assert code == 2
+    assert "`out` must be a new file; got table.csv" in err
+
+
+def test_track_refuses_what_is_no_video(laboratory, call):
+    code, _, err = call("robots", "track", "none.avi")
+    assert code == 2
+    assert "must be a camera's number, a video file or a URL; got 'none.avi'" in err

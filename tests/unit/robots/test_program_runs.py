@@ -1,0 +1,210 @@
+"""Whole runs in a laboratory: what is kept, kills in every state, the post-evaluation, the commands."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from program_laboratory import CALIBRATION, FILE, NAMES, ScriptedLaboratory
+
+from turing_learning.robots import load_laboratory
+from turing_learning.runs import (
+    RunFolder,
+    RunFolderError,
+    is_laboratory_run,
+    load_run,
+    read_events,
+    resume,
+    resume_laboratory,
+    start_laboratory,
+)
+
+SHORT = FILE.replace("duration_s = 1.0", "duration_s = 0.5")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("laboratory")
+    CALIBRATION.save(folder / "camera.json")
+    (folder / "lab.toml").write_text(SHORT)
+    (folder / "evaluated.toml").write_text(
+        SHORT.replace("repeats = 0", "repeats = 2").replace("generations = 3", "generations = 1")
+    )
+    return folder
+
+
+def begin(folder, out, file="lab.toml", lab=None, **options):
+    lab = lab or ScriptedLaboratory()
+    return start_laboratory(load_laboratory(folder / file), out, equipment=lab.equipment(), **options)
+
+
+@pytest.fixture(scope="module")
+def finished(folder):
+    begin(folder, folder / "finished")
+    return folder / "finished"
+
+
+def state_of(path):
+    """The optimizers' state in the last checkpoint."""
+    (last,) = sorted((path / "checkpoints").glob("*.npz"))[-1:]
+    with np.load(last) as arrays:
+        return {
+            name: arrays[name]
+            for name in arrays.files
+            if name.startswith(("coevolution/", "traces/")) and "seconds" not in name
+        }
+
+
+def require_same_state(path, expected):
+    found, wanted = state_of(path), state_of(expected)
+    assert found.keys() == wanted.keys()
+    for name, array in wanted.items():
+        np.testing.assert_array_equal(found[name], array, err_msg=name)
+
+
+def test_a_run_is_a_run_like_any_other(finished):
+    result = load_run(finished)
+    assert (result.generations, result.complete) == (3, True)
+    assert result.truth == {"vl0": -0.7, "vr0": -1.0, "vl1": 1.0, "vr1": -1.0}
+    assert all(-1 < value < 1 for value in result.best_model.values())
+    assert result.history["model"].shape == (3, 4, 4)
+    assert float(np.abs(result.history["model"]).max()) < 1
+    assert (finished / "report.html").is_file()
+
+
+def test_every_trial_is_stored_as_it_was_observed(finished):
+    paths = sorted((finished / "trials").rglob("*.npz"))
+    assert [str(path.relative_to(finished / "trials")) for path in paths][-2:] == [
+        "generation-0002/attempt-1/trial-00.npz",
+        "generation-0002/attempt-1/trial-01.npz",
+    ]
+    history = load_run(finished).history
+    with np.load(paths[-1], allow_pickle=False) as trial:
+        assert trial["poses"].shape == (6, 4, 3)
+        assert trial["present"].all()
+        assert trial["labels"].tolist() == ["blue", "blue", "orange", "purple"]
+        assert trial["faults"].size == 0
+        np.testing.assert_allclose(trial["models"], history["model"].to_numpy()[2, 2:], atol=5e-5)
+
+
+def test_the_log_names_what_happened(finished):
+    events = read_events(RunFolder(finished))
+    assert [event["kind"] for event in events] == ["disturbed", "complete", "complete", "complete"]
+    assert events[0]["fault"] == "replica r1 has not begun"
+    assert events[0]["asked"] == "Put all robots in their places, and press the remote control."
+
+
+def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
+    from turing_learning.robots import Event
+    from turing_learning.runs._trial_store import EventLog
+
+    folder = RunFolder(tmp_path)
+    folder.events_path.write_text('{"kind": "complete"}\n{"kind": "dist')
+    EventLog(folder).note(Event("batteries", "generation-0025", 0, "P0"))
+    assert [event["kind"] for event in read_events(folder)] == ["complete", "batteries"]
+
+
+def test_the_laboratory_lies_in_the_run_folder(finished):
+    assert is_laboratory_run(finished)
+    assert json.loads((finished / "laboratory.json").read_text())["camera"]["calibration"] == "camera.json"
+    assert (finished / "camera.json").read_bytes() == (finished.parent / "camera.json").read_bytes()
+
+
+def test_the_computer_alone_does_not_go_on_with_it(folder):
+    begin(folder, folder / "stopped", should_stop=lambda: True)
+    with pytest.raises(RunFolderError, match=r"which takes place in a laboratory\. Go on with"):
+        resume(folder / "stopped")
+
+
+def test_a_run_that_was_stopped_ends_as_one_that_was_not(folder, finished):
+    begin(folder, folder / "halted", should_stop=lambda: True)
+    resume_laboratory(folder / "halted", equipment=ScriptedLaboratory().equipment())
+    require_same_state(folder / "halted", finished)
+
+
+def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, finished):
+    lab = ScriptedLaboratory()
+    faults = iter(
+        [
+            lambda: setattr(lab.wires[NAMES[0]], "cut", True),
+            lambda: setattr(lab, "covered", (1,)),
+            lambda: setattr(lab.wires[NAMES[1]], "silent", True),
+            lambda: setattr(lab, "dead_camera", True),
+        ]
+    )
+    seen = []
+
+    def disturb(state):
+        seen.append(state)
+        if state == "P4" and seen.count("P4") in (2, 4, 7, 9):
+            next(faults)()
+
+    result = begin(folder, folder / "disturbed", lab=lab, on_state=disturb)
+    assert result.complete
+    events = read_events(RunFolder(folder / "disturbed"))
+    assert [event["stage"] for event in events if event["kind"] == "complete"] == [
+        "generation-0000", "generation-0001", "generation-0002",
+    ]  # fmt: skip
+    told = " ".join(event["fault"] for event in events)
+    for words in (
+        "the link to replica r1 is lost",
+        "1 blue markers in the first image",
+        "STOP has not come from r2",
+        "got none more",
+    ):
+        assert words in told
+    np.testing.assert_allclose(
+        result.history["model"].to_numpy(), load_run(finished).history["model"].to_numpy(), atol=1e-9
+    )
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
+def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
+    path, script = folder / "killed", Path(__file__).with_name("program_killed.py")
+    killed = subprocess.run(
+        [sys.executable, script, folder, path], timeout=300, capture_output=True, text=True, check=False
+    )
+    assert killed.returncode == 0, killed.stderr
+    assert not load_run(path).complete
+    result = resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
+    assert result.complete
+    require_same_state(path, finished)
+    completed = [event["stage"] for event in read_events(RunFolder(path)) if event["kind"] == "complete"]
+    assert sorted(set(completed)) == ["generation-0000", "generation-0001", "generation-0002"]
+    assert not list(path.rglob("*.partial"))
+
+
+def test_the_last_models_are_observed_again_and_the_best_is_named(folder):
+    path = folder / "evaluated"
+    result = begin(folder, path, file="evaluated.toml")
+    summary = json.loads((path / "post_evaluation.json").read_text())
+    fitness = np.array(summary["fitness"])
+    assert fitness.shape == (2, 4)
+    best = result.history["model"].to_numpy()[-1][np.argmax(fitness.mean(axis=0))]
+    assert list(summary["best_model"].values()) == best.tolist()
+    assert summary["absolute_error"]["vl0"] == pytest.approx(abs(best[0] + 0.7))
+    assert len(list((path / "trials").glob("post-evaluation-*/attempt-1/*.npz"))) == 4
+
+
+def test_a_post_evaluation_that_was_interrupted_goes_on(folder):
+    path, asked = folder / "interrupted", iter([False, False, True])
+    begin(folder, path, file="evaluated.toml", should_stop=lambda: next(asked))
+    first = json.loads((path / "post_evaluation.json").read_text())
+    assert (len(first["fitness"]), first["best_model"]) == (1, None)
+    resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
+    second = json.loads((path / "post_evaluation.json").read_text())
+    assert second["fitness"][0] == first["fitness"][0]
+    assert len(second["fitness"]) == 2
+    assert second["best_model"] is not None
+
+
+def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):
+    from turing_learning.config import ConfigurationError
+
+    (tmp_path / "lab.toml").write_text(SHORT)
+    with pytest.raises(ConfigurationError, match=r"`camera\.calibration` must be a readable file; got .*camera\.json"):
+        begin(tmp_path, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
