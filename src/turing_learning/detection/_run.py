@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import OwnSystem
+from turing_learning.sources import CenteredClassifier, OwnSystem
 from turing_learning.swarm import Scenario
 
 from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
@@ -28,23 +28,6 @@ class StoredRun(Protocol):
     @property
     def history(self) -> Any:
         """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
-
-
-@dataclass(frozen=True)
-class CenteredClassifier:
-    """Judge samples of a system of one's own as its run did, which moved them to the center of the genuine ones."""
-
-    classifier: Classifier
-    system: OwnSystem
-
-    @property
-    def parameters(self) -> int:
-        """Length of a genome, Q."""
-        return self.classifier.parameters
-
-    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D)."""
-        return self.classifier.judge(genomes, self.system.centered(samples))
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
@@ -12,6 +13,7 @@ from turing_learning.config import Configuration, ConfigurationError, OwnConfigu
 from turing_learning.sources import FailureLog, OwnSource, OwnSystem, OwnSystemError, Simulator
 from turing_learning.swarm import Scenario
 
+from ._check import complete_check
 from ._checkpoints import Checkpoint, latest_checkpoint, replace_checkpoints
 from ._errors import RunFolderError
 from ._files import remove_partial, write_json
@@ -33,6 +35,8 @@ from ._traces import Traces
 
 if TYPE_CHECKING:
     import xarray
+
+    from turing_learning.identifiability import Check
 
 RUNS = Path("runs")
 
@@ -131,7 +135,23 @@ def infer(
     system, data = describe_system(genuine, parameters, options)
     configuration = resolve(system)
     with open_source(system, data, simulate, options) as source:
-        return execute(configuration, source)
+        result = execute(configuration, source)
+    return _remembering(result, configuration, genuine=genuine, simulate=simulate)
+
+
+def _remembering(result: Result, configuration: Configuration, **given: Any) -> Result:
+    """Return a result that knows its system, so that it can be checked without being told again."""
+    assert result.attachments is not None
+    return replace(result, attachments=replace(result.attachments, check=_checker(configuration, **given)))
+
+
+def _checker(configuration: Configuration, **given: Any) -> "Callable[..., Check]":
+    def check(result: Result, **options: Any) -> "Check":
+        from ._check_run import check_run
+
+        return check_run(result, configuration, **given | options)
+
+    return check
 
 
 def _execute(
@@ -200,7 +220,7 @@ def _infer_in_memory(
         return dataset_in_memory(session.layout, session.arrays, completed)
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
-    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None))
+    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None), _checker(configuration))
     return summarize(
         configuration,
         session.traces,
@@ -365,6 +385,7 @@ def _attachments(folder: RunFolder, configuration: Configuration, completed: int
     return Attachments(
         history=history,
         report=_reporter(configuration, folder.manifest, folder.report_path),
+        check=_checker(configuration),
     )
 
 
@@ -380,7 +401,8 @@ def _reporter(
         assert target is not None
         history = drawn_history(result)
         drawings = draw(history, configuration)
-        return write_page(report_page(result, history, configuration, drawings, manifest_rows(manifest())), target)
+        rows, check = manifest_rows(manifest()), complete_check(result.path)
+        return write_page(report_page(result, history, configuration, drawings, rows, check), target)
 
     return write
 
