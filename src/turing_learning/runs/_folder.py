@@ -14,7 +14,7 @@ from ._errors import RunFolderError, refuse_future_format
 from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
-_RESULTS = ("result.json", "report.html", "checkpoints", "history.zarr", "figures", "check")
+_RESULTS = ("result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", "calibration.npz")
 
 
 def resume_command(path: Path) -> str:

@@ -357,6 +357,7 @@ def _run(
             folder.update_manifest(state=FINISHED, finished=now())
             replace_checkpoints(folder.checkpoints_path, session.outcome())
         elif session.complete:
+            session.keep_calibration(result)
             _finish(result, folder, configuration)
     return result
 

@@ -39,6 +39,8 @@ class OwnSource:
 
     Attributes
     ----------
+    system, genuine
+        As given.
     generation
         Number of the generation that is collected next; whoever runs the generations keeps it.
     failed : (M,) bool
@@ -62,6 +64,7 @@ class OwnSource:
         timeout_s: float | None = None,
     ) -> None:
         self.system = system
+        self.genuine = genuine
         self.generation = 0
         self.failed = np.zeros(0, dtype=bool)
         self.log = FailureLog(system.parameter_names)
