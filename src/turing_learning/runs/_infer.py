@@ -68,7 +68,7 @@ def infer(
         system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
     genuine
         Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
-        rng -> (K, T, D) that observes it.
+        rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in every generation.
     simulate
         Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples
         of each model. The columns are in the order of `parameters`; all randomness comes from `rng`.

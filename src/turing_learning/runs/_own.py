@@ -9,6 +9,7 @@ import numpy as np
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
 from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+from turing_learning.swarm import SCENARIOS, Scenario
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -67,6 +68,7 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
         If anything is refused.
     """
     refuse_unknown_options(options)
+    genuine = observed(genuine)
     try:
         data = read_genuine(
             genuine,
@@ -98,6 +100,27 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     return system, data
+
+
+def observed(genuine: Any) -> Any:
+    """Return genuine samples as they are given, and of a scenario or its name a source of its agents' motion.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no scenario of that name.
+    """
+    if isinstance(genuine, str):
+        if genuine not in SCENARIOS:
+            raise ConfigurationError(
+                f"`genuine` must be samples, a scenario or the name of one; got {genuine!r}. {nearest(genuine, SCENARIOS)}"
+            )
+        genuine = SCENARIOS[genuine]
+    if not isinstance(genuine, Scenario):
+        return genuine
+    from turing_learning.swarm import ObservedSwarm
+
+    return ObservedSwarm(genuine)
 
 
 def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOptions) -> OwnSource:
@@ -215,6 +238,7 @@ def same_data(place: Path, system: OwnSystem, genuine: Any) -> Genuine:
     RunFolderError
         If they are others.
     """
+    genuine = observed(genuine)
     if callable(genuine) != system.live:
         kind = "a live source" if system.live else "an array of samples"
         raise RunFolderError(f"`genuine` must be {kind}, as when the run began; got {_shown(genuine)} [{place}].")
