@@ -20,7 +20,8 @@ TRIALS = range(100, 140)
 
 def main() -> None:
     """Print rates over trials of ten fish, two of them planted, and draw the trial of the example."""
-    block = next(b for b in re.findall(r"```python\n(.*?)```", (DOCS / "detection.md").read_text("utf-8"), re.DOTALL) if "record" in b)
+    page = (DOCS / "detection.md").read_text(encoding="utf-8")
+    block = next(block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "def record" in block)
     names: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
@@ -32,8 +33,9 @@ def main() -> None:
         rates = [found(detector, recorded_motion(names["record"](seed, planted=2), learned)) for seed in TRIALS]
         detected, alarms, late, early = (np.concatenate(column) for column in zip(*rates, strict=True))
         print(  # noqa: T201
-            f"false alarms set to {share}: detected {detected.mean():.3f} of {len(detected)}, false alarms {alarms.mean():.4f} of "
-            f"{len(alarms)}; of planted fish, {late.mean():.3f} of the windows after the change are flagged, {early.mean():.3f} before"
+            f"false alarms set to {share}: detected {detected.mean():.3f} of {len(detected)} planted fish, "
+            f"{late.mean():.3f} of their windows after the change flagged, {early.mean():.3f} before it; "
+            f"false alarms {alarms.mean():.4f} of {len(alarms)}"
         )
 
 

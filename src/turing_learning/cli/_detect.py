@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from turing_learning.detection import Detector, Motion, Verdict
 
 SAMPLES = 10
-SPAN = 5
 PANEL = "A recording"
 
 
@@ -91,12 +90,6 @@ def detect(
             "--scale", metavar="PIXELS", help="Pixels per cm; 1 for a file in cm.", parser=real, rich_help_panel=PANEL
         ),
     ] = None,
-    span: Annotated[
-        int | None,
-        typer.Option(
-            "--span", metavar="W", help="Windows of a stretch; 5 by default.", parser=integer, rich_help_panel=PANEL
-        ),
-    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -111,7 +104,7 @@ def detect(
 
     _require_one(motion, simulate, samples)
     recorded = motion is not None and is_recording(motion, fps, scale)
-    _require_recording(recorded, {"fps": fps, "scale": scale, "span": span, "out": out})
+    _require_recording(recorded, {"fps": fps, "scale": scale, "out": out})
     refuse_taken(out)
     result = load_run(run)
     learned = run_classifiers(result)
@@ -129,7 +122,7 @@ def detect(
         result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
     )
     if timed is not None:
-        show(detector, timed, detector.timeline(timed, span=SPAN if span is None else span), out, as_json)
+        show(detector, timed, detector.timeline(timed), out, as_json)
         return
     assert observed is not None
     verdicts = detector.verdicts(observed)

@@ -82,7 +82,7 @@ def show(
 def _content(detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> dict[str, Any]:
     return {
         "rule": detector.rule,
-        "false_alarms": None if detector.rule == "unanimous" else detector.false_alarms,
+        "false_alarms": detector.false_alarms,
         "classifiers": len(detector.genomes),
         "steps": detector.steps,
         "individuals": [
@@ -90,6 +90,7 @@ def _content(detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> dict[s
                 "individual": verdict.individual,
                 "windows": verdict.windows,
                 "score": verdict.score,
+                "strength": verdict.strength,
                 "threshold": verdict.threshold,
                 "abnormal": verdict.abnormal,
                 "spells_s": [list(spell) for spell in verdict.spells],
@@ -112,13 +113,13 @@ def _print_table(detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> No
 
 
 def timeline_table(verdicts: "Sequence[TimedVerdict]") -> "Table":
-    """Return the table individual / windows / lowest score and its threshold / verdict / when."""
+    """Return the table individual / windows / mean score / evidence and its threshold / verdict / when."""
     from rich.table import Table
     from rich.text import Text
 
     table = Table()
     table.add_column("individual")
-    for heading in ("windows", "lowest score", "threshold"):
+    for heading in ("windows", "score", "evidence", "threshold"):
         table.add_column(heading, justify="right")
     table.add_column("verdict")
     table.add_column("when (s)")
@@ -128,7 +129,8 @@ def timeline_table(verdicts: "Sequence[TimedVerdict]") -> "Table":
             Text(verdict.individual),
             str(verdict.windows),
             f"{verdict.score:.3f}" if judged else "-",
-            f"{verdict.threshold:.3f}" if judged else "-",
+            f"{verdict.strength:.2f}" if judged else "-",
+            f"{verdict.threshold:.2f}" if judged else "-",
             Text("abnormal", style="bold red") if verdict.abnormal else "normal" if judged else "no window",
             _when(verdict.spells),
         )

@@ -14,7 +14,7 @@ from ._motion import Motion
 from ._post_evaluation import decide
 from ._recorded import RecordedMotion
 from ._run import StoredRun, calibration_motion, run_classifiers
-from ._scan import SPAN, TimedVerdict, scan_threshold, timed_verdict
+from ._scan import Scan, TimedVerdict
 from ._verdict import DIGITS, Verdict, decide_verdict, mean_score
 
 RULES = ("unanimous", "single", "group", "archive", "jury")
@@ -247,50 +247,41 @@ class Detector:
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
         scores = self._judge_all(motion.samples, "motion", motion.individuals)
         threshold = self.threshold(scores.shape[1])
+        middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         return tuple(
-            decide_verdict(name, row, threshold, self._middle)
-            for name, row in zip(motion.individuals, scores, strict=True)
+            decide_verdict(name, row, threshold, middle) for name, row in zip(motion.individuals, scores, strict=True)
         )
 
-    def timeline(self, motion: RecordedMotion, *, span: int = SPAN) -> tuple[TimedVerdict, ...]:
-        """Say of each individual of a recording whether it behaves abnormally in some stretch of time, and when.
+    def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
+        """Say of each individual of a recording whether it behaves abnormally at some time, and when.
 
-        A stretch is `span` consecutive windows. An individual is called abnormal if the mean score of its lowest stretch is
-        below a threshold, placed where the stated share of genuine individuals with as many windows would be called so.
+        The mean score of a stretch of consecutive windows speaks against an individual by how many standard errors it lies below
+        that of genuine samples. An individual is called abnormal if its strongest stretch, of whatever length, is stronger than
+        a threshold, placed where the stated share of genuine individuals with as many windows would be called so. All rules
+        keep to that rate here.
 
         Parameters
         ----------
         motion
             From `recorded_motion`.
-        span
-            Windows of a stretch, >= 1.
 
         Raises
         ------
         ConfigurationError
-            If `span` is below 1 or the windows do not fit the detector.
+            If the windows do not fit the detector.
+
+        Source
+        ------
+        Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
-        if span < 1:
-            raise ConfigurationError(f"`span` must be at least 1; got {span}.")
         counts = [len(samples) for samples in motion.samples]
         scores = np.split(self.judge(np.concatenate(motion.samples)), np.cumsum(counts)[:-1])
-        thresholds = {count: self._scan_threshold(count, span) for count in set(counts) if count}
+        scan = Scan(self.genuine_scores)
+        thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
         return tuple(
-            timed_verdict(
-                name, times, values, span=span, threshold=thresholds.get(len(values), 0.0), middle=self._middle
-            )
+            scan.verdict(name, times, values, thresholds.get(len(values), 0.0))
             for name, times, values in zip(motion.individuals, motion.times, scores, strict=True)
         )
-
-    def _scan_threshold(self, windows: int, span: int) -> float:
-        if self.rule == "unanimous":
-            return _ANY
-        return scan_threshold(self.genuine_scores, windows, span, self.false_alarms, DRAWS)
-
-    @property
-    def _middle(self) -> float:
-        """The score half way between the means of genuine and of abnormal samples."""
-        return float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:
         """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
