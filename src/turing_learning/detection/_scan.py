@@ -61,7 +61,7 @@ class Scan:
     genuine_scores: np.ndarray
 
     def strengths(self, scores: np.ndarray) -> np.ndarray:
-        """Return the strength (...,) of the evidence in scores (..., W), the largest over stretches of 1, 2, 4, ... and all windows.
+        """Return the strength (...,) of the evidence in scores (..., W), the largest of stretches of 1, 2, 4, ... and all windows.
 
         The evidence of n windows is the distance of their mean score below that of genuine samples, over its standard error:
         the standard deviation of genuine scores over the square root of n.
