@@ -10,6 +10,7 @@
 `least_dispersion`        The smallest dispersion that disks can have.
 `largest_cluster`         The number of disks in the largest cluster, section 5.4.
 `decision_accuracy`       How often a classifier decides rightly after several trials, section 4.4.
+`polarization`            How aligned a group moves.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
 ========================  ============================================================================
 """
@@ -21,6 +22,7 @@ from ._dispersion import dispersion, least_dispersion
 from ._errors import absolute_error, mean_absolute_error
 from ._estimate import estimate, interval
 from ._failure import name_failure
+from ._polarization import polarization
 
 __all__ = [
     "Comparison",
@@ -34,4 +36,5 @@ __all__ = [
     "least_dispersion",
     "mean_absolute_error",
     "name_failure",
+    "polarization",
 ]

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
 
 if TYPE_CHECKING:
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from turing_learning.detection import Detector, Motion, Verdict
 
 SAMPLES = 10
+PANEL = "A recording"
 
 
 def register(app: typer.Typer) -> None:
@@ -21,6 +23,7 @@ def register(app: typer.Typer) -> None:
         epilog="Examples:\n\n"
         "  turing-learning detect runs/mine motion.csv\n\n"
         "  turing-learning detect runs/mine motion.npy --rule archive --false-alarms 0.001 --json\n\n"
+        "  turing-learning detect runs/fish other_trial.txt --fps 25 --scale 12.3 --out other_trial.csv\n\n"
         "  turing-learning detect runs/mine --simulate 2\n\n"
         "  turing-learning detect runs/fish today.npy --genuine normal.npy --abnormal other.npy\n\n"
         "What a file holds is said in docs/detection.md."
@@ -30,7 +33,10 @@ def register(app: typer.Typer) -> None:
 def detect(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a full history.")],
     motion: Annotated[
-        Path | None, typer.Argument(metavar="MOTION", help="Motion of individuals: a .npy, .npz or .csv file.")
+        Path | None,
+        typer.Argument(
+            metavar="MOTION", help="Motion of individuals: a .npy, .npz or .csv file, or what a tracker wrote."
+        ),
     ] = None,
     simulate: Annotated[
         int | None,
@@ -50,7 +56,9 @@ def detect(
     genuine: Annotated[
         Path | None,
         typer.Option(
-            "--genuine", metavar="FILE", help="Motion of normal individuals to calibrate with; simulated by default."
+            "--genuine",
+            metavar="FILE",
+            help="Motion of normal individuals to calibrate with; simulated, or kept by the run, by default.",
         ),
     ] = None,
     abnormal: Annotated[
@@ -72,6 +80,22 @@ def detect(
     seed: Annotated[
         int, typer.Option("--seed", metavar="S", help="Seed of all that is simulated.", parser=integer)
     ] = 0,
+    fps: Annotated[
+        float | None,
+        typer.Option("--fps", metavar="RATE", help="Frames per second.", parser=real, rich_help_panel=PANEL),
+    ] = None,
+    scale: Annotated[
+        float | None,
+        typer.Option(
+            "--scale", metavar="PIXELS", help="Pixels per cm; 1 for a file in cm.", parser=real, rich_help_panel=PANEL
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="FILE", help="Table of all windows (.csv), and a picture.", rich_help_panel=PANEL
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print JSON.")] = False,
 ) -> None:
     """Tell from motion which individuals behave abnormally, by the classifiers of a run."""
@@ -79,13 +103,17 @@ def detect(
     from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
+    recorded = motion is not None and is_recording(motion, fps, scale)
+    _require_recording(recorded, {"fps": fps, "scale": scale, "out": out})
+    refuse_taken(out)
     result = load_run(run)
     learned = run_classifiers(result)
+    timed = read_recording(motion, fps, scale, learned) if recorded and motion is not None else None
     observed, *calibration = (
         None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals)
-        for path in (motion, genuine, abnormal)
+        for path in (None if recorded else motion, genuine, abnormal)
     )
-    if observed is None:
+    if observed is None and timed is None:
         observed = plant_abnormal(
             learned.simulated_scenario(), simulate or 0, samples=SAMPLES if samples is None else samples, seed=seed
         )
@@ -93,6 +121,10 @@ def detect(
     detector = Detector.from_run(
         result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
     )
+    if timed is not None:
+        show(detector, timed, detector.timeline(timed), out, as_json)
+        return
+    assert observed is not None
     verdicts = detector.verdicts(observed)
     if as_json:
         _print_json(detector, observed, verdicts)
@@ -108,6 +140,14 @@ def _require_one(motion: Path | None, simulate: int | None, samples: int | None)
         raise ConfigurationError(f"`MOTION` must be given, or --simulate; got {got}.")
     if samples is not None and simulate is None:
         raise ConfigurationError(f"`samples` must be left out beside a file; got {samples} [--samples].")
+
+
+def _require_recording(recorded: bool, options: dict[str, object]) -> None:
+    from turing_learning.config import ConfigurationError
+
+    for name, value in options.items():
+        if value is not None and not recorded:
+            raise ConfigurationError(f"`{name}` must be left out where there is no recording; got {value} [--{name}].")
 
 
 def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:

@@ -11,7 +11,7 @@ from ._numbers import real
 
 if TYPE_CHECKING:
     from turing_learning.families import Family
-    from turing_learning.trajectories import Windows
+    from turing_learning.trajectories import Trajectories, Windows
 
 WINDOW_S = 4.0
 
@@ -69,6 +69,11 @@ class Recording:
         return "".join(f" --{name} {shlex.quote(str(value))}" for name, value in given.items())
 
     def system(self) -> tuple["Windows", "Family"]:
+        """Return windows of the recording, and a family of models that fits it; see `opened`."""
+        windows, family, _ = self.opened()
+        return windows, family
+
+    def opened(self) -> tuple["Windows", "Family", "Trajectories"]:
         """Open the recording, and fit the family of models to it.
 
         Raises
@@ -105,8 +110,8 @@ class Recording:
                 f"`--trajectories` must be a readable file; got {self.trajectories} ({reason})."
             ) from error
         except (ValueError, ImportError) as error:
-            raise ConfigurationError(_in_options(str(error))) from error
-        return windows, family
+            raise ConfigurationError(in_options(str(error))) from error
+        return windows, family, motion
 
     def arguments(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` is told of the system."""
@@ -121,7 +126,7 @@ class Recording:
         }
 
 
-def _in_options(message: str) -> str:
+def in_options(message: str) -> str:
     """Return a message with the names that arguments have on the command line."""
     message = message.replace(' Say "unknown" to stay in pixels, 1 if the file is in cm.', " Say 1 if it is in cm.")
     return (

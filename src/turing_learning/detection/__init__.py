@@ -15,6 +15,10 @@ Detection:
     Classifiers with votes and a threshold, which tell from motion which individuals behave abnormally.
 `Motion`, `load_motion`, `cut_recordings`
     Motion samples of named individuals, from a file or from long recordings.
+`RecordedMotion`, `recorded_motion`, `TimedVerdict`
+    Windows of recorded motion as a run wants them, and what a detector says of them over time.
+`keep_calibration`
+    What a run on a system of one's own keeps to calibrate detectors with.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
 `run_classifiers`, `RunClassifiers`, `StoredRun`
@@ -35,9 +39,12 @@ if TYPE_CHECKING:
     from ._detector import RULES, Detector
     from ._generations import GenerationAccuracies, accuracy_over_generations, sampled_generations
     from ._motion import Motion, cut_recordings, load_motion
+    from ._own import keep_calibration
     from ._post_evaluation import PostEvaluation, grid_models, post_evaluate
+    from ._recorded import RecordedMotion, recorded_motion
     from ._roc import RocCurve, roc_curve
     from ._run import RunClassifiers, StoredRun, run_classifiers
+    from ._scan import TimedVerdict
     from ._simulated import SimulatedBehaviors, plant_abnormal, random_controllers, simulate_behaviors
     from ._verdict import Verdict
 
@@ -47,21 +54,25 @@ __all__ = [
     "GenerationAccuracies",
     "Motion",
     "PostEvaluation",
+    "RecordedMotion",
     "RocCurve",
     "RuleComparison",
     "RunClassifiers",
     "SimulatedBehaviors",
     "StoredRun",
+    "TimedVerdict",
     "Verdict",
     "accuracy_over_generations",
     "compare_detectors",
     "compare_rules",
     "cut_recordings",
     "grid_models",
+    "keep_calibration",
     "load_motion",
     "plant_abnormal",
     "post_evaluate",
     "random_controllers",
+    "recorded_motion",
     "roc_curve",
     "run_classifiers",
     "sampled_generations",
@@ -74,8 +85,11 @@ _HOMES = {
     "_generations": ("GenerationAccuracies", "accuracy_over_generations", "sampled_generations"),
     "_motion": ("Motion", "cut_recordings", "load_motion"),
     "_post_evaluation": ("PostEvaluation", "grid_models", "post_evaluate"),
+    "_own": ("keep_calibration",),
+    "_recorded": ("RecordedMotion", "recorded_motion"),
     "_roc": ("RocCurve", "roc_curve"),
     "_run": ("RunClassifiers", "StoredRun", "run_classifiers"),
+    "_scan": ("TimedVerdict",),
     "_simulated": ("SimulatedBehaviors", "plant_abnormal", "random_controllers", "simulate_behaviors"),
     "_verdict": ("Verdict",),
 }

@@ -12,7 +12,9 @@ from turing_learning.config import ConfigurationError, nearest
 from ._checks import checked_motion
 from ._motion import Motion
 from ._post_evaluation import decide
+from ._recorded import RecordedMotion
 from ._run import StoredRun, calibration_motion, run_classifiers
+from ._scan import Scan, TimedVerdict
 from ._verdict import DIGITS, Verdict, decide_verdict, mean_score
 
 RULES = ("unanimous", "single", "group", "archive", "jury")
@@ -248,6 +250,37 @@ class Detector:
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         return tuple(
             decide_verdict(name, row, threshold, middle) for name, row in zip(motion.individuals, scores, strict=True)
+        )
+
+    def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
+        """Say of each individual of a recording whether it behaves abnormally at some time, and when.
+
+        The mean score of a stretch of consecutive windows speaks against an individual by how many standard errors it lies below
+        that of genuine samples. An individual is called abnormal if its strongest stretch, of whatever length, is stronger than
+        a threshold, placed where the stated share of genuine individuals with as many windows would be called so. All rules
+        keep to that rate here.
+
+        Parameters
+        ----------
+        motion
+            From `recorded_motion`.
+
+        Raises
+        ------
+        ConfigurationError
+            If the windows do not fit the detector.
+
+        Source
+        ------
+        Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
+        """
+        counts = [len(samples) for samples in motion.samples]
+        scores = np.split(self.judge(np.concatenate(motion.samples)), np.cumsum(counts)[:-1])
+        scan = Scan(self.genuine_scores)
+        thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
+        return tuple(
+            scan.verdict(name, times, values, thresholds.get(len(values), 0.0))
+            for name, times, values in zip(motion.individuals, motion.times, scores, strict=True)
         )
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:

@@ -10,12 +10,15 @@ import numpy as np
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import OwnSystem
+from turing_learning.sources import CenteredClassifier, OwnSystem
 from turing_learning.swarm import Scenario
 
+from ._own import stored_calibration
 from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
+SPEEDS = ("speed", "turn")
+"""Signals of simulated robots, by the names that recordings have."""
 
 
 class StoredRun(Protocol):
@@ -28,23 +31,6 @@ class StoredRun(Protocol):
     @property
     def history(self) -> Any:
         """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
-
-
-@dataclass(frozen=True)
-class CenteredClassifier:
-    """Judge samples of a system of one's own as its run did, which moved them to the center of the genuine ones."""
-
-    classifier: Classifier
-    system: OwnSystem
-
-    @property
-    def parameters(self) -> int:
-        """Length of a genome, Q."""
-        return self.classifier.parameters
-
-    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D)."""
-        return self.classifier.judge(genomes, self.system.centered(samples))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +49,12 @@ class RunClassifiers:
         Steps T and signals D of a sample.
     scenario
         The simulated swarm of the run; None for a run on a system of one's own.
+    names
+        Of the D signals.
+    interval_s
+        Duration of a time step (s); 0 if it is not known.
+    calibration
+        Genuine and abnormal motion (individuals, 1, T, D) that the run has kept; None if there is none.
     """
 
     classifier: Classifier
@@ -71,6 +63,9 @@ class RunClassifiers:
     steps: int
     signals: int
     scenario: Scenario | None
+    names: tuple[str, ...]
+    interval_s: float
+    calibration: tuple[np.ndarray, np.ndarray] | None = None
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -124,6 +119,9 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         steps=system.steps if isinstance(system, OwnSystem) else system.control_steps,
         signals=network.inputs,
         scenario=system if isinstance(system, Scenario) else None,
+        names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
+        interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
+        calibration=stored_calibration(result.path),
     )
 
 
@@ -150,9 +148,14 @@ def calibration_motion(
     seed: int,
     threads: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return genuine and abnormal motion: what is given, the rest simulated."""
+    """Return genuine and abnormal motion: what is given, the rest kept by the run or simulated."""
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
+    if run.calibration is not None:
+        return (
+            run.calibration[0] if genuine is None else genuine,
+            run.calibration[1] if abnormal is None else abnormal,
+        )
     scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
     controllers = random_controllers(scenario, behaviors, rng)
     simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)

@@ -15,7 +15,7 @@ NEAR = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
 DETECTION = 7
 """Purpose of the room's random numbers: the entropy of each stream is (purpose, seed, use); docs/decisions/0005."""
-CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION = range(4)
+CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION, OWN_CALIBRATION = range(5)
 
 
 @dataclass(frozen=True, eq=False)

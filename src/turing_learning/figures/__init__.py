@@ -12,6 +12,10 @@
     Many runs in one picture: their parameters and errors as boxes, medians over generations, a histogram.
 `accuracy_figure`, `roc_figure`
     Classifiers: their accuracy over generations, and what they detect at which rate of false alarms.
+`quantities_figure`, `profiles_figure`
+    Whether an estimate can be believed: a `Distribution` of genuine beside simulated motion, a `ParameterProfile` each.
+`timeline_figure`
+    Which individuals behave abnormally, and when.
 `snapshots_figure`, `dispersion_figure`, `prediction_figure`
     The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
 `swarm_frame`
@@ -23,6 +27,7 @@ Figures are `matplotlib.figure.Figure` objects without pyplot and without global
 first one is made.
 """
 
+from ._check import Distribution, ParameterProfile, profiles_figure, quantities_figure
 from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
@@ -33,8 +38,11 @@ from ._step_sizes import step_sizes_figure
 from ._studies import box_figure, convergence_figure, error_box_figure, error_histogram_figure
 from ._svg import svg_markup
 from ._swarm import swarm_frame
+from ._timeline import timeline_figure
 
 __all__ = [
+    "Distribution",
+    "ParameterProfile",
     "accuracy_figure",
     "box_figure",
     "convergence_figure",
@@ -45,10 +53,13 @@ __all__ = [
     "fitness_figure",
     "parameters_figure",
     "prediction_figure",
+    "profiles_figure",
+    "quantities_figure",
     "roc_figure",
     "save_figure",
     "snapshots_figure",
     "step_sizes_figure",
     "svg_markup",
     "swarm_frame",
+    "timeline_figure",
 ]

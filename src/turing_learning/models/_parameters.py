@@ -82,6 +82,12 @@ class Parameter:
             values = 10.0 ** np.clip(values, -LARGEST_DECADE, LARGEST_DECADE)
         return np.clip(values, self.low, self.high)  # what rounding has pushed over a bound
 
+    def to_numbers(self, values: np.ndarray) -> np.ndarray:
+        """Return the optimizer's numbers of values within the bounds, of any shape: the inverse of `to_units`."""
+        low, high = (self._axis(side) for side in self._initial)
+        places = np.log10(values) if self.scale == "log" else np.asarray(values, dtype=np.float64)
+        return (places - (low + high) / 2) / ((high - low) / 2)
+
     @property
     def _initial(self) -> tuple[float, float]:
         assert self.initial is not None

@@ -16,10 +16,11 @@
 """
 
 from ._film import write_gif, write_mp4
+from ._listing import Listing
 from ._page import replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
-from ._study import Listing, StudyReport, study_page
+from ._study import StudyReport, study_page
 
 __all__ = [
     "Listing",

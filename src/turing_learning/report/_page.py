@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ._listing import listing_markup, section
 from ._replay import Replay, Swarm
 from ._run import ACTIVE, ParameterRow, Picture, RunReport, RunTable, describe_selection
 
@@ -34,6 +35,7 @@ def report_page(report: RunReport) -> str:
     sections = [
         _table(report.table),
         _health(report),
+        _check(report),
         _replay(report.replay) if report.replay is not None else "",
         _figures(report.figures),
         _configuration(report.configuration),
@@ -107,11 +109,6 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
     )
 
 
-def _section(name: str, heading: str, body: str) -> str:
-    title = f'<h2 id="{name}-heading">{heading}</h2>'
-    return f'<section id="{name}" aria-labelledby="{name}-heading">{title}\n{body}</section>'
-
-
 def _number(value: float | None) -> str:
     if value is None:
         return "&ndash;"
@@ -135,7 +132,7 @@ def _table(table: RunTable) -> str:
     body = "\n".join(_row(row, has_interval, has_truth, has_published) for row in table.rows)
     mean = _mean(table, has_interval, has_published) if has_truth and table.estimate_mae is not None else ""
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return _section(
+    return section(
         "result",
         "Inferred parameters",
         f'<div class="scroll" tabindex="0" role="region" aria-labelledby="result-heading"><table class="numbers">'
@@ -184,12 +181,17 @@ def _health(report: RunReport) -> str:
     return f'<p class="health {"good" if healthy else "warning"}" role="note">{text}</p>'
 
 
+def _check(report: RunReport) -> str:
+    if report.check is None:
+        return ""
+    pictures = "".join(_figure(figure) for figure in report.check_figures)
+    return f'{listing_markup(report.check)}<div class="figures">{pictures}</div>'
+
+
 def _figures(figures: tuple[Picture, ...]) -> str:
     if not figures:
         return ""
-    return _section(
-        "figures", "Figures", f'<div class="figures">{"".join(_figure(figure) for figure in figures)}</div>'
-    )
+    return section("figures", "Figures", f'<div class="figures">{"".join(_figure(figure) for figure in figures)}</div>')
 
 
 def _figure(figure: Picture) -> str:
@@ -228,7 +230,7 @@ def _replay(replay: Replay, heading: bool = True) -> str:
         stages=stages, count=len(replay.swarms), duration=f"{replay.duration_s:.1f}"
     )
     if heading:
-        return _section("replay", escape(replay.title), body)
+        return section("replay", escape(replay.title), body)
     return f'<section id="replay" aria-label="Replay">{body}</section>'
 
 

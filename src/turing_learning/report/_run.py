@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from ._listing import Listing
 from ._replay import Replay
 
 ACTIVE = "active"
@@ -102,6 +103,8 @@ class RunReport:
         Names and values: seed, versions, machine, timing.
     replay
         Agents beside replicas; None leaves it out.
+    check, check_figures
+        Whether the estimate can be believed, as a table and figures; None and empty before anybody asked.
     """
 
     title: str
@@ -112,6 +115,8 @@ class RunReport:
     configuration: str = ""
     manifest: Sequence[tuple[str, str]] = ()
     replay: Replay | None = None
+    check: Listing | None = None
+    check_figures: tuple[Picture, ...] = ()
 
 
 def describe_selection(selection: Sequence[str]) -> str:

@@ -16,8 +16,8 @@ from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_mani
 
 LABORATORY, CALIBRATION = "laboratory.json", "camera.json"
 _RESULTS = (
-    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "trials", "events.jsonl", "post_evaluation.json",
-    LABORATORY, CALIBRATION,
+    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", "calibration.npz", "trials",
+    "events.jsonl", "post_evaluation.json", LABORATORY, CALIBRATION,
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
@@ -13,6 +14,7 @@ from turing_learning.robots import LaboratoryError
 from turing_learning.sources import FailureLog, OwnSource, OwnSystem, OwnSystemError, Simulator
 from turing_learning.swarm import Scenario
 
+from ._check import complete_check
 from ._checkpoints import Checkpoint, latest_checkpoint, replace_checkpoints
 from ._errors import RunFolderError
 from ._files import remove_partial, write_json
@@ -35,6 +37,7 @@ from ._traces import Traces
 if TYPE_CHECKING:
     import xarray
 
+    from turing_learning.identifiability import Check
     from turing_learning.robots import LaboratorySource
 
 RUNS = Path("runs")
@@ -67,7 +70,7 @@ def infer(
         system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
     genuine
         Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
-        rng -> (K, T, D) that observes it.
+        rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in every generation.
     simulate
         Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples
         of each model. The columns are in the order of `parameters`; all randomness comes from `rng`.
@@ -134,7 +137,23 @@ def infer(
     system, data = describe_system(genuine, parameters, options)
     configuration = resolve(system)
     with open_source(system, data, simulate, options) as source:
-        return execute(configuration, source)
+        result = execute(configuration, source)
+    return _remembering(result, configuration, genuine=genuine, simulate=simulate)
+
+
+def _remembering(result: Result, configuration: Configuration, **given: Any) -> Result:
+    """Return a result that knows its system, so that it can be checked without being told again."""
+    assert result.attachments is not None
+    return replace(result, attachments=replace(result.attachments, check=_checker(configuration, **given)))
+
+
+def _checker(configuration: Configuration, **given: Any) -> "Callable[..., Check]":
+    def check(result: Result, **options: Any) -> "Check":
+        from ._check_run import check_run
+
+        return check_run(result, configuration, **given | options)
+
+    return check
 
 
 def _execute(
@@ -203,7 +222,7 @@ def _infer_in_memory(
         return dataset_in_memory(session.layout, session.arrays, completed)
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
-    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None))
+    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None), _checker(configuration))
     return summarize(
         configuration,
         session.traces,
@@ -367,6 +386,7 @@ def _run(
             folder.update_manifest(state=FINISHED, finished=now())
             replace_checkpoints(folder.checkpoints_path, session.outcome())
         elif session.complete:
+            session.keep_calibration(result)
             _finish(result, folder, configuration)
     return result
 
@@ -395,6 +415,7 @@ def _attachments(folder: RunFolder, configuration: Configuration, completed: int
     return Attachments(
         history=history,
         report=_reporter(configuration, folder.manifest, folder.report_path),
+        check=_checker(configuration),
     )
 
 
@@ -410,7 +431,8 @@ def _reporter(
         assert target is not None
         history = drawn_history(result)
         drawings = draw(history, configuration)
-        return write_page(report_page(result, history, configuration, drawings, manifest_rows(manifest())), target)
+        rows, check = manifest_rows(manifest()), complete_check(result.path)
+        return write_page(report_page(result, history, configuration, drawings, rows, check), target)
 
     return write
 

@@ -1,6 +1,7 @@
 """Systems of one's own: from what a caller hands over to what a run is made of, and back again."""
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any, Literal, TypedDict
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
 from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+from turing_learning.swarm import SCENARIOS, Scenario
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -66,6 +68,7 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
         If anything is refused.
     """
     refuse_unknown_options(options)
+    genuine = observed(genuine)
     try:
         data = read_genuine(
             genuine,
@@ -90,12 +93,34 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
             held_out=tuple(data.held_out.tolist()),
             batches=_batches(options),
             digest=data.digest,
+            interval_s=float(getattr(genuine, "interval_s", 0.0)),
         )
     except ConfigurationError:
         raise
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     return system, data
+
+
+def observed(genuine: Any) -> Any:
+    """Return genuine samples as they are given, and of a scenario or its name a source of its agents' motion.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is no scenario of that name.
+    """
+    if isinstance(genuine, str):
+        if genuine not in SCENARIOS:
+            raise ConfigurationError(
+                f"`genuine` must be samples, a scenario or the name of one; got {genuine!r}. {nearest(genuine, SCENARIOS)}"
+            )
+        genuine = SCENARIOS[genuine]
+    if not isinstance(genuine, Scenario):
+        return genuine
+    from turing_learning.swarm import ObservedSwarm
+
+    return ObservedSwarm(genuine)
 
 
 def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOptions) -> OwnSource:
@@ -134,7 +159,7 @@ def reopen_source(
             f"[{folder.path}]. Call `turing_learning.resume(path, genuine=..., simulate=...)` from Python."
         )
     system = configuration.scenario
-    return open_source(system, _same_data(folder, system, genuine), simulate, options)
+    return open_source(system, same_data(folder.path, system, genuine), simulate, options)
 
 
 def refuse_without_source(configuration: Configuration, source: object | None) -> None:
@@ -205,20 +230,28 @@ def _batches(options: OwnOptions) -> int:
     return 0
 
 
-def _same_data(folder: RunFolder, system: OwnSystem, genuine: Any) -> Genuine:
+def same_data(place: Path, system: OwnSystem, genuine: Any) -> Genuine:
+    """Return the samples of a stored run as they are given again.
+
+    Raises
+    ------
+    RunFolderError
+        If they are others.
+    """
+    genuine = observed(genuine)
     if callable(genuine) != system.live:
         kind = "a live source" if system.live else "an array of samples"
-        raise RunFolderError(f"`genuine` must be {kind}, as when the run began; got {_shown(genuine)} [{folder.path}].")
+        raise RunFolderError(f"`genuine` must be {kind}, as when the run began; got {_shown(genuine)} [{place}].")
     held_out = np.array(system.held_out, dtype=np.int64)
     if system.live:
         return Genuine(np.zeros((1, system.steps, len(system.signals))), held_out, genuine)
     try:
         data = Genuine(cut_samples(genuine, system.steps), held_out)
     except ValueError as error:
-        raise RunFolderError(f"{error} [{folder.path}]") from error
+        raise RunFolderError(f"{error} [{place}]") from error
     if data.digest != system.digest:
         raise RunFolderError(
             f"`genuine` must be the samples that the run began with, of SHA-256 {system.digest[:12]}...; got others, "
-            f"{data.digest[:12]}... [{folder.path}]. Give the same, or start a new run."
+            f"{data.digest[:12]}... [{place}]. Give the same, or start a new run."
         )
     return data

@@ -20,13 +20,17 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from turing_learning.identifiability import Check
+
 REPLAY_ROBOTS = 25
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
 
 
-class _Drawing(NamedTuple):
+class Drawing(NamedTuple):
+    """A figure with its name, title and caption."""
+
     name: str
     title: str
     caption: str
@@ -38,7 +42,7 @@ def drawn_history(result: Result) -> "xarray.Dataset":
     return result.history.drop_vars(["model", "classifier"], errors="ignore").load()
 
 
-def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawing]:
+def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawing]:
     """Draw the figures of a run.
 
     Parameters
@@ -51,7 +55,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
     return [
         _parameters(history, configuration),
         *([] if isinstance(configuration, OwnConfiguration) else [_error(history, configuration)]),
-        _Drawing(
+        Drawing(
             "fitness",
             "Fitness over generations",
             "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
@@ -65,7 +69,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
     ]
 
 
-def _parameters(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
     caption = "Subjectively best and typical model of each generation"
     if isinstance(configuration, OwnConfiguration):
@@ -77,7 +81,7 @@ def _parameters(history: "xarray.Dataset", configuration: Configuration) -> _Dra
         )
         caption += "; the truth is dashed"
     drawn = figures.parameters_figure(best, typical, names=names, truth=truth)
-    return _Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
+    return Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
 
 
 def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
@@ -85,10 +89,10 @@ def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
     return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in parameters)
 
 
-def _error(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+def _error(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
     truth = np.asarray(configuration.scenario.controller, dtype=float)
-    return _Drawing(
+    return Drawing(
         "error",
         "Mean absolute error over generations",
         "Mean over the parameters, of the subjectively best and of the typical model.",
@@ -102,11 +106,11 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
     return history[name if name in history else f"{name}_quantiles"].to_numpy()
 
 
-def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
+def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
     if isinstance(configuration, OwnConfiguration):
         caption += ", in halves of its initial range"
-    return _Drawing(
+    return Drawing(
         "step-sizes",
         "Step sizes over generations",
         f"{caption}, and of the classifiers' weights.",
@@ -121,7 +125,7 @@ def _weights_median(history: "xarray.Dataset") -> np.ndarray:
     return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
 
 
-def save_figures(drawings: list[_Drawing], folder: Path) -> None:
+def save_figures(drawings: list[Drawing], folder: Path) -> None:
     """Write every figure as PNG and SVG."""
     folder.mkdir(exist_ok=True)
     for drawing in drawings:
@@ -132,8 +136,9 @@ def report_page(
     result: Result,
     history: "xarray.Dataset",
     configuration: Configuration,
-    drawings: list[_Drawing],
+    drawings: list[Drawing],
     manifest: list[tuple[str, str]],
+    check: "Check | None" = None,
 ) -> str:
     """Return the page of a run.
 
@@ -149,31 +154,35 @@ def report_page(
         From `draw`.
     manifest
         Names and values.
+    check
+        Of the run; None if there is none.
     """
+    from ._check_present import check_listing, draw_check
+
     words = {code: word for word, code in SELECTION_CODES.items()}
-    pictures = tuple(
-        report.Picture(
-            title=drawing.title,
-            svg=figures.svg_markup(drawing.figure, drawing.name, drawing.caption),
-            caption=drawing.caption,
-            wide=drawing.name == "parameters",
-        )
-        for drawing in drawings
-    )
     return report.report_page(
         report.RunReport(
             title=f"{configuration.scenario.title}: what Turing Learning inferred",
             verdict=verdict(result),
             table=run_table(result),
             selection=[words[int(code)] for code in history["selection"].to_numpy()],
-            figures=pictures,
+            figures=tuple(_picture(drawing, wide=drawing.name == "parameters") for drawing in drawings),
             configuration=to_toml(configuration),
             manifest=manifest,
             replay=None
             if isinstance(configuration, OwnConfiguration)
             else replay(configuration, np.array(list(result.estimate.values()))),
+            check=None if check is None else check_listing(check),
+            check_figures=()
+            if check is None
+            else tuple(_picture(drawing, wide=True) for drawing in draw_check(check, result, configuration)),
         )
     )
+
+
+def _picture(drawing: Drawing, *, wide: bool) -> report.Picture:
+    svg = figures.svg_markup(drawing.figure, drawing.name, drawing.caption)
+    return report.Picture(title=drawing.title, svg=svg, caption=drawing.caption, wide=wide)
 
 
 def verdict(result: Result) -> str:

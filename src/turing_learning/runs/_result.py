@@ -16,6 +16,8 @@ from ._traces import SELECTION_CODES, Traces
 if TYPE_CHECKING:
     import xarray
 
+    from turing_learning.identifiability import Check
+
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
@@ -24,10 +26,11 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 
 @dataclass(frozen=True)
 class Attachments:
-    """What a result can open or make: its history, and its report."""
+    """What a result can open or make: its history, its report, and its check."""
 
     history: Callable[[], "xarray.Dataset"]
     report: Callable[["Result", Path | None], Path]
+    check: Callable[..., "Check"]
 
 
 @dataclass(frozen=True)
@@ -128,6 +131,29 @@ class Result:
         if path is not None and not Path(path).absolute().parent.is_dir():
             raise ValueError(f"`path` must be a file in an existing folder; got {path}. Make the folder first.")
         return self._attached().report(self, None if path is None else Path(path))
+
+    def check(self, **options: Any) -> "Check":
+        """Check whether the estimate can be believed: see docs/identifiability.md.
+
+        Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate, and tested on kept-out
+        ones; the same is done where each parameter is moved across its range; a run is made whose truth is the estimate; and
+        distributions of the motion are compared. Of a run in a folder all of it is kept there, and goes on where it was stopped.
+
+        Parameters
+        ----------
+        **options
+            Of `turing_learning.runs.check_run`.
+
+        Raises
+        ------
+        ConfigurationError
+            If an option is refused, or the run does not allow a check.
+        RunFolderError
+            If the folder holds a check with other settings.
+        RuntimeError
+            If the result belongs to no run.
+        """
+        return self._attached().check(self, **options)
 
     def _attached(self) -> Attachments:
         if self.attachments is None:

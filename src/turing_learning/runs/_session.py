@@ -20,6 +20,7 @@ from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, sa
 from ._errors import RunStorageError
 from ._folder import RunFolder, resume_command
 from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
+from ._result import Result
 from ._traces import Traces, generation_values
 
 if TYPE_CHECKING:
@@ -180,6 +181,14 @@ class Session:
             self.seconds = self._seconds_before + time.perf_counter() - self._begun
             if self._folder is not None:
                 save_checkpoint(self._folder.checkpoints_path, Checkpoint(self.traces.completed, self._state()))
+
+    def keep_calibration(self, result: Result) -> None:
+        """Keep in the folder what detectors of a system of one's own are calibrated with; scenarios need nothing."""
+        from turing_learning.detection import keep_calibration
+
+        if self._folder is not None and self._source is not None:
+            estimate = np.array(list(result.estimate.values()))
+            keep_calibration(self._folder.path, self._source, estimate, self.configuration.run.seed)
 
     def _step(self) -> Generation:
         begun = time.perf_counter()

@@ -8,6 +8,8 @@
     The sample source: genuine samples beside those of a simulator, in this process or in workers.
 `GuardedInterrogation`
     Lets classifiers judge, and has models whose simulation failed rejected by all of them.
+`CenteredClassifier`
+    Judges samples as they were observed, with the classifiers of a run.
 `Simulator`
     What is asked of a simulator.
 `FailureLog`
@@ -25,10 +27,12 @@ from ._system import OwnSystem
 
 if TYPE_CHECKING:
     from ._calls import Simulator
+    from ._centered import CenteredClassifier
     from ._interrogation import GuardedInterrogation
     from ._source import OwnSource
 
 __all__ = [
+    "CenteredClassifier",
     "FailureLog",
     "Genuine",
     "GuardedInterrogation",
@@ -40,7 +44,12 @@ __all__ = [
     "read_genuine",
 ]
 
-_LAZY = {"Simulator": "_calls", "GuardedInterrogation": "_interrogation", "OwnSource": "_source"}
+_LAZY = {
+    "CenteredClassifier": "_centered",
+    "Simulator": "_calls",
+    "GuardedInterrogation": "_interrogation",
+    "OwnSource": "_source",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -39,6 +39,8 @@ class OwnSource:
 
     Attributes
     ----------
+    system, genuine
+        As given.
     generation
         Number of the generation that is collected next; whoever runs the generations keeps it.
     failed : (M,) bool
@@ -62,6 +64,7 @@ class OwnSource:
         timeout_s: float | None = None,
     ) -> None:
         self.system = system
+        self.genuine = genuine
         self.generation = 0
         self.failed = np.zeros(0, dtype=bool)
         self.log = FailureLog(system.parameter_names)
@@ -93,12 +96,22 @@ class OwnSource:
         """
         parameters = self.system.to_units(models)
         genuine = self._observed(len(models), rng)
+        return Samples(genuine=genuine, counterfeit=self.system.centered(self.simulate(parameters, rng)))
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units.
+
+        Raises
+        ------
+        OwnSystemError
+            If simulations fail in a way that ends the run; `failed` marks those that fail in another way.
+        """
         simulated = _Simulated(self.system, parameters, self.generation)
         for places, answer in self._answers(parameters, rng):
             simulated.take(places, answer)
         self.failed = simulated.failed
         self._note(simulated)
-        return Samples(genuine=genuine, counterfeit=self.system.centered(simulated.samples()))
+        return simulated.samples()
 
     def _observed(self, models: int, rng: np.random.Generator) -> np.ndarray:
         if self._live is None:

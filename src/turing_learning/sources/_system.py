@@ -39,6 +39,8 @@ class OwnSystem:
         Number of calls of a vectorized simulator in a generation; the models are split evenly. 0 if it takes one model.
     digest
         SHA-256 of the genuine data; empty for a live source.
+    interval_s
+        Duration of a time step (s); 0 if it is not known.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class OwnSystem:
     held_out: tuple[int, ...] = ()
     batches: int = 1
     digest: str = ""
+    interval_s: float = 0.0
 
     def __post_init__(self) -> None:
         _check_name("name", self.name)
@@ -76,6 +79,8 @@ class OwnSystem:
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise ValueError(f"`{name}` must be an integer of at least {least}; got {value!r}.")
+        if not self.interval_s >= 0:
+            raise ValueError(f"`interval_s` must be at least 0; got {self.interval_s!r}.")
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

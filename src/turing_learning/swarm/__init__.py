@@ -3,7 +3,7 @@
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
 `OBJECT_CLUSTERING` are the paper's case studies, `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
 runs trials of it, `observe` only measures speeds, and `MixedSwarm` is the sample source of the paper's main setup:
-replicas mixed into a group of agents.
+replicas mixed into a group of agents. `ObservedSwarm` is a scenario as genuine motion for any other simulator.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
 
 if TYPE_CHECKING:
     from ._simulate import Simulation, initial_poses, observe, simulate
-    from ._sources import MixedSwarm
+    from ._sources import MixedSwarm, ObservedSwarm
 
 __all__ = [
     "AGGREGATION",
@@ -22,6 +22,7 @@ __all__ = [
     "Arena",
     "MixedSwarm",
     "Objects",
+    "ObservedSwarm",
     "Robot",
     "Scenario",
     "Sensor",
@@ -32,7 +33,9 @@ __all__ = [
     "simulate",
 ]
 
-_LAZY = dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate") | {"MixedSwarm": "_sources"}
+_LAZY = dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate") | dict.fromkeys(
+    ("MixedSwarm", "ObservedSwarm"), "_sources"
+)
 
 
 def __getattr__(name: str) -> Any:

@@ -44,3 +44,39 @@ class MixedSwarm:
         shape = speeds.shape[2:]
         genuine = speeds[:, : scenario.agents].transpose(1, 0, 2, 3).reshape(-1, *shape)
         return Samples(genuine=genuine, counterfeit=speeds[:, scenario.agents :])
+
+
+TRIALS = 10
+
+
+@dataclass(frozen=True)
+class ObservedSwarm:
+    """A live source of genuine motion: swarms of a scenario without replicas, from new initial poses each time.
+
+    It is what `turing_learning.infer` makes of a scenario that is given as `genuine`.
+
+    Parameters
+    ----------
+    scenario
+        What moves; its replicas are agents, too.
+    trials
+        Number of swarms R that are observed at once.
+    """
+
+    scenario: Scenario
+    trials: int = TRIALS
+
+    names = ("speed", "turn")
+
+    @property
+    def interval_s(self) -> float:
+        """Duration of a time step (s)."""
+        return self.scenario.trial.control_interval_s
+
+    def __call__(self, rng: np.random.Generator) -> np.ndarray:
+        """Return samples (R x individuals, T, 2): linear speed (cm/s) and angular speed (rad/s)."""
+        scenario = self.scenario
+        controllers = np.tile(np.asarray(scenario.controller, dtype=np.float64), (self.trials, scenario.individuals, 1))
+        keys = rng.integers(0, 2**64, size=self.trials, dtype=np.uint64)
+        speeds = observe(scenario, controllers, initial_poses(scenario, self.trials, rng), keys, None)
+        return speeds.reshape(-1, *speeds.shape[2:])

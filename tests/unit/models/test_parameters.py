@@ -79,3 +79,9 @@ def test_a_logarithmic_parameter_is_finite_and_positive(numbers, bounds):
 def test_what_breaks_a_rule_is_refused(arguments, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         Parameter(*arguments)
+
+
+@pytest.mark.parametrize("parameter", [Parameter(0, 20), Parameter(1e-3, 10, scale="log"), Parameter(None, None)])
+def test_numbers_of_values_lead_back_to_the_values(parameter):
+    numbers = np.array([-0.9, 0.0, 0.35])
+    np.testing.assert_allclose(parameter.to_numbers(parameter.to_units(numbers)), numbers, atol=1e-12)

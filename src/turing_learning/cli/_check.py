@@ -1,0 +1,116 @@
+"""The command that says whether an estimate can be believed."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ._numbers import integer
+from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from turing_learning.identifiability import Check
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the command line."""
+    app.command(
+        epilog="Examples:\n\n"
+        "  turing-learning check runs/mine\n\n"
+        "  turing-learning check runs/fish --trajectories fish.txt --fps 25 --scale 12.3 --model couzin\n\n"
+        "What was done is kept in RUN/check; the same command goes on after Ctrl-C. See docs/identifiability.md."
+    )(check)
+
+
+def check(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
+    samples: Annotated[
+        int | None,
+        typer.Option("--samples", metavar="N", help="Samples of each kind; 200 by default.", parser=integer),
+    ] = None,
+    points: Annotated[
+        int | None,
+        typer.Option(
+            "--points", metavar="N", help="Values of each parameter in a profile, 0 for none; 8.", parser=integer
+        ),
+    ] = None,
+    recoveries: Annotated[
+        int,
+        typer.Option("--recoveries", metavar="N", help="Runs whose truth is the estimate, 0 for none.", parser=integer),
+    ] = 1,
+    recovery_generations: Annotated[
+        int | None,
+        typer.Option(
+            "--recovery-generations", metavar="G", help="Their length; that of the run by default.", parser=integer
+        ),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of the check.", parser=integer)] = 0,
+    force: Annotated[bool, typer.Option("--force", metavar="", help="Replace a check with other settings.")] = False,
+    trajectories: TrajectoriesOption = None,
+    fps: FpsOption = None,
+    scale: ScaleOption = None,
+    model: ModelOption = None,
+    window: WindowOption = None,
+) -> None:
+    """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
+
+    For recorded motion, give the options that the run began with.
+    """
+    from rich.console import Console
+
+    from turing_learning.identifiability import Effort
+    from turing_learning.runs import load_run
+
+    result = load_run(run)
+    effort = Effort()
+    given = {"samples": samples, "points": points}
+    effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
+    recording = Recording(trajectories, fps, scale, model, window)
+    system = {}
+    if recording.given:
+        windows, family, motion = recording.opened()
+        system = {"genuine": windows, "simulate": family, "recording": motion}
+    console = Console(stderr=True)
+    found = result.check(
+        **system,
+        effort=effort,
+        recoveries=recoveries,
+        recovery_generations=recovery_generations,
+        seed=seed,
+        force=force,
+        stage=lambda text: console.print(text, highlight=False),
+    )
+    _print(Console(), found, run)
+
+
+def _print(console: "Console", found: "Check", run: Path) -> None:
+    console.print(check_table(found))
+    console.print(found.verdict, highlight=False, soft_wrap=True)
+    report = run / "report.html"
+    if report.exists():
+        console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
+
+
+def check_table(found: "Check") -> "Table":
+    """Return the table parameter / interval / left open / missed by / verdict, in shares of the initial range."""
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(caption="shares of the initial range", caption_justify="left")
+    table.add_column("parameter")
+    for heading in ("interval", "left open", "missed by"):
+        table.add_column(heading, justify="right")
+    table.add_column("")
+    for each in found.parameters:
+        table.add_row(
+            each.parameter,
+            f"{each.interval_share:.1%}",
+            "-" if each.open_share is None else f"{each.open_share:.0%}",
+            "-" if each.recovery_error is None else f"{each.recovery_error:.1%}",
+            "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
+        )
+    return table

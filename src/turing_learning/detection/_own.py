@@ -1,0 +1,81 @@
+"""Motion by which detectors of a run on a system of one's own are calibrated; it is kept in the run folder."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+
+from turing_learning.sources import OwnSource, OwnSystemError, cut_samples
+
+from ._simulated import NEAR, OWN_CALIBRATION, stream
+
+CALIBRATION_FILE = "calibration.npz"
+MOST = 1000  # samples of each kind
+MODELS = 200
+_LOGGER = logging.getLogger("turing_learning")
+
+
+def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: int) -> Path | None:
+    """Write held-out samples of a system, and samples of random models of it, to ``calibration.npz`` in a run folder.
+
+    The first half of the genuine samples are some that the run learned from, to weigh votes; the second half those that were
+    held out, to place the threshold. Random models are drawn from the initial ranges without those near the estimate.
+
+    Parameters
+    ----------
+    path
+        The run folder.
+    source
+        Of the run.
+    estimate : (P,)
+        In the parameters' units.
+    seed
+        Of the run.
+
+    Returns
+    -------
+    Path or None
+        The file; None if fewer than two samples were held out, or the simulations fail.
+    """
+    rng, system = stream(seed, OWN_CALIBRATION), source.system
+    try:
+        genuine = _genuine(source, rng)
+        if len(genuine) < 4:
+            return None
+        samples = source.simulate(system.to_units(_random_numbers(source, estimate, rng)), rng)
+    except (OwnSystemError, ValueError) as error:
+        _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
+        return None
+    target, temporary = path / CALIBRATION_FILE, path / f".{CALIBRATION_FILE}.part"
+    with temporary.open("wb") as file:
+        np.savez_compressed(file, genuine=genuine, abnormal=samples[~source.failed][:, 0])
+    temporary.replace(target)
+    return target
+
+
+def stored_calibration(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return genuine and abnormal motion (individuals, 1, T, D) of a run folder; None if there is none."""
+    try:
+        with np.load(path / CALIBRATION_FILE, allow_pickle=False) as archive:
+            return archive["genuine"][:, None], archive["abnormal"][:, None]
+    except (OSError, KeyError, ValueError):
+        return None
+
+
+def _genuine(source: OwnSource, rng: np.random.Generator) -> np.ndarray:
+    data = source.genuine
+    if data.live is not None:
+        return cut_samples(data.live(rng), source.system.steps)[: 2 * MOST]
+    held_out = data.testing[:MOST]
+    chosen = np.linspace(0, len(data.learning) - 1, len(held_out)).round().astype(int)
+    return np.concatenate((data.learning[chosen], held_out))
+
+
+def _random_numbers(source: OwnSource, estimate: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    parameters = source.system.parameters.values()
+    near = np.array([float(p.to_numbers(np.array(value))) for p, value in zip(parameters, estimate, strict=True)])
+    found = np.empty((0, len(near)))
+    while len(found) < MODELS:
+        drawn = rng.uniform(-1, 1, (MODELS, len(near)))
+        found = np.concatenate((found, drawn[np.abs(drawn - near).mean(axis=1) >= NEAR]))
+    return found[:MODELS]

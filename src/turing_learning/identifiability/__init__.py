@@ -1,0 +1,74 @@
+"""Whether an estimate can be believed: can the genuine motion be told from that of the model, and what do the samples pin down?
+
+`Evidence`, `swarm_evidence`, `own_evidence`
+    Genuine samples for training and kept out, a simulator of models, and the network of the classifiers.
+`Effort`
+    How much is simulated and trained.
+`two_sample_test`, `TwoSampleTest`
+    Fresh classifiers are trained on genuine and simulated samples, and tested on kept-out ones.
+`permutation_test`, `Permutation`
+    Whether the scores of two kinds of samples differ, where samples of a group are alike.
+`profile`, `Profile`
+    The same test where a single parameter is moved across its range.
+`Recovery`, `PinnedDown`, `Check`
+    What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
+`Quantity`, `compare_quantities`, `signal_quantities`, `swarm_quantities`, `recorded_quantities`
+    Distributions of speed, turning, neighbor distance and polarization, genuine beside simulated.
+
+docs/identifiability.md says how to read them.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ._check import Check, PinnedDown, Recovery
+    from ._evidence import Effort, Evidence, own_evidence, swarm_evidence
+    from ._permutation import Permutation, permutation_test
+    from ._profile import Profile, profile
+    from ._quantities import Quantity, compare_quantities, recorded_quantities, signal_quantities, swarm_quantities
+    from ._two_sample import TwoSampleTest, two_sample_test
+
+__all__ = [
+    "Check",
+    "Effort",
+    "Evidence",
+    "Permutation",
+    "PinnedDown",
+    "Profile",
+    "Quantity",
+    "Recovery",
+    "TwoSampleTest",
+    "compare_quantities",
+    "own_evidence",
+    "permutation_test",
+    "profile",
+    "recorded_quantities",
+    "signal_quantities",
+    "swarm_evidence",
+    "swarm_quantities",
+    "two_sample_test",
+]
+
+_HOMES = {
+    "_check": ("Check", "PinnedDown", "Recovery"),
+    "_evidence": ("Effort", "Evidence", "own_evidence", "swarm_evidence"),
+    "_permutation": ("Permutation", "permutation_test"),
+    "_profile": ("Profile", "profile"),
+    "_quantities": (
+        "Quantity",
+        "compare_quantities",
+        "recorded_quantities",
+        "signal_quantities",
+        "swarm_quantities",
+    ),
+    "_two_sample": ("TwoSampleTest", "two_sample_test"),
+}
+_LAZY = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what needs the compiled kernels on first use."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)

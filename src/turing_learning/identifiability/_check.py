@@ -1,0 +1,147 @@
+"""All that a check says of a run."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ._profile import Profile
+from ._quantities import Quantity
+from ._two_sample import TwoSampleTest
+
+WIDE = 0.5
+"""Share of the initial range from which on a parameter is not pinned down."""
+FAR = 0.25
+"""Error of a recovery, as a share of the initial range, from which on it has failed."""
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """A run whose truth is the estimate: what it found.
+
+    Attributes
+    ----------
+    seed, generations
+        Of the run.
+    truth, estimate
+        Name -> value.
+    interval
+        Name -> two ends.
+    error_share
+        Name -> absolute error as a share of the initial range.
+    """
+
+    seed: int
+    generations: int
+    truth: Mapping[str, float]
+    estimate: Mapping[str, float]
+    interval: Mapping[str, list[float]]
+    error_share: Mapping[str, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class PinnedDown:
+    """What the samples say of one parameter; shares are of its initial range.
+
+    Attributes
+    ----------
+    parameter
+        Its name.
+    interval_share
+        Width of the interval of the estimate.
+    open_share
+        Width of what its profile leaves open; None without profile.
+    recovery_error
+        Largest error of the recoveries; None without recovery.
+    """
+
+    parameter: str
+    interval_share: float
+    open_share: float | None
+    recovery_error: float | None
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """Why it is not pinned down, in words; empty if it is."""
+        said = (
+            (self.interval_share >= WIDE, f"its interval is {self.interval_share:.0%} of the initial range"),
+            (
+                self.open_share is not None and self.open_share >= WIDE,
+                f"{self.open_share or 0:.0%} of the range cannot be told apart",
+            ),
+            (
+                self.recovery_error is not None and self.recovery_error >= FAR,
+                f"a known truth was missed by {self.recovery_error or 0:.0%} of the range",
+            ),
+        )
+        return tuple(reason for holds, reason in said if holds)
+
+    @property
+    def pinned_down(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.reasons
+
+
+@dataclass(frozen=True)
+class Check:
+    """Whether the estimate of a run can be believed.
+
+    Attributes
+    ----------
+    test
+        Fresh classifiers against the model with the estimated parameters.
+    parameters
+        What is said of each parameter.
+    profiles
+        Of each parameter; empty if they were left out.
+    recoveries
+        Runs whose truth is the estimate; empty if they were left out.
+    quantities
+        Distributions, genuine beside simulated.
+    """
+
+    test: TwoSampleTest
+    parameters: tuple[PinnedDown, ...]
+    profiles: tuple[Profile, ...]
+    recoveries: tuple[Recovery, ...]
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def not_pinned_down(self) -> tuple[str, ...]:
+        """Names of the parameters that are not pinned down."""
+        return tuple(each.parameter for each in self.parameters if not each.pinned_down)
+
+    @property
+    def verdict(self) -> str:
+        """All of it in two sentences."""
+        can = "can" if self.test.told_apart else "cannot"
+        first = (
+            f"Fresh classifiers {can} tell kept-out samples from the model "
+            f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
+        )
+        if not self.not_pinned_down:
+            return f"{first} Nothing speaks against any parameter being pinned down."
+        return f"{first} Not pinned down: {', '.join(self.not_pinned_down)}."
+
+    def __str__(self) -> str:
+        lines = [self.verdict]
+        lines += [f"  {each.parameter}: {'; '.join(each.reasons) or 'pinned down'}" for each in self.parameters]
+        return "\n".join(lines)
+
+
+def check_from_json(content: Mapping[str, Any]) -> Check:
+    """Make a check of what `check.json` holds."""
+    return Check(
+        test=TwoSampleTest(**content["test"]),
+        parameters=tuple(PinnedDown(**each) for each in content["parameters"]),
+        profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
+        recoveries=tuple(Recovery(**each) for each in content["recoveries"]),
+        quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),
+    )
+
+
+def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}

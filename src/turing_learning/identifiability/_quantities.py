@@ -1,0 +1,142 @@
+"""Distributions of what can be seen of motion, genuine beside simulated."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from turing_learning.analysis import polarization
+from turing_learning.config import Configuration
+from turing_learning.swarm import initial_poses, simulate
+from turing_learning.trajectories import SIGNALS, Trajectories, compute_signals
+
+from ._evidence import COMPARING, Evidence, stream
+
+BINS = 40
+CENTRAL = (0.5, 99.5)
+"""Percentiles between which a picture shows a distribution; what is beyond them counts in the outermost bins."""
+GROUPS = 20
+EVERY_S = 0.5
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The distribution of one quantity.
+
+    Attributes
+    ----------
+    name, unit
+        What it is.
+    edges
+        Of the bins.
+    genuine, simulated
+        Share of the values in each bin.
+    """
+
+    name: str
+    unit: str
+    edges: tuple[float, ...]
+    genuine: tuple[float, ...]
+    simulated: tuple[float, ...]
+
+    @property
+    def overlap(self) -> float:
+        """Share that the two distributions have in common, 0 to 1."""
+        return float(np.minimum(self.genuine, self.simulated).sum())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in vars(self).items()}
+
+
+Values = Mapping[str, np.ndarray]
+"""Name of a quantity -> its values, of any shape."""
+
+
+class Group(Protocol):
+    """A simulator that also says where everybody was, as `turing_learning.families.Family` does."""
+
+    interval_s: float
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return positions (M, F, A, 2) of models (M, P)."""
+
+
+def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, str]) -> tuple[Quantity, ...]:
+    """Bin the values of quantities that both sides have."""
+    return tuple(
+        _binned(name, units.get(name, ""), np.ravel(values), np.ravel(simulated[name]))
+        for name, values in genuine.items()
+        if name in simulated and np.size(values) and np.size(simulated[name])
+    )
+
+
+def _binned(name: str, unit: str, genuine: np.ndarray, simulated: np.ndarray) -> Quantity:
+    ends = np.array([np.percentile(values, CENTRAL) for values in (genuine, simulated)])
+    low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
+    if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
+        low, high = low - 0.5, high + 0.5
+    edges = np.linspace(low, high, BINS + 1)
+    shares = [np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in (genuine, simulated)]
+    return Quantity(name, unit, tuple(edges.tolist()), tuple(shares[0].tolist()), tuple(shares[1].tolist()))
+
+
+def signal_quantities(
+    evidence: Evidence, estimate: np.ndarray, names: Sequence[str], units: Mapping[str, str], *, count: int, seed: int
+) -> tuple[Quantity, ...]:
+    """Compare the signals of all genuine samples with those of samples simulated at the estimate."""
+    samples = evidence.simulate(np.tile(estimate, (count, 1)), stream(seed, COMPARING))
+    genuine = np.concatenate((evidence.learning, evidence.testing))
+    return compare_quantities(
+        {name: genuine[..., d] for d, name in enumerate(names)},
+        {name: samples[..., d] for d, name in enumerate(names)},
+        units,
+    )
+
+
+def swarm_quantities(configuration: Configuration, estimate: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
+    """Compare swarms of agents alone with swarms in which everybody executes the estimate, from the same starts."""
+    scenario, rng = configuration.scenario, stream(seed, COMPARING, 1)
+    poses = initial_poses(scenario, GROUPS, rng)
+    sides: list[Values] = []
+    for model in (np.asarray(scenario.controller, dtype=float), estimate):
+        moved = simulate(
+            scenario,
+            np.tile(model, (GROUPS, scenario.individuals, 1)),
+            poses,
+            control_steps=scenario.control_steps,
+            seed=seed,
+            threads=configuration.threads,
+        )
+        every = max(1, round(EVERY_S / scenario.trial.control_interval_s))
+        robots = moved.poses[:, ::every, : scenario.individuals]
+        directions = np.stack([np.cos(robots[..., 2]), np.sin(robots[..., 2])], axis=-1)
+        seen = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
+        sides.append({**seen, **_together(robots[..., :2], directions, 1 / EVERY_S)})
+    genuine, simulated = sides
+    return compare_quantities(genuine, simulated, SIGNALS)
+
+
+def recorded_quantities(
+    recording: Trajectories, group: Group, estimate: np.ndarray, *, seed: int
+) -> tuple[Quantity, ...]:
+    """Compare how near neighbors are, and how aligned a group is, in a recording and in groups that execute the estimate."""
+    positions = group.simulate(np.tile(estimate, (GROUPS, 1)), stream(seed, COMPARING, 1))
+    here = np.diff(recording.positions, axis=0)
+    both = recording.present[1:] & recording.present[:-1]
+    genuine: dict[str, np.ndarray] = {}
+    if len(recording.individuals) > 1:
+        near = recording.signals(("neighbor_distance",))
+        genuine = {"neighbor_distance": near.values[near.valid], "polarization": polarization(here, both)}
+    return compare_quantities(
+        genuine, _together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s), SIGNALS
+    )
+
+
+def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:
+    """Return distances of nearest neighbors and polarization, of positions and directions (R, F, A, 2)."""
+    if positions.shape[2] < 2:
+        return {}
+    near = compute_signals(positions, fps=fps, names=("neighbor_distance",))
+    return {"neighbor_distance": near.values, "polarization": polarization(directions)}

@@ -1,0 +1,355 @@
+"""Check whether the estimate of a run can be believed, in stages that are kept as they are completed."""
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from turing_learning.config import Configuration, ConfigurationError, load_configuration
+from turing_learning.sources import Genuine, OwnSource
+
+from ._errors import RunFolderError
+from ._files import write_json
+from ._folder import RunFolder
+from ._result import Result
+
+if TYPE_CHECKING:
+    from turing_learning.identifiability import Check, Effort, Evidence, Recovery
+    from turing_learning.trajectories import Trajectories
+
+FOLDER = "check"
+COMPARED = 500  # simulated samples whose signals are compared
+LEAST_INDIVIDUALS = 5
+"""With fewer individuals, those of each are divided by blocks of time, too."""
+
+Stage = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What a check needs of a system of one's own, beyond what is stored."""
+
+    data: Genuine
+    source: OwnSource
+    simulate: Any
+    options: Mapping[str, Any]
+    groups: np.ndarray | None
+    grouping: str
+
+
+class Recover(Protocol):
+    """Runs what a check recovers, see `turing_learning.runs.infer`."""
+
+    def __call__(self, configuration: Configuration, path: Path | None, system: Mapping[str, Any]) -> Result:
+        """Return the result of a run of the configuration, in a folder or in memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checker:
+    """The stages of a check.
+
+    Parameters
+    ----------
+    result, configuration
+        Of the run.
+    given
+        Of a system of one's own; None for a scenario.
+    effort, seed
+        As for `Result.check`.
+    recoveries, recovery_generations
+        Number and length of the runs whose truth is the estimate.
+    recording
+        Positions of the recorded group; None leaves neighbor distance and polarization out.
+    recover
+        Does these runs.
+    stage
+        Called with a word on what comes next.
+    """
+
+    result: Result
+    configuration: Configuration
+    given: Given | None
+    effort: "Effort"
+    seed: int
+    recoveries: int
+    recovery_generations: int
+    recording: "Trajectories | None"
+    recover: Recover
+    stage: Stage
+
+    def run(self, folder: RunFolder | None, *, force: bool) -> "Check":
+        """Go through the stages; what a folder holds already is not done again.
+
+        Raises
+        ------
+        RunFolderError
+            If the folder holds a check with other settings, and `force` is not given.
+        ConfigurationError
+            If the run or the samples do not allow a check.
+        """
+        from turing_learning.identifiability._check import check_from_json
+
+        path = None if folder is None else folder.path / FOLDER
+        content = self._begun(path, force=force)
+        evidence = self._evidence()
+        self._test(content, path, evidence)
+        self._quantities(content, path, evidence)
+        self._profiles(content, path, evidence)
+        self._recoveries(content, path, evidence)
+        content["parameters"] = self._pinned_down(content)
+        _keep(content, path)
+        return check_from_json(content)
+
+    @property
+    def _estimate(self) -> np.ndarray:
+        return np.array(list(self.result.estimate.values()))
+
+    def _settings(self) -> dict[str, Any]:
+        groups = None if self.given is None or self.given.groups is None else self.given.groups.tolist()
+        return {
+            "generations": self.result.generations,
+            "estimate": self.result.estimate,
+            "seed": self.seed,
+            "recoveries": self.recoveries,
+            "recovery_generations": self.recovery_generations,
+            "recording": self.recording is not None,
+            "groups": groups,
+        } | asdict(self.effort)
+
+    def _begun(self, path: Path | None, *, force: bool) -> dict[str, Any]:
+        """Return what is known already, under these settings."""
+        settings = self._settings()
+        new = {"settings": settings, "profiles": {}, "recoveries": []}
+        if path is None:
+            return new
+        known = stored_check(path.parent)
+        if known is not None and known["settings"] == settings:
+            return known
+        if known is not None:
+            if not force:
+                raise RunFolderError(
+                    f"`run` must be checked with the settings that its check began with; got others [{path}]. "
+                    "Replace it with --force."
+                )
+            import shutil
+
+            shutil.rmtree(path)
+        path.mkdir(exist_ok=True)
+        _keep(new, path)
+        return new
+
+    def _evidence(self) -> "Evidence":
+        from turing_learning.identifiability import own_evidence, swarm_evidence
+
+        if self.given is None:
+            return swarm_evidence(self.configuration, self.effort, self.seed)
+        given = self.given
+        evidence = own_evidence(self.configuration, given.data, given.source, self.effort, self.seed, given.groups)
+        return replace(evidence, grouping=given.grouping)
+
+    def _test(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
+        from turing_learning.identifiability import two_sample_test
+
+        if "test" not in content:
+            self.stage("fresh classifiers against the estimate")
+            content["test"] = two_sample_test(evidence, self._estimate, self.effort, seed=self.seed).to_json()
+            _keep(content, path)
+
+    def _quantities(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
+        if "quantities" not in content:
+            self.stage("distributions, genuine beside simulated")
+            content["quantities"] = [each.to_json() for each in self._compared(evidence)]
+            _keep(content, path)
+
+    def _compared(self, evidence: "Evidence") -> tuple[Any, ...]:
+        from turing_learning.identifiability import recorded_quantities, signal_quantities, swarm_quantities
+        from turing_learning.trajectories import SIGNALS
+
+        if self.given is None:
+            return swarm_quantities(self.configuration, self._estimate, seed=self.seed)
+        names = self.given.source.system.signals
+        count = min(COMPARED, 2 * self.effort.samples)
+        found = signal_quantities(evidence, self._estimate, names, SIGNALS, count=count, seed=self.seed)
+        if self.recording is None or not hasattr(self.given.simulate, "simulate"):
+            return found
+        group = recorded_quantities(self.recording, self.given.simulate, self._estimate, seed=self.seed)
+        return (*found, *(each for each in group if each.name not in names))
+
+    def _profiles(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
+        from turing_learning.identifiability import profile
+
+        for place, name in enumerate(self.result.estimate if self.effort.points else ()):
+            if name not in content["profiles"]:
+                self.stage(f"fresh classifiers where {name} is moved")
+                found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
+                content["profiles"][name] = found.to_json()
+                _keep(content, path)
+
+    def _recoveries(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
+        for k in range(len(content["recoveries"]), self.recoveries):
+            self.stage(f"a run whose truth is the estimate, {k + 1} of {self.recoveries}")
+            content["recoveries"].append(self._recovery(k, path, evidence).to_json())
+            _keep(content, path)
+
+    def _recovery(self, k: int, path: Path | None, evidence: "Evidence") -> "Recovery":
+        from turing_learning.identifiability import Recovery
+
+        seed = self.configuration.run.seed + 1 + k
+        overrides = {
+            "run.seed": seed,
+            "run.generations": self.recovery_generations,
+            "run.history": "thin",
+        }
+        system: dict[str, Any] = {}
+        configuration = self.configuration
+        if self.given is None:
+            scenario = replace(configuration.scenario, controller=tuple(self._estimate.tolist()))
+        else:
+            scenario, system = configuration.scenario, self._known_system(k, evidence)
+        found = self.recover(
+            _changed(configuration, scenario, overrides), None if path is None else path / f"recovery-{k + 1}", system
+        )
+        shares = np.abs(self._numbers(evidence, found.estimate) - self._numbers(evidence, self.result.estimate)) / 2
+        return Recovery(
+            seed=seed,
+            generations=found.generations,
+            truth=self.result.estimate,
+            estimate=found.estimate,
+            interval=found.interval,
+            error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
+        )
+
+    def _known_system(self, k: int, evidence: "Evidence") -> dict[str, Any]:
+        """Return as many samples as the run learned from, simulated at the estimate, in place of the genuine ones."""
+        given = self.given
+        assert given is not None
+        rng = np.random.default_rng((self.seed, k))
+        truth = np.tile(self._estimate, (len(given.data.learning), 1))
+        system = given.source.system
+        genuine: Any = evidence.simulate(truth, rng)[:, 0]
+        if system.live:
+            count = max(1, len(genuine))
+
+            def genuine(rng: np.random.Generator) -> np.ndarray:
+                return evidence.simulate(np.tile(self._estimate, (count, 1)), rng)[:, 0]
+
+        options = {
+            "name": system.name,
+            "title": system.title,
+            "signals": system.signals,
+            "samples_per_generation": system.samples_per_generation,
+            "vectorized": system.vectorized,
+            **({"batches": system.batches} if system.vectorized else {}),
+            **({} if system.live else {"held_out": 0.0}),
+        }
+        return {
+            "genuine": genuine,
+            "simulate": given.simulate,
+            "parameters": system.parameters,
+            **options,
+            **given.options,
+        }
+
+    def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
+        from turing_learning.identifiability import PinnedDown
+        from turing_learning.identifiability._profile import Profile
+
+        evidence, interval = self._evidence(), self.result.interval
+        ends = [self._numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
+        widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
+        errors = [each["error_share"] for each in content["recoveries"]]
+        return [
+            asdict(
+                PinnedDown(
+                    parameter=name,
+                    interval_share=float(width),
+                    open_share=Profile(**content["profiles"][name]).open_share if self.effort.points else None,
+                    recovery_error=max(each[name] for each in errors) if errors else None,
+                )
+            )
+            for name, width in zip(self.result.estimate, widths, strict=True)
+        ]
+
+    def _numbers(self, evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:
+        """Return values as numbers from -1 to 1 over the initial ranges."""
+        return np.array(
+            [float(evidence.parameters[name].to_numbers(np.array(value))) for name, value in values.items()]
+        )
+
+
+def stored_check(path: Path) -> dict[str, Any] | None:
+    """Return what is known of the check of a run folder, complete or not; None if it was never begun."""
+    try:
+        content = json.loads((path / FOLDER / "check.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return content if isinstance(content, dict) and "settings" in content else None
+
+
+def complete_check(path: Path | None) -> "Check | None":
+    """Return the check of a run folder if it is complete."""
+    content = None if path is None else stored_check(path)
+    if content is None or "parameters" not in content:
+        return None
+    from turing_learning.identifiability._check import check_from_json
+
+    return check_from_json(content)
+
+
+def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
+    """Return which held-out samples belong together, and what such a group is.
+
+    Parameters
+    ----------
+    genuine
+        As it was given; windows of recorded motion know of which individual they are.
+    data
+        The same, split.
+    groups : (K,)
+        Labels of all samples, of any kind; None takes those of the windows, if there are some.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is not one label for each sample.
+    """
+    if groups is not None:
+        labels = np.asarray(groups)
+        if labels.shape != (len(data.samples),):
+            raise ConfigurationError(
+                f"`groups` must be one label for each of the {len(data.samples)} samples; got shape {labels.shape}."
+            )
+        return np.unique(labels[data.held_out], return_inverse=True)[1], "groups"
+    index = getattr(genuine, "held_out_index", None)
+    if index is None or not len(index):
+        return None, "samples"
+    individuals = index[:, 0]
+    if len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
+        return individuals, "individuals"
+    blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
+    pairs = np.stack((individuals, blocks), axis=1)
+    return np.unique(pairs, axis=0, return_inverse=True)[1].ravel(), "individuals in blocks of time"
+
+
+def require_numbers(*, recoveries: int, recovery_generations: int, seed: int) -> None:
+    """Raise ConfigurationError if a number is too small."""
+    least = {"recoveries": (recoveries, 0), "recovery_generations": (recovery_generations, 1), "seed": (seed, 0)}
+    for name, (value, lowest) in least.items():
+        if type(value) is not int or value < lowest:
+            raise ConfigurationError(f"`{name}` must be an integer of at least {lowest}; got {value!r}.")
+
+
+def _keep(content: dict[str, Any], path: Path | None) -> None:
+    if path is not None:
+        write_json(path / "check.json", content)
+
+
+def _changed(configuration: Configuration, scenario: Any, overrides: Mapping[str, Any]) -> Configuration:
+    """Return a configuration with another scenario and other settings."""
+    sections = configuration.model_dump()
+    flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
+    kept = {key: value for key, value in flat.items() if not key.startswith("scenario.")}
+    return load_configuration(None, "default", kept | dict(overrides), scenario=scenario)

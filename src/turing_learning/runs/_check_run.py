@@ -1,0 +1,159 @@
+"""The door of a check: from a result, and what is given of its system, to all that is said of it."""
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration
+from turing_learning.sources import Simulator
+
+from ._check import Checker, Given, Stage, held_out_groups, require_numbers
+from ._folder import RunFolder
+from ._infer import infer, resume
+from ._own import OwnOptions, open_source, refuse_without_system, same_data
+from ._result import Result
+
+if TYPE_CHECKING:
+    from turing_learning.identifiability import Check, Effort
+    from turing_learning.trajectories import Trajectories
+
+
+def check_run(
+    result: Result,
+    configuration: Configuration,
+    *,
+    genuine: Any = None,
+    simulate: Simulator | None = None,
+    recording: "Trajectories | None" = None,
+    groups: Any = None,
+    effort: "Effort | None" = None,
+    recoveries: int = 1,
+    recovery_generations: int | None = None,
+    seed: int = 0,
+    workers: int | None = None,
+    timeout_s: float | None = None,
+    force: bool = False,
+    stage: Stage | None = None,
+) -> "Check":
+    """Check whether the estimate of a run can be believed; call it as `Result.check`.
+
+    Parameters
+    ----------
+    result, configuration
+        Of the run.
+    genuine, simulate
+        Of a system of one's own, as when the run began; needed where the run was loaded from a folder.
+    recording
+        The recording that the samples are from, to compare distances of neighbors and polarization, too. The simulator has
+        to say where everybody was, as model families do.
+    groups : (K,)
+        Labels of the samples, of any kind; those with the same one are alike, for example of one individual. None takes the
+        individuals of windows of recorded motion, and each sample for itself otherwise.
+    effort
+        How much is simulated and trained.
+    recoveries, recovery_generations
+        Number of runs whose truth is the estimate, 0 for none, and their length; None takes that of the run.
+    seed
+        Of all random numbers of the check, >= 0.
+    workers, timeout_s
+        As in `infer`.
+    force
+        Whether a check with other settings may be replaced.
+    stage
+        Called with a word on what comes next.
+
+    Returns
+    -------
+    Check
+        Of a run in a folder it is also in ``check/check.json``, in figures, and in the report.
+
+    Raises
+    ------
+    ConfigurationError
+        If a setting is refused, or the run does not allow a check.
+    RunFolderError
+        If the folder is in use or holds a check with other settings, or the samples are not those of the run.
+    OwnSystemError
+        If the simulator fails for most of the samples.
+    """
+    from turing_learning.identifiability import Effort
+
+    length = result.generations if recovery_generations is None else recovery_generations
+    require_numbers(recoveries=recoveries, recovery_generations=length, seed=seed)
+    if not isinstance(effort, Effort | None):
+        raise ConfigurationError(f"`effort` must be an Effort; got {type(effort).__name__}.")
+    folder = None if result.path is None else RunFolder(result.path)
+    options: OwnOptions = {}
+    if workers is not None:
+        options["workers"] = workers
+    if timeout_s is not None:
+        options["timeout_s"] = timeout_s
+    with ExitStack() as stack:
+        if folder is not None:
+            stack.enter_context(folder.locked())
+        given = _given(result, configuration, genuine, simulate, groups, options)
+        if given is not None:
+            stack.enter_context(given.source)
+        elif recording is not None:
+            raise ConfigurationError("`recording` must be left out for simulated robots; got one.")
+        found = Checker(
+            result=result,
+            configuration=configuration,
+            given=given,
+            effort=effort or Effort(),
+            seed=seed,
+            recoveries=recoveries,
+            recovery_generations=length,
+            recording=recording,
+            recover=partial(_recover, options=options),
+            stage=stage or _say_nothing,
+        ).run(folder, force=force)
+        if folder is not None:
+            _draw(result, configuration, found, folder)
+    return found
+
+
+def _say_nothing(stage: str) -> None:
+    pass
+
+
+def _given(
+    result: Result, configuration: Configuration, genuine: Any, simulate: Any, groups: Any, options: OwnOptions
+) -> Given | None:
+    if not isinstance(configuration, OwnConfiguration):
+        refuse_without_system(genuine=genuine, simulate=simulate, groups=groups, **options)
+        return None
+    if genuine is None or simulate is None:
+        missing = "genuine" if genuine is None else "simulate"
+        raise ConfigurationError(
+            f"`{missing}` must be given to check a run on a system of one's own; got nothing. "
+            "Call `result.check(genuine=..., simulate=...)` with what the run began with."
+        )
+    data = same_data(result.path or Path("in memory"), configuration.scenario, genuine)
+    labels, grouping = held_out_groups(genuine, data, groups)
+    source = open_source(configuration.scenario, data, simulate, options)
+    return Given(data, source, simulate, options, labels, grouping)
+
+
+def _recover(configuration: Configuration, path: Path | None, system: Mapping[str, Any], options: OwnOptions) -> Result:
+    if path is not None and RunFolder(path).is_run():
+        return resume(
+            path,
+            genuine=system.get("genuine"),
+            simulate=system.get("simulate"),
+            workers=options.get("workers"),
+            timeout_s=options.get("timeout_s"),
+        )
+    return infer(config=configuration, out=path, **system)
+
+
+def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder) -> None:
+    """Write the figures of a check, and the report of the run again where there is one."""
+    from ._check_present import draw_check
+    from ._present import save_figures
+
+    save_figures(draw_check(found, result, configuration), folder.figures_path)
+    if folder.report_path.exists():
+        result.report()

@@ -1,0 +1,151 @@
+"""What `detect` says of a recording, and what `check` says of a run, from the command line."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turing_learning.cli import main
+
+pytestmark = pytest.mark.usefixtures("wide")
+
+SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1", "--generations", "6"]
+OPTIONS = ["--fps", "10", "--scale", "1"]
+
+
+def write_recording(path, seed=0, frames=500):
+    rng = np.random.default_rng(seed)
+    positions = np.cumsum(rng.normal(0.6, 0.2, (frames, 6, 2)), axis=0)
+    rows = [f"{f},{k},{x:.4f},{y:.4f}" for f in range(frames) for k, (x, y) in enumerate(positions[f])]
+    Path(path).write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def fish(tmp_path_factory):
+    """A recording, and a small run on it, made by the command line."""
+    from turing_learning.families import BurstAndCoast
+    from turing_learning.runs import infer
+    from turing_learning.trajectories import load_trajectories
+
+    folder = tmp_path_factory.mktemp("fish")
+    path = write_recording(folder / "fish.csv")
+    windows = load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up").windows(length_s=2)
+    walk = BurstAndCoast(individuals=6, steps=20, interval_s=0.1)
+    settings = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
+    infer(
+        genuine=windows, simulate=walk, parameters=walk.parameters, generations=6, settings=settings, out=folder / "run"
+    )
+    return folder / "run"
+
+
+@pytest.fixture
+def trial():
+    """A recording in the form of idTracker, which states the direction of y."""
+
+    def write(name="trial.txt", frames=300):
+        rng = np.random.default_rng(1)
+        pixels = np.cumsum(rng.normal(0.6, 0.2, (frames, 3, 2)), axis=0)
+        rows = np.concatenate((pixels, np.ones((frames, 3, 1))), axis=2).reshape(frames, 9)
+        header = "\t".join(f"X{k}\tY{k}\tProbId{k}" for k in (1, 2, 3))
+        np.savetxt(name, rows, fmt="%.4f", delimiter="\t", header=header, comments="")
+        return name
+
+    return write
+
+
+def test_the_table_names_everybody_and_the_files_hold_each_window(fish, trial, call):
+    code, out, err = call("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
+    assert (code, err) == (0, "")
+    for text in ("individual", "windows", "evidence", "threshold", "when (s)", "of 3 abnormal, by windows of 20 steps"):
+        assert text in out
+    rows = list(csv.DictReader(Path("found.csv").read_text().splitlines()))
+    assert len(rows) == 3 * 14
+    assert {row["individual"] for row in rows} == {"1", "2", "3"}
+    assert float(rows[1]["begin_s"]) == pytest.approx(float(rows[0]["end_s"]))
+    assert Path("found.png").stat().st_size > 1000
+    assert Path("found.svg").exists()
+
+
+def test_json_holds_what_the_table_holds(fish, trial, call):
+    code, out, _ = call("detect", fish, trial(), *OPTIONS, "--json", "--false-alarms", "0.05")
+    content = json.loads(out)
+    assert (code, content["false_alarms"], content["steps"]) == (0, 0.05, 20)
+    for each in content["individuals"]:
+        assert each["windows"] == 14
+        assert each["abnormal"] == (each["strength"] > each["threshold"])
+        assert bool(each["spells_s"]) == each["abnormal"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["trial.txt", "--fps", "25", "--scale", "1"], "`--fps` must be that of the run, 10; got 25"),
+        (["trial.txt", "--fps", "10"], "`--scale` must be given; got none"),
+        (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames.* \[short.txt\]"),
+        (["none.txt", *OPTIONS], r"`motion` must be a file that can be read; got none.txt"),
+        (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must be a file that ends with .csv; got x.txt"),
+        (["trial.txt", *OPTIONS, "--out", "no/x.csv"], "`out` must be in an existing folder; got no/x.csv"),
+        (
+            ["trial.txt", *OPTIONS, "--out", "taken.csv"],
+            "`out` must be a new file; got taken.csv, and taken.png exists",
+        ),
+        (["motion.npy", "--out", "x.csv"], r"`out` must be left out where there is no recording; got x.csv \[--out\]"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, message):
+    trial()
+    trial("short.txt", frames=15)
+    Path("taken.png").touch()
+    code, out, err = call("detect", fish, *arguments)
+    assert (code, out) == (2, "")
+    assert re.search(message, err), err
+    assert err.count("\n") == 1
+    assert not Path("x.csv").exists()
+
+
+@pytest.fixture(scope="module")
+def swarm(tmp_path_factory):
+    """A small run on robots, made by the command line."""
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    with pytest.raises(SystemExit) as ended:
+        main(
+            [
+                *["infer", "aggregation", *SMALL, "--out", str(folder)],
+                *["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0"],
+            ]
+        )
+    assert ended.value.code == 0
+    return folder
+
+
+CHEAP = ["--samples", "20", "--points", "2", "--recovery-generations", "2"]
+
+
+def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, call):
+    code, out, err = call("check", swarm, *CHEAP)
+    assert code == 0
+    for text in ("vl0", "vr1", "left open", "missed by", "Fresh classifiers can"):
+        assert text in out
+    assert "a run whose truth is the estimate, 1 of 1" in err
+    assert "Can it be believed?" in (swarm / "report.html").read_text(encoding="utf-8")
+    again = call("check", swarm, *CHEAP)
+    assert again[0] == 0
+    assert again[1] == out
+    assert again[2] == ""  # nothing was done again
+
+
+def test_check_refuses_what_does_not_fit(swarm, fish, call):
+    call("check", swarm, *CHEAP)
+    code, _, err = call("check", swarm, "--points", "3")
+    assert code == 2
+    assert "`run` must be checked with the settings that its check began with" in err
+    code, _, err = call("check", fish)
+    assert code == 2
+    assert "`genuine` must be given to check a run on a system of one's own" in err
+    code, _, err = call("check", swarm, "--recoveries", "-1", "--force")
+    assert code == 2
+    assert "`recoveries` must be an integer of at least 0; got -1" in err

@@ -1,0 +1,66 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from turing_learning.identifiability import Check, PinnedDown, Profile, TwoSampleTest, profile
+
+FLAT = Profile(
+    "speed",
+    values=(0.0, 5.0, 6.0, 10.0),
+    numbers=(-1.0, 0.0, 0.2, 1.0),
+    place=2,
+    accuracies=(0.9, 0.52, 0.5, 0.9),
+    criticals=(0.55,) * 4,
+)
+
+
+def test_what_is_told_apart_ends_what_is_left_open():
+    assert FLAT.told_apart == (True, False, False, True)
+    assert FLAT.open_share == 1.0
+    assert replace(FLAT, accuracies=(0.9, 0.7, 0.5, 0.9)).open_share == pytest.approx(0.5)
+
+
+def test_where_even_the_estimate_is_told_apart_other_values_must_do_worse():
+    wrong = replace(FLAT, accuracies=(0.9, 0.82, 0.8, 0.95))
+    assert wrong.told_apart == (True, False, False, True)
+    assert not any(replace(FLAT, accuracies=(0.99, 0.98, 0.97, 0.99)).told_apart)
+
+
+def test_an_estimate_outside_the_initial_range_counts_as_its_end():
+    outside = replace(FLAT, numbers=(-1.0, 0.0, 1.0, 1.4), place=3, accuracies=(0.9, 0.9, 0.9, 0.5))
+    assert outside.open_share == pytest.approx(0.2)
+
+
+def test_a_parameter_with_an_effect_is_pinned_down_and_one_without_is_not(evidence, small):
+    given, estimate = evidence(), np.array([0.1, 0.2])
+    mean, nothing = (profile(given, estimate, place, small, seed=2) for place in (0, 1))
+    assert (mean.parameter, nothing.parameter) == ("mean", "nothing")
+    assert mean.values == pytest.approx((-3, -1, 0.1, 1, 3))
+    assert mean.values[mean.place] == pytest.approx(0.1)
+    assert mean.open_share < 0.5
+    assert nothing.open_share > 0.5
+
+
+def test_reasons_name_what_speaks_against_a_parameter():
+    assert PinnedDown("speed", 0.1, 0.3, 0.02).pinned_down
+    assert PinnedDown("speed", 0.1, None, None).pinned_down
+    loose = PinnedDown("speed", 0.6, 1.0, 0.3)
+    assert loose.reasons == (
+        "its interval is 60% of the initial range",
+        "100% of the range cannot be told apart",
+        "a known truth was missed by 30% of the range",
+    )
+
+
+def test_the_verdict_names_what_is_not_pinned_down():
+    test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
+    parameters = (PinnedDown("a", 0.1, 0.2, 0.0), PinnedDown("b", 0.9, 0.2, 0.0))
+    found = Check(test, parameters, (), (), ())
+    assert found.verdict == (
+        "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
+    )
+    assert "  b: its interval is 90%" in str(found)
+    cannot = replace(found, test=replace(test, p_value=0.4), parameters=parameters[:1])
+    assert "cannot tell" in cannot.verdict
+    assert cannot.not_pinned_down == ()

@@ -1,0 +1,165 @@
+"""A check of a run: what it finds, what it keeps, and how it goes on."""
+
+import json
+
+import numpy as np
+import pytest
+from own_models import RANGES, recorded, walk
+
+import turing_learning as tl
+from turing_learning.config import ConfigurationError
+from turing_learning.identifiability import Effort
+from turing_learning.runs import RunFolderError
+
+SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
+QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
+
+
+def infer(**options):
+    return tl.infer(
+        genuine=recorded(), simulate=walk, parameters=RANGES, generations=6, settings=SETTINGS, seed=1, **options
+    )
+
+
+def content(path):
+    return json.loads((path / "check" / "check.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory):
+    path = tmp_path_factory.mktemp("checked") / "run"
+    result = infer(out=path)
+    return result, result.check(effort=QUICK)
+
+
+def test_a_check_says_something_of_everything(stored):
+    _, found = stored
+    assert [each.parameter for each in found.parameters] == ["speed", "turn_noise"]
+    assert [each.parameter for each in found.profiles] == ["speed", "turn_noise"]
+    assert [each.name for each in found.quantities] == ["signal0", "signal1"]
+    assert found.recoveries[0].truth == stored[0].estimate
+    assert found.recoveries[0].generations == 6
+    assert found.test.genuine_samples == 8
+    assert 0 < found.test.p_value <= 1
+
+
+def test_a_run_in_memory_finds_the_same_as_one_in_a_folder(stored):
+    assert infer().check(effort=QUICK) == stored[1]
+
+
+def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
+    loaded = tl.load_run(stored[0].path)
+    with pytest.raises(ConfigurationError, match="`genuine` must be given to check a run on a system of one's own"):
+        loaded.check(effort=QUICK)
+    calls = []
+    assert loaded.check(genuine=recorded(), simulate=walk, effort=QUICK, stage=calls.append) == stored[1]
+    assert calls == []
+
+
+def test_a_check_that_was_stopped_goes_on_with_the_same_result(stored, tmp_path):
+    result = infer(out=tmp_path / "run")
+
+    def stop(text):
+        if "turn_noise" in text:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        result.check(effort=QUICK, stage=stop)
+    assert list(content(result.path)["profiles"]) == ["speed"]
+    calls = []
+    assert result.check(effort=QUICK, stage=calls.append) == stored[1]
+    assert calls[0] == "fresh classifiers where turn_noise is moved"
+
+
+def test_other_settings_are_refused_unless_forced(tmp_path):
+    result = infer(out=tmp_path / "run")
+    result.check(effort=QUICK, recoveries=0)
+    with pytest.raises(RunFolderError, match="`run` must be checked with the settings that its check began with"):
+        result.check(effort=QUICK, recoveries=0, seed=1)
+    assert result.check(effort=QUICK, recoveries=0, seed=1, force=True).recoveries == ()
+    assert content(result.path)["settings"]["seed"] == 1
+
+
+def test_other_samples_are_refused(stored):
+    with pytest.raises(RunFolderError, match="`genuine` must be the samples that the run began with"):
+        stored[0].check(genuine=recorded(seed=9), effort=QUICK)
+
+
+def test_labels_group_the_held_out_samples():
+    found = infer().check(effort=QUICK, groups=np.arange(40) % 3, recoveries=0)
+    assert (found.test.genuine_groups, found.test.grouping) == (3, "groups")
+    with pytest.raises(ConfigurationError, match="`groups` must be one label for each of the 40 samples; got shape"):
+        infer().check(effort=QUICK, groups=np.arange(8))
+
+
+def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
+    from turing_learning.runs._check import held_out_groups
+    from turing_learning.sources import Genuine
+    from turing_learning.trajectories import Trajectories
+
+    for count, word in ((6, "individuals"), (3, "individuals in blocks of time")):
+        positions = np.cumsum(np.random.default_rng(0).normal(0.5, 0.1, (600, count, 2)), axis=0)
+        names = tuple(map(str, range(count)))
+        windows = Trajectories(positions, np.ones((600, count), dtype=bool), 10.0, names).windows(10)
+        samples = np.concatenate((windows.learning, windows.held_out))
+        data = Genuine(samples, np.arange(len(windows.learning), len(samples)))
+        groups, grouping = held_out_groups(windows, data, None)
+        assert grouping == word
+        blocks = sum(side == "held out" for _, _, side in windows.blocks)
+        assert len(np.unique(groups)) == (count if count == 6 else count * blocks)
+
+
+def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
+    small = SETTINGS | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0}
+    result = tl.infer("aggregation", generations=5, settings=small, seed=1, out=tmp_path / "run")
+    found = tl.load_run(result.path).check(effort=QUICK)
+    assert found.test.grouping == "trials"
+    assert [each.name for each in found.quantities] == ["speed", "turn", "neighbor_distance", "polarization"]
+    recovery = tl.load_run(result.path / "check" / "recovery-1")
+    assert recovery.truth == pytest.approx(result.estimate)
+    assert {path.stem for path in (result.path / "figures").iterdir()} == {"check-profiles", "check-quantities"}
+    with pytest.raises(ConfigurationError, match="`simulate` must be left out for simulated robots"):
+        result.check(simulate=walk)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"effort": 5}, "`effort` must be an Effort; got int"),
+        ({"recoveries": -1}, "`recoveries` must be an integer of at least 0; got -1"),
+        ({"recovery_generations": 0}, "`recovery_generations` must be an integer of at least 1; got 0"),
+        ({"seed": -1}, "`seed` must be an integer of at least 0; got -1"),
+    ],
+)
+def test_what_is_no_setting_is_refused(stored, options, message):
+    with pytest.raises(ConfigurationError, match=message):
+        stored[0].check(**options)
+
+
+def test_too_few_held_out_samples_are_refused():
+    with pytest.raises(ConfigurationError, match="`held_out` must keep at least 4 samples for testing; got 1"):
+        infer(held_out=[3]).check(effort=QUICK)
+
+
+def test_a_scenario_is_genuine_motion_for_any_simulator():
+    def still(parameters, rng):
+        return parameters[:, :1, None] * np.ones((1, 100, 2))
+
+    given = {"simulate": still, "parameters": {"speed": (-20, 20)}, "generations": 2, "settings": SETTINGS, "seed": 3}
+    named, scenario = (tl.infer(genuine=genuine, **given) for genuine in ("aggregation", tl.swarm.AGGREGATION))
+    assert named.estimate == scenario.estimate
+    samples = tl.swarm.ObservedSwarm(tl.swarm.AGGREGATION)(np.random.default_rng(1))
+    assert samples.shape == (110, 100, 2)
+    with pytest.raises(ConfigurationError, match=r"got 'agregation'. Did you mean `aggregation`"):
+        tl.infer(genuine="agregation", **given)
+
+
+def test_a_run_on_a_scenario_as_genuine_is_resumed_to_the_same_result(tmp_path, stop_after):
+    def still(parameters, rng):
+        return parameters[:, :1, None] + rng.normal(size=(len(parameters), 100, 2))
+
+    given = {"genuine": tl.swarm.AGGREGATION, "simulate": still}
+    more = {"parameters": {"speed": (-20, 20)}, "generations": 4, "settings": SETTINGS, "seed": 3}
+    whole = tl.infer(**given, **more)
+    tl.infer(**given, **more, out=tmp_path / "run", should_stop=stop_after(2))
+    assert tl.resume(tmp_path / "run", **given).estimate == whole.estimate
