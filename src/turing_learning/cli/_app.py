@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from . import _detect, _reproduce, _study
+from . import _detect, _reproduce, _search, _study
 from ._main import Interrupted
 from ._numbers import integer, real
 from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
@@ -258,3 +258,4 @@ def _numbers(text: str) -> list[float]:
 _study.register(app)
 _detect.register(app)
 _reproduce.register(app)
+_search.register(app)

@@ -193,9 +193,8 @@ class Session:
             raise
 
     def _in_units(self, generation: Generation) -> Generation:
-        if self._source is None:
-            return generation
-        return replace(generation, models=self._source.system.to_units(generation.models))
+        models = self.configuration.scenario.to_units(generation.models)
+        return generation if models is generation.models else replace(generation, models=models)
 
     @property
     def failed_simulations(self) -> dict[str, Any] | None:
@@ -208,7 +207,7 @@ class Session:
             completed=self.traces.completed,
             total=self.configuration.run.generations,
             parameter_names=self.layout.parameters,
-            truth=self.configuration.scenario.controller,
+            truth=self.configuration.scenario.truth,
             seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
             recent=self.traces["typical_model"][-_RECENT:],
         )
