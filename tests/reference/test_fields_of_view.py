@@ -13,7 +13,21 @@ from turing_learning.kernels.sectors import nearest_visible
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Sensor, initial_poses, simulate
 
 NEARLY_FULL = math.nextafter(2 * math.pi, 0)
-FIELDS = (0.0, 1e-9, 1e-3, 0.4, math.pi / 3, 2.0, math.pi - 1e-9, math.pi, math.pi + 1e-9, 4.0, 6.0, NEARLY_FULL, 2 * math.pi)
+FIELDS = (
+    0.0,
+    1e-9,
+    1e-3,
+    0.4,
+    math.pi / 3,
+    2.0,
+    math.pi - 1e-9,
+    math.pi,
+    math.pi + 1e-9,
+    4.0,
+    6.0,
+    NEARLY_FULL,
+    2 * math.pi,
+)
 
 
 def distance(ahead, off, radius, field_of_view):

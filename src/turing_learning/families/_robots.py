@@ -58,9 +58,7 @@ class Robots(Family):
         shape = (len(parameters), self.individuals)
         controllers = np.repeat(model.wheel_speeds[:, None], self.individuals, axis=1)
         views = None if model.field_of_view is None else np.broadcast_to(model.field_of_view[:, None], shape)
-        poses = simulate(
-            scenario, controllers, starts, control_steps=self.moves, seed=seed, fields_of_view=views
-        ).poses
+        poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed, fields_of_view=views).poses
         seen = poses[:, self.settling_steps :, : self.individuals]
         return seen[..., :2], seen[..., 2]
 

@@ -19,7 +19,9 @@ class World(NamedTuple):
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
-    sectors: np.ndarray | None  # (2, trials, robots) cosine and sine of half the field of view; None: all have a line of sight
+    sectors: (
+        np.ndarray | None
+    )  # (2, trials, robots) cosine and sine of half the field of view; None: all have a line of sight
     deceleration: float  # of objects by dry friction, cm/s^2
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s

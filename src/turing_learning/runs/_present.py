@@ -275,8 +275,10 @@ def swarm_replay(
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    told = {"seed": seed, "fields_of_view": fields_of_view, "threads": threads}
-    moved = simulate(scenario, controllers, poses, control_steps=steps, **told).poses[:, ::stride]
+    result = simulate(
+        scenario, controllers, poses, control_steps=steps, seed=seed, fields_of_view=fields_of_view, threads=threads
+    )
+    moved = result.poses[:, ::stride]
     robots = controllers.shape[1]
     return report.Replay(
         title=title,

@@ -28,7 +28,7 @@ def gathering_costs(
     controllers : (M, 2 n)
         What all robots of a swarm execute.
     starts : (R, A + O, 3)
-        Initial poses of R trials, common to all controllers.
+        Initial poses of R trials of the scenario's robots and objects, common to all controllers.
     duration_s
         Duration of a trial (s).
     seed
@@ -45,22 +45,17 @@ def gathering_costs(
     ------
     Gauci et al. 2014, Int. J. Robotics Research 33; see docs/decisions/0016 for what is assumed.
     """
-    models, trials = len(controllers), len(starts)
-    robots = starts.shape[1] - _objects(scenario, starts)
+    models, trials, robots = len(controllers), len(starts), scenario.individuals
+    objects = starts.shape[1] > robots
     executed = np.repeat(controllers, trials, axis=0)[:, None].repeat(robots, axis=1)
     cycles = round(duration_s / scenario.trial.control_interval_s)
     stride = max(1, round(SAMPLING_S / scenario.trial.control_interval_s))
     poses = simulate(
         scenario, executed, np.tile(starts, (models, 1, 1)), control_steps=cycles, seed=seed, threads=threads
     ).poses
-    seen = poses[:, stride::stride, robots:, :2] if robots < starts.shape[1] else poses[:, stride::stride, :, :2]
-    radius = scenario.objects.radius_cm if robots < starts.shape[1] else scenario.robot.radius_cm
+    seen = poses[:, stride::stride, robots if objects else 0 :, :2]
+    radius = scenario.objects.radius_cm if objects else scenario.robot.radius_cm
     spread = dispersion(seen, radius)
     weights = np.arange(1, spread.shape[1] + 1)
     costs = spread @ weights / weights.sum()
     return np.stack((costs, spread[:, -1]), axis=-1).reshape(models, trials, 2)
-
-
-def _objects(scenario: Scenario, starts: np.ndarray) -> int:
-    """Return how many of the bodies are objects, which a swarm of the scenario's size has."""
-    return starts.shape[1] - scenario.individuals if scenario.objects.count else 0

@@ -70,7 +70,9 @@ class SearchSettings:
             if not least <= value <= most:
                 raise ConfigurationError(f"`{name}` must be an integer from {least} to {most}; got {value}.")
         if not 0 < self.duration_s <= LONGEST_S:
-            raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {self.duration_s:g}.")
+            raise ConfigurationError(
+                f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {self.duration_s:g}."
+            )
 
     def check(self, scenario: Scenario) -> None:
         """Refuse a grid that is too large for a scenario, or trials that do not fit its control cycles.
