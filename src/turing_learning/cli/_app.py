@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from . import _arena, _check, _detect, _reproduce, _robots, _study
+from . import _arena, _check, _detect, _reproduce, _robots, _search, _study
 from ._main import Interrupted
 from ._numbers import integer, real
 from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
@@ -263,5 +263,6 @@ _study.register(app)
 _check.register(app)
 _detect.register(app)
 _reproduce.register(app)
+_search.register(app)
 _robots.register(app)
 _arena.register(app)

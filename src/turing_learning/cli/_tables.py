@@ -102,9 +102,17 @@ def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
     """Print every scenario's name, what it is, and its agents' parameters."""
     for name, scenario in scenarios.items():
         console.print(f"[bold]{name}[/bold]  {scenario.description}", highlight=False, soft_wrap=True)
-        values = ", ".join(
-            f"{key} = {value:g}" for key, value in zip(scenario.parameter_names, scenario.controller, strict=True)
-        )
+        values = ", ".join(_agents(scenario))
         console.print(
             f"    {scenario.agents} agents, {scenario.replicas} replica; {values}", highlight=False, soft_wrap=True
         )
+
+
+def _agents(scenario: "Scenario") -> list[str]:
+    """Say what the agents are: their wheel speeds, and their field of view unless it is a line of sight as everywhere."""
+    from turing_learning.models import ReactiveModel
+
+    names, view = ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
+    speeds = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
+    unusual = view > 0 or scenario.representation == "morphology"
+    return [*speeds, f"field of view {view:.4g} rad"] if unusual else speeds

@@ -91,7 +91,7 @@ def _check_sizes(configuration: "Configuration", demands: Iterable[Demand]) -> N
 def _demands(configuration: "Configuration") -> Iterator[Demand]:
     scenario, models, classifiers = configuration.scenario, *_populations(configuration)
     steps = scenario.trial.duration_s / scenario.trial.control_interval_s
-    yield _history_demand(configuration, len(scenario.controller))
+    yield _history_demand(configuration, len(scenario.parameter_names))
     judged = _SIZES - {"classifiers.hidden"} | _SWARM
     yield "judging a generation", 8.0 * classifiers * models * scenario.individuals, judged
     moving = _of_models(_SIZES) | _SWARM | _TIME

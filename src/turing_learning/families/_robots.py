@@ -6,16 +6,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models import Parameter
+from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
 from ._family import Family
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robots(Family):
-    """Robots with wheels and a line-of-sight sensor; every robot of a group executes the model.
+    """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
-    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...).
+    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the field of view of
+    the sensor as well, theta (rad), if that is the scenario's representation of models.
 
     Parameters
     ----------
@@ -41,8 +42,10 @@ class Robots(Family):
 
     @property
     def parameters(self) -> dict[str, Parameter]:
-        """Left and right wheel speed for each sensor state."""
-        return {name: Parameter(-2, 2, initial=(-1, 1)) for name in self.scenario.parameter_names}
+        """Left and right wheel speed for each sensor state; field of view, where it is a parameter."""
+        speed, angle = Parameter(-2, 2, initial=(-1, 1)), Parameter(0, FULL_VIEW, unit="rad")
+        pairs = zip(self.scenario.parameter_names, self.scenario.model.parameter_units, strict=True)
+        return {name: angle if unit else speed for name, unit in pairs}
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         from ..swarm import initial_poses, simulate  # needs the compiled kernels
@@ -51,8 +54,11 @@ class Robots(Family):
         scenario = self._observed_scenario()
         side = None if scenario.arena.bounded else self.start_side_cm
         starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=side)
-        controllers = np.repeat(parameters[:, None], self.individuals, axis=1)
-        poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed).poses
+        model = scenario.model.behavior(parameters)
+        shape = (len(parameters), self.individuals)
+        controllers = np.repeat(model.wheel_speeds[:, None], self.individuals, axis=1)
+        views = None if model.field_of_view is None else np.broadcast_to(model.field_of_view[:, None], shape)
+        poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed, fields_of_view=views).poses
         seen = poses[:, self.settling_steps :, : self.individuals]
         return seen[..., :2], seen[..., 2]
 

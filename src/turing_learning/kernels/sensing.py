@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from .compile import inlined
+from .sectors import sense_in_sectors
 from .world import State, World
 
 
@@ -55,6 +56,15 @@ def sense(world: World, state: State) -> None:
 
     Two bodies are within reach if their distance is below the sum of their reaches.
     """
+    if world.sectors is None:
+        sense_on_rays(world, state)
+    else:
+        sense_in_sectors(world, state)
+
+
+@inlined
+def sense_on_rays(world: World, state: State) -> None:
+    """Do so where all robots have a line of sight."""
     state.seen[:] = 0.0
     state.crowd[:] = 0.0
     for i in range(world.robots):

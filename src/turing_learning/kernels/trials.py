@@ -10,6 +10,7 @@ from .involved import advance_involved, clear_marks, may_touch, new_pairs
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .party import Party, new_party
 from .rays import read_sensors
+from .sectors import open_view, sense_in_sectors
 from .sensing import sense
 from .tiles import REORDER_CYCLES, Tiles, new_tiles, renew_boxes, renew_order
 from .world import State, World, new_state
@@ -42,7 +43,10 @@ def sense_in_tiles(cycle: int, world: World, state: State, tiles: Tiles) -> None
     if cycle % REORDER_CYCLES == 0:
         renew_order(x, y, tiles)
     renew_boxes(x, y, world.sight_radius, state.reach[:, 0], tiles)
-    read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
+    if world.sectors is None:
+        read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
+    else:
+        sense_in_sectors(world, state)
     state.crowd[0] = 1.0
 
 
@@ -131,6 +135,7 @@ def _advance_trials(
     slots = state.crowd.shape[0]
     for w in range(slots):
         start_trial(initial[block + w], controllers[block + w], w, world, state)
+        open_view(world.sectors, block + w, w, state)
     for cycle in range(speeds.shape[2] + recorded):
         look(cycle, world, state, tiles)
         if recorded:

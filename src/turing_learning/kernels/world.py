@@ -19,6 +19,9 @@ class World(NamedTuple):
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
+    sectors: (
+        np.ndarray | None
+    )  # (2, trials, robots) cosine and sine of half the field of view; None: all have a line of sight
     deceleration: float  # of objects by dry friction, cm/s^2
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
@@ -46,7 +49,9 @@ class State(NamedTuple):
     reach: np.ndarray  # radius and the farthest a body is expected to move in a control cycle, cm
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
-    seen: np.ndarray  # float, number of items in the line of sight
+    seen: np.ndarray  # float, number of items in the line of sight; in a sector, distance of the nearest (cm)
+    view_cosine: np.ndarray  # of half the field of view; written only where there is one
+    view_sine: np.ndarray
     crowd: np.ndarray  # (slots,) float, number of (robot, body) pairs within reach of each other
     reading: np.ndarray  # int64, sensor state
     near: np.ndarray  # int64: 1 where a contact is possible in this cycle, or the body moves by itself
@@ -55,7 +60,7 @@ class State(NamedTuple):
 
 def new_state(slots: int, bodies: int) -> State:
     """Allocate the state of `slots` trials of `bodies` bodies."""
-    rows = iter(np.zeros((14, bodies, slots)))
+    rows = iter(np.zeros((16, bodies, slots)))
     marks = np.zeros((2, bodies, slots), np.int64)
     return State(
         x=next(rows),
@@ -72,6 +77,8 @@ def new_state(slots: int, bodies: int) -> State:
         start_x=next(rows),
         start_y=next(rows),
         seen=next(rows),
+        view_cosine=next(rows),
+        view_sine=next(rows),
         crowd=np.zeros(slots),
         reading=marks[0],
         near=marks[1],

@@ -54,7 +54,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawin
     """
     return [
         _parameters(history, configuration),
-        *([] if isinstance(configuration, OwnConfiguration) else [_error(history, configuration)]),
+        *([] if configuration.scenario.truth is None else [_error(history, configuration)]),
         Drawing(
             "fitness",
             "Fitness over generations",
@@ -72,26 +72,16 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawin
 def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
     caption = "Subjectively best and typical model of each generation"
-    if isinstance(configuration, OwnConfiguration):
-        names, truth = _with_units(configuration), None
-    else:
-        names, truth = (
-            configuration.scenario.parameter_names,
-            np.asarray(configuration.scenario.controller, dtype=float),
-        )
+    scenario = configuration.scenario
+    if scenario.truth is not None:
         caption += "; the truth is dashed"
-    drawn = figures.parameters_figure(best, typical, names=names, truth=truth)
+    drawn = figures.parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth)
     return Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
-
-
-def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
-    parameters = configuration.scenario.parameters.items()
-    return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in parameters)
 
 
 def _error(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
-    truth = np.asarray(configuration.scenario.controller, dtype=float)
+    truth = np.asarray(configuration.scenario.truth, dtype=float)
     return Drawing(
         "error",
         "Mean absolute error over generations",
@@ -110,6 +100,8 @@ def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Draw
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
     if isinstance(configuration, OwnConfiguration):
         caption += ", in halves of its initial range"
+    elif configuration.scenario.representation == "morphology":
+        caption += " (that of theta is of the number x, theta = 2 pi sig(x))"
     return Drawing(
         "step-sizes",
         "Step sizes over generations",
@@ -234,12 +226,16 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     scenario = configuration.scenario
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     poses = np.repeat(initial_poses(scenario, 1, rng, robots=REPLAY_ROBOTS), 2, axis=0)
-    models = np.clip([scenario.controller, estimate], -LARGEST_SPEED, LARGEST_SPEED)
+    twin = scenario.model.behavior(estimate)
+    models = np.clip([scenario.controller, twin.wheel_speeds], -LARGEST_SPEED, LARGEST_SPEED)
+    view = scenario.sensor.field_of_view
+    views = np.array([view, view if twin.field_of_view is None else float(twin.field_of_view)])
     controllers = np.repeat(models[:, None], REPLAY_ROBOTS, axis=1)
     return swarm_replay(
         scenario,
         controllers,
         poses,
+        fields_of_view=np.repeat(views[:, None], REPLAY_ROBOTS, axis=1),
         labels=("Agents", "Replicas of the inferred model"),
         replicas=(False, True),
         title=f"{scenario.title}: agents beside replicas",
@@ -260,6 +256,7 @@ def swarm_replay(
     duration_s: float,
     seed: int,
     threads: int | None,
+    fields_of_view: np.ndarray | None = None,
 ) -> report.Replay:
     """Simulate swarms and return what a page shows of them.
 
@@ -281,11 +278,16 @@ def swarm_replay(
         Seed of the wheel noise.
     threads
         Number of threads, None for all.
+    fields_of_view : (R, A)
+        Of the robots' sensors (rad); None takes the scenario's.
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    moved = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads).poses[:, ::stride]
+    result = simulate(
+        scenario, controllers, poses, control_steps=steps, seed=seed, fields_of_view=fields_of_view, threads=threads
+    )
+    moved = result.poses[:, ::stride]
     robots = controllers.shape[1]
     return report.Replay(
         title=title,

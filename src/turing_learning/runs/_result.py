@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
-from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.config import Configuration
 
 from ._paper import paper_absolute_errors
 from ._traces import SELECTION_CODES, Traces
@@ -237,10 +237,10 @@ def summarize(
 
 def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarray) -> dict[str, Any]:
     """Return what a result says of the truth, where there is one."""
-    if isinstance(configuration, OwnConfiguration):
+    if configuration.scenario.truth is None:
         return dict.fromkeys(_OF_TRUTH)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    truth = np.asarray(scenario.controller, dtype=float)
+    truth = np.asarray(scenario.truth, dtype=float)
     errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
     return {
         "truth": _named(names, truth),

@@ -186,7 +186,7 @@ class Session:
         """Keep in the folder what detectors of a system of one's own are calibrated with; scenarios need nothing."""
         from turing_learning.detection import keep_calibration
 
-        if self._folder is not None and self._source is not None:
+        if self._folder is not None and isinstance(self._source, OwnSource):
             estimate = np.array(list(result.estimate.values()))
             keep_calibration(self._folder.path, self._source, estimate, self.configuration.run.seed)
 
@@ -210,9 +210,8 @@ class Session:
             raise
 
     def _in_units(self, generation: Generation) -> Generation:
-        if self._source is None:
-            return generation
-        return replace(generation, models=self._source.to_units(generation.models))
+        models = (self._source or self.configuration.scenario).to_units(generation.models)
+        return generation if models is generation.models else replace(generation, models=models)
 
     @property
     def failed_simulations(self) -> dict[str, Any] | None:
@@ -225,7 +224,7 @@ class Session:
             completed=self.traces.completed,
             total=self.configuration.run.generations,
             parameter_names=self.layout.parameters,
-            truth=self.configuration.scenario.controller,
+            truth=self.configuration.scenario.truth,
             seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
             recent=self.traces["typical_model"][-_RECENT:],
         )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.config import ConfigurationError, nearest
+from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
 if TYPE_CHECKING:
@@ -91,7 +92,7 @@ def _check(
     if controller is not None:
         expected = len(scenario.controller)
         if len(controller) != expected or not all(map(math.isfinite, controller)):
-            names = ", ".join(scenario.parameter_names)
+            names = ", ".join(ReactiveModel(scenario.sensor.states).parameter_names)
             raise ConfigurationError(
                 f"`controller` must be {expected} finite numbers ({names}); got {list(controller)}."
             )

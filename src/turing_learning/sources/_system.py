@@ -88,7 +88,13 @@ class OwnSystem:
         return tuple(self.parameters)
 
     @property
-    def controller(self) -> None:
+    def parameter_labels(self) -> tuple[str, ...]:
+        """Names of the model parameters, with units where they have any, for figures."""
+        pairs = self.parameters.items()
+        return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in pairs)
+
+    @property
+    def truth(self) -> None:
         """The true parameters, as those of a scenario's agents: unknown."""
         return
 

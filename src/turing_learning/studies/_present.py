@@ -55,7 +55,7 @@ def _boxes(result: StudyResult, plan: Plan) -> _Drawing:
         "Inferred parameters",
         f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
         "interquartile ranges; the truth is dashed (figure 4 of the paper).",
-        figures.box_figure(np.array(models), names=scenario.parameter_names, truth=scenario.controller),
+        figures.box_figure(np.array(models), names=scenario.parameter_labels, truth=scenario.truth),
     )
 
 
@@ -66,7 +66,7 @@ def _convergence(plan: Plan, one: Convergence) -> _Drawing:
         "Convergence",
         "Median over the runs of the parameters of the subjectively best model; the truth is thin (figure 5 of the "
         "paper).",
-        figures.convergence_figure(one.best_model, names=scenario.parameter_names, truth=scenario.controller),
+        figures.convergence_figure(one.best_model, names=scenario.parameter_labels, truth=scenario.truth),
     )
 
 

@@ -1,14 +1,15 @@
 """Swarms of simulated robots.
 
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
-`OBJECT_CLUSTERING` are the paper's case studies, `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
+`OBJECT_CLUSTERING` are the paper's case studies, `AGGREGATION_VIEW_0` and `AGGREGATION_VIEW_60` those of section 4.6.1, where
+the field of view is inferred too; `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
 runs trials of it, `observe` only measures speeds, and `MixedSwarm` is the sample source of the paper's main setup:
 replicas mixed into a group of agents. `ObservedSwarm` is a scenario as genuine motion for any other simulator.
 """
 
 from typing import TYPE_CHECKING, Any
 
-from ._presets import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
+from ._presets import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, SCENARIOS
 from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AGGREGATION",
+    "AGGREGATION_VIEW_0",
+    "AGGREGATION_VIEW_60",
     "OBJECT_CLUSTERING",
     "SCENARIOS",
     "Arena",

@@ -1,5 +1,8 @@
 """The paper's case studies as scenarios."""
 
+import math
+from dataclasses import replace
+
 from ._scenario import Objects, Scenario, Sensor, Trial
 
 AGGREGATION = Scenario(
@@ -24,4 +27,25 @@ OBJECT_CLUSTERING = Scenario(
     trial=Trial(start_side_cm=100.0),
 )
 
-SCENARIOS: dict[str, Scenario] = {scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING)}
+AGGREGATION_VIEW_0 = replace(
+    AGGREGATION,
+    name="aggregation-field-of-view-0",
+    title="Aggregation, field of view 0",
+    description="As aggregation; the field of view of the sensor is inferred too, and is 0 (paper, section 4.6.1).",
+    representation="morphology",
+    trial=replace(AGGREGATION.trial, duration_s=100.0),
+)
+
+AGGREGATION_VIEW_60 = replace(
+    AGGREGATION_VIEW_0,
+    name="aggregation-field-of-view-60",
+    title="Aggregation, field of view 60 degrees",
+    description="As aggregation; the field of view of the sensor is inferred too, and is pi / 3 (paper, section 4.6.1).",
+    controller=(-0.6, -1.0, 1.0, -0.2),
+    sensor=Sensor(field_of_view=math.pi / 3),
+)
+"""The paper does not print this controller; it was found by `turing-learning search-controller`, see experiments/4.6.1."""
+
+SCENARIOS: dict[str, Scenario] = {
+    scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)
+}

@@ -4,6 +4,10 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+import numpy as np
+
+from ..models import FULL_VIEW, REPRESENTATIONS, Representation
+
 ITEM_KINDS = ("background", "robot", "object")
 
 
@@ -88,16 +92,18 @@ class Arena:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A line-of-sight sensor of unlimited range: the reading I is the place of the first item's kind in `readings`.
+    """A sensor of unlimited range: the reading I is the place of the nearest visible item's kind in `readings`.
 
-    A kind that is not listed is invisible: the ray passes through it.
+    A kind that is not listed is invisible: the sensor looks through it. The agents' `field_of_view` (rad), from 0 to 2 pi, is
+    centered on the heading; 0 is a line of sight. An item is visible if any part of its disk lies in view.
 
-    Source: paper, section 3.2.1.
+    Source: paper, sections 3.2.1 and 4.6.1.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     readings: tuple[str, ...] = ("background", "robot")
+    field_of_view: float = 0.0
 
     def __post_init__(self) -> None:
         _require(
@@ -108,6 +114,12 @@ class Sensor:
             "sensor.readings",
             f"'background', then any of {ITEM_KINDS[1:]}, each once",
             self.readings,
+        )
+        _require(
+            0 <= self.field_of_view <= FULL_VIEW,
+            "sensor.field_of_view",
+            "an angle from 0 to 2 pi = 6.283185 (rad)",
+            self.field_of_view,
         )
 
     @property
@@ -157,6 +169,9 @@ class Scenario:
         The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
     agents, replicas
         Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
+    representation
+        What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
+        `models.REPRESENTATIONS`.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -172,8 +187,15 @@ class Scenario:
     arena: Arena = field(default_factory=Arena)
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
+    representation: str = "reactive"
 
     def __post_init__(self) -> None:
+        _require(
+            self.representation in REPRESENTATIONS,
+            "scenario.representation",
+            f"one of {', '.join(REPRESENTATIONS)}",
+            self.representation,
+        )
         _require(self.agents >= 1, "scenario.agents", "1 or more", self.agents)
         _require(self.replicas >= 1, "scenario.replicas", "1 or more", self.replicas)
         expected = 2 * self.sensor.states
@@ -196,14 +218,34 @@ class Scenario:
         return self.agents + self.replicas
 
     @property
+    def model(self) -> Representation:
+        """What a model is: its parameters, and what a replica with them executes."""
+        return REPRESENTATIONS[self.representation](self.sensor.states)
+
+    @property
     def parameter_names(self) -> tuple[str, ...]:
-        """Names of the model parameters: left and right wheel speed for each sensor state."""
-        return tuple(f"v{side}{state}" for state in range(self.sensor.states) for side in "lr")
+        """Names of the model parameters."""
+        return self.model.parameter_names
+
+    @property
+    def parameter_labels(self) -> tuple[str, ...]:
+        """Names of the model parameters, with units where they have any, for figures."""
+        pairs = zip(self.model.parameter_names, self.model.parameter_units, strict=True)
+        return tuple(f"{name} ({unit})" if unit else name for name, unit in pairs)
 
     @property
     def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
         """Indices of the model parameters that belong to each sensor state: tables with exchanged rows are models too."""
-        return tuple((2 * state, 2 * state + 1) for state in range(self.sensor.states))
+        return self.model.parameter_groups
+
+    @property
+    def truth(self) -> tuple[float, ...] | None:
+        """The agents' parameters as those of a model; None where a model has others than they."""
+        return self.model.truth(self.controller, self.sensor.field_of_view)
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the parameters (..., P) of models (..., P) as the optimizer has them."""
+        return self.model.to_units(models)
 
     @property
     def control_steps(self) -> int:

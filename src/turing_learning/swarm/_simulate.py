@@ -9,6 +9,7 @@ import numpy as np
 from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
 from ..kernels.world import World
+from ..models import FULL_VIEW
 from ._scenario import Scenario
 
 GRAVITY = 9.81
@@ -34,8 +35,10 @@ class Simulation:
     speeds: np.ndarray
 
 
-def build_world(scenario: Scenario, robots: int, objects: int, wheel_noise: float) -> World:
-    """Return the constants of a trial with the given numbers of robots and objects."""
+def build_world(
+    scenario: Scenario, robots: int, objects: int, wheel_noise: float, fields_of_view: np.ndarray | None = None
+) -> World:
+    """Return the constants of trials with the given numbers of robots and objects, and fields of view (R, A), if there are any."""
     robot, item = scenario.robot, scenario.objects
     readings = {kind: scenario.sensor.reading_of(kind) for kind in ("robot", "object")}
     sight = {
@@ -55,6 +58,7 @@ def build_world(scenario: Scenario, robots: int, objects: int, wheel_noise: floa
         inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
         sight_radius=bodies(sight["robot"], sight["object"]),
         reading=bodies(readings["robot"], readings["object"]).astype(np.int64),
+        sectors=None if fields_of_view is None else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
         deceleration=item.friction * GRAVITY,
         wheel_distance=robot.wheel_distance_cm,
         maximum_speed=robot.maximum_speed_cm_s,
@@ -65,6 +69,12 @@ def build_world(scenario: Scenario, robots: int, objects: int, wheel_noise: floa
         width=float(scenario.arena.width_cm or 0.0),
         height=float(scenario.arena.height_cm or 0.0),
     )
+
+
+def _fields_of_view(scenario: Scenario, given: np.typing.ArrayLike | None, shape: tuple[int, int]) -> np.ndarray | None:
+    """Return the field of view of each robot (R, A); None if all have a line of sight."""
+    fields = np.asarray(scenario.sensor.field_of_view if given is None else given, dtype=np.float64)
+    return np.broadcast_to(fields, shape) if fields.any() else None
 
 
 def _checked(name: str, array: np.ndarray, shape: tuple[int | None, ...], letters: str) -> np.ndarray:
@@ -89,6 +99,7 @@ def simulate(
     control_steps: int,
     seed: int = 0,
     wheel_noise: float | None = None,
+    fields_of_view: np.typing.ArrayLike | None = None,
     threads: int | None = None,
 ) -> Simulation:
     """Run trials of a swarm; the numbers of robots and objects come from the arrays.
@@ -105,6 +116,8 @@ def simulate(
         Seed of the wheel noise, >= 0.
     wheel_noise
         Relative wheel noise in [0, 1); None takes the scenario's.
+    fields_of_view : (), (A,) or (R, A)
+        Of the robots' sensors (rad), from 0 to 2 pi; None takes the scenario's.
     threads
         Number of threads, >= 1; None takes every processor. It does not change the result.
 
@@ -124,6 +137,8 @@ def simulate(
     noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
     _check_numbers(trials=trials, robots=robots, objects=objects, control_steps=control_steps, seed=seed, noise=noise)
     _check_threads(threads)
+    if fields_of_view is not None:
+        _check_fields_of_view(fields_of_view, (trials, robots))
     if scenario.arena.bounded:
         _check_inside(scenario, poses, robots)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
@@ -134,7 +149,7 @@ def simulate(
     )
     poses = poses.copy()
     poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
-    world = build_world(scenario, robots, objects, noise)
+    world = build_world(scenario, robots, objects, noise, _fields_of_view(scenario, fields_of_view, (trials, robots)))
     outputs = (result.speeds, result.poses, result.sensors)
     grain = slots_of(world.bodies)
     run_range(partial(record_trials, world=world), trials, threads, poses, controllers, keys, *outputs, grain=grain)
@@ -152,11 +167,13 @@ def observe(
     poses: np.ndarray,
     keys: np.ndarray,
     threads: int | None,
+    fields_of_view: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
     speeds = _new_speeds(trials, robots, scenario.control_steps)
-    world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise)
+    views = _fields_of_view(scenario, fields_of_view, (trials, robots))
+    world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise, views)
     grain = slots_of(world.bodies)
     run_range(partial(observe_trials, world=world), trials, threads, poses, controllers, keys, speeds, grain=grain)
     return speeds
@@ -174,6 +191,15 @@ def _check_numbers(*, trials: int, robots: int, objects: int, control_steps: int
             raise ValueError(f"`{name}` must be {least} or more; got {value}.")
     if not 0 <= noise < 1:
         raise ValueError(f"`wheel_noise` must be in [0, 1); got {noise}.")
+
+
+def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, shape: tuple[int, int]) -> None:
+    fields = np.asarray(fields_of_view, dtype=np.float64)
+    if fields.shape not in ((), shape[1:], shape):
+        raise ValueError(f"`fields_of_view` must have shape (), (A,) or (R, A) = {shape}; got {fields.shape}.")
+    wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
+    if wrong.size:
+        raise ValueError(f"`fields_of_view` must be from 0 to 2 pi = {FULL_VIEW:.6f} rad; got {wrong.flat[0]}.")
 
 
 def _check_threads(threads: int | None) -> None:

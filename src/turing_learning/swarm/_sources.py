@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..coevolution import Samples
+from ..models import Behavior
 from ._scenario import Scenario
 from ._simulate import initial_poses, observe
 
@@ -27,20 +28,18 @@ class MixedSwarm:
     threads: int | None = None
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, 2 n)."""
+        """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
         scenario = self.scenario
         models = np.asarray(models, dtype=np.float64)
-        if models.ndim != 2 or models.shape[1] != len(scenario.controller):
+        if models.ndim != 2 or models.shape[1] != len(scenario.parameter_names):
             raise ValueError(
-                f"`models` must have shape (M, P) = (any, {len(scenario.controller)}); got {models.shape}."
+                f"`models` must have shape (M, P) = (any, {len(scenario.parameter_names)}); got {models.shape}."
             )
         trials = len(models)
-        controllers = np.empty((trials, scenario.individuals, models.shape[1]))
-        controllers[:, : scenario.agents] = scenario.controller
-        controllers[:, scenario.agents :] = models[:, None]
+        mixed = mix(scenario, scenario.to_units(models))
         keys = rng.integers(0, 2**64, size=trials, dtype=np.uint64)
         poses = initial_poses(scenario, trials, rng)
-        speeds = observe(scenario, controllers, poses, keys, self.threads)
+        speeds = observe(scenario, mixed.wheel_speeds, poses, keys, self.threads, mixed.field_of_view)
         shape = speeds.shape[2:]
         genuine = speeds[:, : scenario.agents].transpose(1, 0, 2, 3).reshape(-1, *shape)
         return Samples(genuine=genuine, counterfeit=speeds[:, scenario.agents :])
@@ -80,3 +79,17 @@ class ObservedSwarm:
         keys = rng.integers(0, 2**64, size=self.trials, dtype=np.uint64)
         speeds = observe(scenario, controllers, initial_poses(scenario, self.trials, rng), keys, None)
         return speeds.reshape(-1, *speeds.shape[2:])
+
+
+def mix(scenario: Scenario, parameters: np.ndarray) -> Behavior:
+    """Return what the robots of each trial execute (M, A): agents, then replicas of the model with these parameters (M, P)."""
+    models = scenario.model.behavior(parameters)
+    shape = (len(parameters), scenario.individuals)
+    wheel_speeds = np.empty((*shape, len(scenario.controller)))
+    wheel_speeds[:, : scenario.agents] = scenario.controller
+    wheel_speeds[:, scenario.agents :] = models.wheel_speeds[:, None]
+    if models.field_of_view is None:
+        return Behavior(wheel_speeds)
+    field_of_view = np.full(shape, scenario.sensor.field_of_view)
+    field_of_view[:, scenario.agents :] = models.field_of_view[:, None]
+    return Behavior(wheel_speeds, field_of_view)

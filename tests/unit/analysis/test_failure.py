@@ -21,5 +21,18 @@ def test_failures_have_names(estimate, name):
 
 
 def test_a_model_of_another_length_is_refused():
-    with pytest.raises(ValueError, match=r"must have the same shape \(2 n,\); got \(4,\) and \(6,\)"):
+    with pytest.raises(ValueError, match=r"must have the same shape \(2 n,\) or \(2 n \+ 1,\); got \(4,\) and \(6,\)"):
         name_failure(TRUTH[:4], TRUTH)
+
+
+@pytest.mark.parametrize(
+    ("estimate", "name"),
+    [
+        ([-0.7, -1.0, 1.0, -1.0, 1.0], "good"),
+        ([-0.7, -1.0, 1.0, -1.0, 4.0], "field of view"),
+        ([1.0, -1.0, -0.7, -1.0, 4.0], "states exchanged"),
+        ([-0.7, -1.0, 1.0, -5.0, 1.0], "runaway"),
+    ],
+)
+def test_failures_of_models_with_a_field_of_view_have_names(estimate, name):
+    assert name_failure(np.array(estimate), np.array([-0.7, -1.0, 1.0, -1.0, 1.05])) == name

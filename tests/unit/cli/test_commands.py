@@ -34,7 +34,9 @@ def refused(call, tmp_path):
     return refused
 
 
-@pytest.mark.parametrize("command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]])
+@pytest.mark.parametrize(
+    "command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"], ["search-controller"]]
+)
 def test_every_command_explains_itself(command, call):
     code, out, _ = call(*command, "--help")
     assert code == 0
@@ -51,6 +53,8 @@ def test_scenarios_lists_the_presets(call):
     assert "aggregation" in out
     assert "object-clustering" in out
     assert "vl2 = 0.1" in out
+    assert "aggregation-field-of-view-60" in out
+    assert "field of view 1.047 rad" in out
 
 
 def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):

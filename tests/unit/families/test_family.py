@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from turing_learning.families import FAMILIES, BurstAndCoast, Couzin, Robots, Vicsek
-from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Arena, simulate
+from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, simulate
 from turing_learning.trajectories import SIGNALS, compute_signals
 
 every_family = pytest.mark.parametrize("make", FAMILIES.values(), ids=FAMILIES)
@@ -198,3 +198,13 @@ def test_wheel_speeds_may_be_negative_but_must_be_finite():
 def test_a_known_system_must_be_named_completely(truth, groups, message):
     with pytest.raises(ValueError, match=message):
         Vicsek().observe(truth, groups=groups, rng=np.random.default_rng(1))
+
+
+def test_the_field_of_view_of_robots_can_be_a_parameter():
+    robots = Robots(scenario=AGGREGATION_VIEW_60, individuals=3, steps=8, observed=3, start_side_cm=60)
+    assert robots.parameters["theta"].unit == "rad"
+    blind, wide = ([0.0, 0.0, 1.0, 1.0, theta] for theta in (0.0, 2 * np.pi))
+    moved = robots.simulate(np.repeat([blind, wide], 20, axis=0), np.random.default_rng(1))
+    still = (moved[:, 0] == moved[:, -1]).all(axis=-1).all(axis=-1)
+    assert still[:20].any()
+    assert not still[20:].any()

@@ -1,0 +1,77 @@
+"""Fields of view: a sector around a robot's heading, and the nearest item of which any part lies in it.
+
+Seen from a robot, a body's centre is `ahead` along the heading and `off` to a side. The sector ends on that side at the angle h,
+half the field of view, and from its border the centre is
+
+    along   = ahead cos h + |off| sin h
+    outside = |off| cos h - ahead sin h
+
+The centre lies in the sector if outside < 0; then the nearest visible point is the nearest of the disk. Otherwise a part of the
+disk is visible if the border meets it (along > 0, outside <= r), first at along - sqrt(r r - outside outside), or if the robot's
+centre lies in the disk. A field of 0 has no inside: along = ahead and outside = |off|, to the last bit, the line of sight.
+"""
+
+import math
+
+import numpy as np
+
+from .compile import inlined
+from .world import State, World
+
+
+@inlined
+def nearest_visible(ahead: float, off: float, radius: float, cosine: float, sine: float) -> float:
+    """Return the signed distance of the nearest visible point of a disk; inf if no part of it is in view.
+
+    `cosine` and `sine` are those of half the field of view.
+    """
+    side = abs(off)
+    along = ahead * cosine + side * sine
+    outside = side * cosine - ahead * sine
+    square = ahead * ahead + side * side
+    within = outside < 0.0
+    met = (along > 0.0) & (outside <= radius)
+    around = (sine > 0.0) & (square <= radius * radius)
+    root = math.sqrt(square if within else max(radius * radius - outside * outside, 0.0))
+    distance = root - radius if within else along - root
+    return distance if within | met | around else np.inf
+
+
+@inlined
+def look_into(i: int, j: int, world: World, state: State) -> None:
+    """Let robot `i` read body `j`, in every slot, if that is the nearest so far; count the two if they are within reach."""
+    x, y, cosine, sine, reach = state.x[i], state.y[i], state.cosine[i], state.sine[i], state.reach[i]
+    other_x, other_y, other_reach, crowd = state.x[j], state.y[j], state.reach[j], state.crowd
+    view_cosine, view_sine, nearest, reading = state.view_cosine[i], state.view_sine[i], state.seen[i], state.reading[i]
+    radius, own = world.sight_radius[j], world.reading[j]
+    for w in range(crowd.shape[0]):
+        dx = other_x[w] - x[w]
+        dy = other_y[w] - y[w]
+        limit = reach[w] + other_reach[w]
+        ahead = dx * cosine[w] + dy * sine[w]
+        off = dx * sine[w] - dy * cosine[w]
+        distance = nearest_visible(ahead, off, radius, view_cosine[w], view_sine[w])
+        closer = (distance < nearest[w]) & (radius >= 0.0)
+        nearest[w] = distance if closer else nearest[w]
+        reading[w] = own if closer else reading[w]
+        crowd[w] += 1.0 if dx * dx + dy * dy < limit * limit else 0.0
+
+
+@inlined
+def sense_in_sectors(world: World, state: State) -> None:
+    """Read the sensors of every robot in every slot, and count the pairs within reach, as `sensing.sense` does."""
+    state.seen[:] = np.inf
+    state.reading[:] = 0
+    state.crowd[:] = 0.0
+    for i in range(world.robots):
+        for j in range(world.bodies):
+            if i != j:
+                look_into(i, j, world, state)
+
+
+@inlined
+def open_view(sectors: np.ndarray | None, trial: int, w: int, state: State) -> None:
+    """Give the robots in slot `w` the fields of view of a trial, if there are any."""
+    if sectors is not None:
+        for i in range(sectors.shape[2]):
+            state.view_cosine[i, w], state.view_sine[i, w] = sectors[0, trial, i], sectors[1, trial, i]
