@@ -233,7 +233,8 @@ def _decide_in_turn(
     for samples in trials:
         left = individuals - agent.sum(axis=1)
         many = left > SPARSE * individuals
-        agent[many] |= classifier.judge(genomes[many], samples) >= THRESHOLD
+        if many.any():
+            agent[many] |= classifier.judge(genomes[many], samples) >= THRESHOLD
         for n in np.flatnonzero(~many & (left > 0)):
             undecided = np.flatnonzero(~agent[n])
             agent[n, undecided] = classifier.judge(genomes[n : n + 1], samples[undecided])[0] >= THRESHOLD
