@@ -203,7 +203,7 @@ def _stored(path: Path) -> dict[str, Any] | None:
 
 def _stored_arrays(path: Path) -> dict[str, Any] | None:
     try:
-        with np.load(path, allow_pickle=False) as content:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
             found = {name.removeprefix(_FOUND): content[name] for name in content.files if name.startswith(_FOUND)}
             return {"seconds": float(content["seconds"]), "found": found}
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
