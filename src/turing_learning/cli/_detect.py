@@ -66,8 +66,13 @@ def detect(
         typer.Option("--abnormal", metavar="FILE", help="Motion of others to calibrate with; simulated by default."),
     ] = None,
     rule: Annotated[
-        str, typer.Option("--rule", metavar="RULE", help="unanimous, single, group, archive, or jury.")
-    ] = "jury",
+        str,
+        typer.Option(
+            "--rule",
+            metavar="RULE",
+            help="fittest, unanimous, single, majority, group, archive, jury, or discriminant.",
+        ),
+    ] = "discriminant",
     false_alarms: Annotated[
         float,
         typer.Option(

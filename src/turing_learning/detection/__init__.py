@@ -4,8 +4,8 @@ Post-evaluation, as in section 4.4 of the paper:
 
 `grid_models`
     Models on a grid over the parameter space, 11^4 of them in the paper.
-`post_evaluate`, `PostEvaluation`
-    Decision accuracy of any number of classifiers over many models.
+`post_evaluate`, `count_agents`, `PostEvaluation`
+    Decision accuracy of any number of classifiers over many models; the same in parts.
 `accuracy_over_generations`, `sampled_generations`, `GenerationAccuracies`
     Accuracy of the subjectively and of the objectively best classifier over the generations of a run.
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ._generations import GenerationAccuracies, accuracy_over_generations, sampled_generations
     from ._motion import Motion, cut_recordings, load_motion
     from ._own import keep_calibration
-    from ._post_evaluation import PostEvaluation, grid_models, post_evaluate
+    from ._post_evaluation import PostEvaluation, count_agents, grid_models, post_evaluate
     from ._recorded import RecordedMotion, recorded_motion
     from ._roc import RocCurve, roc_curve
     from ._run import RunClassifiers, StoredRun, run_classifiers
@@ -65,6 +65,7 @@ __all__ = [
     "accuracy_over_generations",
     "compare_detectors",
     "compare_rules",
+    "count_agents",
     "cut_recordings",
     "grid_models",
     "keep_calibration",
@@ -84,7 +85,7 @@ _HOMES = {
     "_detector": ("RULES", "Detector"),
     "_generations": ("GenerationAccuracies", "accuracy_over_generations", "sampled_generations"),
     "_motion": ("Motion", "cut_recordings", "load_motion"),
-    "_post_evaluation": ("PostEvaluation", "grid_models", "post_evaluate"),
+    "_post_evaluation": ("PostEvaluation", "count_agents", "grid_models", "post_evaluate"),
     "_own": ("keep_calibration",),
     "_recorded": ("RecordedMotion", "recorded_motion"),
     "_roc": ("RocCurve", "roc_curve"),

@@ -11,15 +11,15 @@ from turing_learning.config import ConfigurationError, nearest
 
 from ._checks import checked_motion
 from ._motion import Motion
-from ._post_evaluation import decide
 from ._recorded import RecordedMotion
 from ._run import StoredRun, calibration_motion, run_classifiers
 from ._scan import Scan, TimedVerdict
 from ._verdict import DIGITS, Verdict, decide_verdict, mean_score
+from ._weights import weigh
 
-RULES = ("unanimous", "single", "group", "archive", "jury")
+RULES = ("fittest", "unanimous", "single", "majority", "group", "archive", "jury", "discriminant")
 """Names of the rules; see `Detector`."""
-_ONE_CLASSIFIER = ("unanimous", "single")
+DEFAULT_RULE = "discriminant"
 DRAWS = 20_000  # of genuine individuals, to place the threshold
 _ANY = 10.0**-DIGITS
 
@@ -29,23 +29,27 @@ class Detector:
     """Tell from motion which individuals behave abnormally.
 
     Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual is
-    called abnormal if the mean score of its samples is below a threshold. Five rules choose voters and threshold:
+    called abnormal if the mean score of its samples is below a threshold. Eight rules choose voters and threshold:
 
-    ============  =============================================  ==========================================
-    rule          voters                                         abnormal if
-    ============  =============================================  ==========================================
-    "unanimous"   the one of the last generation that decides    all samples are judged counterfeit: with
-                  best by this rule                              ten, the rule of the paper
-    "single"      the one of the last generation with the        below the threshold
-                  largest Youden's J
-    "group"       all of the last generation                     below the threshold
-    "archive"     the best of up to 100 generations              below the threshold
-    "jury"        both of these                                  below the threshold
-    ============  =============================================  ==========================================
+    ==============  =============================================  ==========================================
+    rule            voters                                         abnormal if
+    ==============  =============================================  ==========================================
+    "fittest"       the subjectively best of the last generation   below the threshold
+    "unanimous"     the one of the last generation that decides    all samples are judged counterfeit: with
+                    best by this rule                              ten, the rule of the paper
+    "single"        the one of the last generation with the        below the threshold
+                    largest Youden's J
+    "majority"      all of the last generation, with equal votes   below the threshold
+    "group"         all of the last generation                     below the threshold
+    "archive"       the best of up to 100 generations              below the threshold
+    "jury"          both of these                                  below the threshold
+    "discriminant"  the same, weighted together                    below the threshold
+    ==============  =============================================  ==========================================
 
     A vote weighs Youden's J = specificity + sensitivity - 1 where that is positive, measured on genuine and on abnormal
-    motion; one that guesses has no vote. The threshold is where the stated share of genuine individuals, that had no
-    part in the weights, would be called abnormal. It depends on the number of samples of an individual.
+    motion; one that guesses has no vote. "discriminant" weighs those that have one by Fisher's linear discriminant: who says
+    the same as others counts for less, and who hardly ever errs for more. The threshold is where the stated share of genuine
+    individuals, that had no part in the weights, would be called abnormal. It depends on the number of samples of an individual.
 
     Parameters
     ----------
@@ -66,7 +70,7 @@ class Detector:
 
     Source
     ------
-    Paper, section 4.4; Youden, Index for rating diagnostic tests (1950); docs/decisions/0014.
+    Paper, section 4.4; Youden, Index for rating diagnostic tests (1950); docs/decisions/0014 and 0019.
     """
 
     classifier: Classifier
@@ -87,7 +91,7 @@ class Detector:
         *,
         genuine: np.ndarray,
         abnormal: np.ndarray,
-        rule: str = "jury",
+        rule: str = DEFAULT_RULE,
         false_alarms: float = 0.01,
     ) -> "Detector":
         """Choose voters, weights and threshold; nothing is trained.
@@ -120,13 +124,7 @@ class Detector:
             raise ConfigurationError(f"`genuine` must hold at least 2 individuals; got {len(genuine)}.")
         votes, abnormal_votes = _votes(classifier, genomes, genuine), _votes(classifier, genomes, abnormal)
         half = len(genuine) // 2
-        competence = _competence(rule, votes[:, :half], abnormal_votes)
-        if not competence.max(initial=0.0) > 0:
-            raise ConfigurationError(
-                f"`genomes` must hold a classifier that tells genuine from abnormal motion; got {len(genomes)} that "
-                "cannot. Run more generations."
-            )
-        weights = _weights(rule, competence)
+        weights = weigh(rule, votes[:, :half], abnormal_votes)
         voters = weights > 0
         return cls(
             classifier=classifier,
@@ -145,7 +143,7 @@ class Detector:
         cls,
         result: StoredRun,
         *,
-        rule: str = "jury",
+        rule: str = DEFAULT_RULE,
         false_alarms: float = 0.01,
         genuine: np.ndarray | None = None,
         abnormal: np.ndarray | None = None,
@@ -328,20 +326,6 @@ def _votes(classifier: Classifier, genomes: np.ndarray, motion: np.ndarray) -> n
     individuals, samples, *series = motion.shape
     outputs = classifier.judge(genomes, motion.reshape(individuals * samples, *series))
     return (outputs >= THRESHOLD).reshape(len(genomes), individuals, samples)
-
-
-def _competence(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
-    """Return Youden's J (N,) of decisions about individuals for the unanimous rule, about samples for all others."""
-    if rule == "unanimous":
-        return decide(genuine).mean(axis=1) - decide(abnormal).mean(axis=1)
-    return genuine.mean(axis=(1, 2)) - abnormal.mean(axis=(1, 2))
-
-
-def _weights(rule: str, competence: np.ndarray) -> np.ndarray:
-    if rule in _ONE_CLASSIFIER:
-        return (np.arange(len(competence)) == competence.argmax()).astype(float)
-    positive = np.maximum(competence, 0)
-    return positive / positive.sum()
 
 
 def _scores(weights: np.ndarray, votes: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Decision accuracy of classifiers over a wide range of models."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,10 @@ from turing_learning.swarm import Scenario, initial_poses
 from ._checks import checked_models, require_at_least
 from ._simulated import POST_EVALUATION, observe_models, stream
 
-BLOCK_BYTES = 64_000_000  # of samples that are simulated and judged at once
+BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
 GENOMES = 500  # that judge a block at once
+SPARSE = 0.2  # share of undecided individuals below which a classifier's are picked out, which costs more for each
+WHOLE = slice(None)
 MOST_GRID_MODELS = 10_000_000
 
 
@@ -36,6 +38,12 @@ class PostEvaluation:
     def accuracy(self) -> np.ndarray:
         """Decision accuracy (N,): the mean of both. 0.5 for a classifier that decides the same about all."""
         return (self.sensitivity + self.specificity) / 2
+
+    @classmethod
+    def of_counts(cls, counts: np.ndarray, scenario: Scenario, models: int) -> "PostEvaluation":
+        """Return shares from what `count_agents` has counted in the swarms of all M models."""
+        shares = counts / (models * np.array([scenario.agents, scenario.replicas]))
+        return cls(sensitivity=1 - shares[:, 1], specificity=shares[:, 0])
 
 
 def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: float = 1.0) -> np.ndarray:
@@ -104,7 +112,8 @@ def post_evaluate(
     A replica executes each model among agents, in several trials from initial poses that are common to all models and
     classifiers. A classifier judges each individual once a trial, and decides that it is a model only if all
     judgments say so. The trials do not depend on the classifiers: each is simulated once, in blocks of models that all
-    classifiers judge, so that memory does not grow with the number of models.
+    classifiers judge, so that memory does not grow with the number of models. What a classifier has judged genuine once
+    it need not judge again.
 
     Parameters
     ----------
@@ -132,28 +141,67 @@ def post_evaluate(
     ------
     Paper, section 4.4.
     """
+    counts = count_agents(classifier, genomes, scenario, models, trials=trials, seed=seed, threads=threads)
+    assert counts is not None  # nobody asks for a stop
+    return PostEvaluation.of_counts(counts, scenario, len(models))
+
+
+def count_agents(
+    classifier: Classifier,
+    genomes: np.ndarray,
+    scenario: Scenario,
+    models: np.ndarray,
+    *,
+    part: slice = WHOLE,
+    trials: int = 10,
+    seed: int = 0,
+    threads: int | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> np.ndarray | None:
+    """Count the individuals that classifiers decide to be agents: what `post_evaluate` does, in parts.
+
+    Parameters
+    ----------
+    classifier, genomes, scenario, models, trials, seed, threads
+        As in `post_evaluate`.
+    part
+        Which of the models; the counts of parts that cover all add up to those of all.
+    should_stop
+        Asked before every 500 classifiers.
+
+    Returns
+    -------
+    (N, 2) or None
+        Numbers of agents, and of replicas; None if it was stopped.
+
+    Raises
+    ------
+    ConfigurationError
+        If a shape or number does not fit.
+    """
     require_at_least(1, trials=trials)
     models = checked_models("models", models, scenario)
     genomes = np.asarray(genomes)
     if genomes.ndim != 2 or not len(genomes):
         raise ConfigurationError(f"`genomes` must have the shape (N, Q), N >= 1; got {genomes.shape}.")
-    as_agents = np.zeros((len(genomes), 2), dtype=np.int64)  # numbers of agents and replicas
-    for samples in _blocks(scenario, models, trials, seed, threads):
+    counts = np.zeros((len(genomes), 2), dtype=np.int64)
+    for samples in _blocks(scenario, models, part, trials, seed, threads):
         for start in range(0, len(genomes), GENOMES):
-            part = slice(start, start + GENOMES)
-            as_agents[part] += _count_agents(classifier, genomes[part], samples, scenario.agents)
-    shares = as_agents / (len(models) * np.array([scenario.agents, scenario.replicas]))
-    return PostEvaluation(sensitivity=1 - shares[:, 1], specificity=shares[:, 0])
+            if should_stop is not None and should_stop():
+                return None
+            chosen = slice(start, start + GENOMES)
+            counts[chosen] += _count_agents(classifier, genomes[chosen], samples, scenario.agents)
+    return counts
 
 
 def _blocks(
-    scenario: Scenario, models: np.ndarray, trials: int, seed: int, threads: int | None
+    scenario: Scenario, models: np.ndarray, part: slice, trials: int, seed: int, threads: int | None
 ) -> Iterator[np.ndarray]:
     """Yield samples (individuals, models of the block, trials, T, D)."""
     rng = stream(seed, POST_EVALUATION)
     poses = initial_poses(scenario, trials, rng)
-    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)
-    size = _block_size(scenario, trials)
+    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
+    models, size = models[part], _block_size(scenario, trials)
     for start in range(0, len(models), size):
         block = models[start : start + size]
         starts = np.repeat(poses[None], len(block), axis=0)
@@ -168,7 +216,26 @@ def _block_size(scenario: Scenario, trials: int) -> int:
 def _count_agents(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray, agents: int) -> np.ndarray:
     """Return the numbers (N, 2) of agents and of replicas that are decided to be agents."""
     individuals, models, trials, *series = samples.shape
-    outputs = classifier.judge(genomes, samples.reshape(-1, *series))
-    decisions = decide((outputs >= THRESHOLD).reshape(len(genomes), individuals, models, trials))
-    counts = decisions.sum(axis=2)
+    by_trial = (samples[:, :, trial].reshape(-1, *series) for trial in range(trials))
+    decisions = _decide_in_turn(classifier, genomes, by_trial, individuals * models)
+    counts = decisions.reshape(len(genomes), individuals, models).sum(axis=2)
     return np.stack([counts[:, :agents].sum(axis=1), counts[:, agents:].sum(axis=1)], axis=1)
+
+
+def _decide_in_turn(
+    classifier: Classifier, genomes: np.ndarray, trials: Iterable[np.ndarray], individuals: int
+) -> np.ndarray:
+    """Return what `decide` says (N, individuals), from samples (individuals, T, D) of one trial after the other.
+
+    Who has been judged genuine once is an agent, and is not judged again by that classifier.
+    """
+    agent = np.zeros((len(genomes), individuals), dtype=bool)
+    for samples in trials:
+        left = individuals - agent.sum(axis=1)
+        many = left > SPARSE * individuals
+        if many.any():
+            agent[many] |= classifier.judge(genomes[many], samples) >= THRESHOLD
+        for n in np.flatnonzero(~many & (left > 0)):
+            undecided = np.flatnonzero(~agent[n])
+            agent[n, undecided] = classifier.judge(genomes[n : n + 1], samples[undecided])[0] >= THRESHOLD
+    return agent

@@ -69,7 +69,8 @@ class RunClassifiers:
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
-        pools = {"archive": (self.best,), "jury": (self.last, self.best)}
+        both = (self.last, self.best)
+        pools = {"fittest": (self.best[-1:],), "archive": (self.best,), "jury": both, "discriminant": both}
         return np.concatenate(pools.get(rule, (self.last,)))
 
     def simulated_scenario(self) -> Scenario:

@@ -60,7 +60,7 @@ def accuracy_figure(generations: np.ndarray, *, subjective: np.ndarray, objectiv
         axes, generations, subjective, name="best classifier (subjective)", color=ORANGE, marker="o", dashes="--"
     )
     _even_ratios(axes, generations)
-    lowest = (np.minimum(objective, subjective)).min()
+    lowest = min((values.mean(axis=0) - values.std(axis=0)).min() for values in (objective, subjective))
     axes.set_ylim(min(0.5, 100 * lowest // 5 / 20), 1.01)
     label(axes, "Decision accuracy")
     add_legend(figure, loc="outside upper left", ncols=2)

@@ -1,14 +1,18 @@
 """The pieces of work of an experiment: each is stored in a small file of its own, and done once."""
 
+import io
 import json
 import time
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.runs import write_json
+import numpy as np
+
+from turing_learning.runs import write_atomically, write_json
 
 from ._errors import Stopped
 
@@ -16,6 +20,7 @@ if TYPE_CHECKING:
     from turing_learning.studies import StudyProgress, StudyResult
 
 Say = Callable[[str], None]
+_FOUND = "found/"
 
 
 def _silent(text: str) -> None:
@@ -80,12 +85,40 @@ class Work:
         OSError
             If the file cannot be written.
         """
-        path = self._folder / f"{name}.json"
-        stored = _stored(path)
+        return self._once(name, compute, self._folder / f"{name}.json", _stored, write_json)
+
+    def arrays(self, name: str, compute: Callable[[], Mapping[str, np.ndarray] | None]) -> dict[str, np.ndarray]:
+        """Return what a piece of work has found, as `piece`, where that is arrays.
+
+        Parameters
+        ----------
+        name
+            Name of the piece, one for each in the experiment.
+        compute
+            Returns name -> array, or None if it was stopped.
+
+        Raises
+        ------
+        Stopped
+            If a stop was asked for.
+        OSError
+            If the file cannot be written.
+        """
+        return self._once(name, compute, self._folder / f"{name}.npz", _stored_arrays, _write_arrays)
+
+    def _once(
+        self,
+        name: str,
+        compute: Callable[[], Mapping[str, Any] | None],
+        path: Path,
+        read: Callable[[Path], dict[str, Any] | None],
+        write: Callable[[Path, dict[str, Any]], None],
+    ) -> dict[str, Any]:
+        stored = read(path)
         if stored is None:
             stored = self._done(name, compute)
             self._folder.mkdir(parents=True, exist_ok=True)
-            write_json(path, stored)
+            write(path, stored)
             self._say(f"{name}: {stored['seconds']:.1f} s")
         self.seconds += stored["seconds"]
         return stored["found"]
@@ -166,3 +199,19 @@ def _stored(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError):
         return None
     return content if isinstance(content, dict) and {"seconds", "found"} <= content.keys() else None
+
+
+def _stored_arrays(path: Path) -> dict[str, Any] | None:
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
+            found = {name.removeprefix(_FOUND): content[name] for name in content.files if name.startswith(_FOUND)}
+            return {"seconds": float(content["seconds"]), "found": found}
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
+        return None
+
+
+def _write_arrays(path: Path, content: dict[str, Any]) -> None:
+    found = {f"{_FOUND}{name}": array for name, array in content["found"].items()}
+    memory = io.BytesIO()
+    np.savez_compressed(memory, seconds=np.array(content["seconds"]), **found)
+    write_atomically(path, memory.getvalue())

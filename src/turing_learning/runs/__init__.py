@@ -10,6 +10,8 @@
     What a run has inferred, with its history and report.
 `Progress`
     What an observer is told after every generation.
+`classifier_of`
+    The classifiers' network of a configuration.
 `trial_replay`, `write_trial`
     One trial of a scenario, as page or film.
 `RunFolder`, `resume_command`
@@ -31,6 +33,7 @@ from ._errors import RunFolderError, RunStorageError, refuse_future_format
 from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
+    from ._assemble import classifier_of
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
@@ -50,6 +53,7 @@ __all__ = [
     "RunFolder",
     "RunFolderError",
     "RunStorageError",
+    "classifier_of",
     "infer",
     "is_laboratory_run",
     "load_run",
@@ -83,6 +87,7 @@ _LAZY = {
     "RunFolder": "_folder",
     "resume_command": "_folder",
     "resume_laboratory": "_laboratory",
+    "classifier_of": "_assemble",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",
     "load_run": "_infer",

@@ -39,7 +39,7 @@ def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
     assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
     count = list(rows.values()).count("abnormal")
-    assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule jury, " in out
+    assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule discriminant, " in out
 
 
 def test_motion_from_a_file_is_judged(run, call):
@@ -56,7 +56,7 @@ def test_json_holds_what_the_table_holds(run, call):
     code, out, _ = call("detect", run, "motion.npy", "--false-alarms", "0.05", "--json")
     content = json.loads(out)
     assert code == 0
-    assert (content["rule"], content["false_alarms"], content["samples"]) == ("jury", 0.05, 3)
+    assert (content["rule"], content["false_alarms"], content["samples"]) == ("discriminant", 0.05, 3)
     assert [entry["individual"] for entry in content["individuals"]] == ["1", "2"]
     for entry in content["individuals"]:
         assert entry["abnormal"] == (entry["score"] < content["threshold"])

@@ -6,7 +6,7 @@ import pytest
 from turing_learning.analysis import decision_accuracy
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import _post_evaluation, grid_models, post_evaluate
+from turing_learning.detection import PostEvaluation, _post_evaluation, count_agents, grid_models, post_evaluate
 from turing_learning.detection._simulated import POST_EVALUATION, observe_models, stream
 from turing_learning.swarm import AGGREGATION, Robot, initial_poses
 
@@ -16,14 +16,15 @@ MODELS = RNG.uniform(-1, 1, (7, 4))
 
 
 class Listener:
-    """Accept every sample, and keep them."""
+    """Judge every sample alike, and keep them."""
 
-    def __init__(self):
+    def __init__(self, judgment=0.0):
         self.heard = []
+        self._judgment = judgment
 
     def judge(self, genomes, samples):
         self.heard.append(samples.copy())
-        return np.ones((len(genomes), len(samples)), np.float32)
+        return np.full((len(genomes), len(samples)), self._judgment, np.float32)
 
 
 def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
@@ -67,13 +68,13 @@ def test_the_accuracy_is_that_of_all_judgments_taken_together(scenario):
     classifier, listener = ElmanClassifier(scale=scenario.input_scale, threads=1), Listener()
     found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
     post_evaluate(listener, GENOMES[:1], scenario, MODELS, trials=3, seed=4, threads=1)
-    judged = (classifier.judge(GENOMES, listener.heard[0]) >= 0.5).reshape(6, 3, 7, 3)
-    agents, models = judged[:, :2].reshape(6, 14, 3), judged[:, 2]
+    judged = np.stack([classifier.judge(GENOMES, trial) >= 0.5 for trial in listener.heard], axis=-1)
+    agents, models = judged[:, :14], judged[:, 14:]
     np.testing.assert_allclose(found.accuracy, decision_accuracy(agents, models), rtol=1e-12)
 
 
 def test_a_classifier_that_accepts_everything_decides_half_of_it_correctly(scenario):
-    found = post_evaluate(Listener(), GENOMES, scenario, MODELS, trials=2)
+    found = post_evaluate(Listener(1.0), GENOMES, scenario, MODELS, trials=2)
     assert found.specificity.tolist() == [1.0] * 6
     assert found.sensitivity.tolist() == [0.0] * 6
     assert found.accuracy.tolist() == [0.5] * 6
@@ -89,10 +90,11 @@ def test_initial_poses_are_common_to_all_models(scenario):
     same = np.tile(silent.controller, (3, 1))
     listener = Listener()
     post_evaluate(listener, GENOMES, silent, same, trials=2, threads=1)
-    samples = listener.heard[0].reshape(3, 3, 2, 10, 2)
-    np.testing.assert_array_equal(samples[:, 1], samples[:, 0])
-    np.testing.assert_array_equal(samples[:, 2], samples[:, 0])
-    assert not np.array_equal(samples[:, 0, 0], samples[:, 0, 1])
+    trials = [samples.reshape(3, 3, 10, 2) for samples in listener.heard]
+    for samples in trials:
+        np.testing.assert_array_equal(samples[:, 1], samples[:, 0])
+        np.testing.assert_array_equal(samples[:, 2], samples[:, 0])
+    assert not np.array_equal(trials[0], trials[1])
 
 
 def test_the_accuracy_does_not_depend_on_threads_and_on_what_is_judged_at_once(scenario, monkeypatch):
@@ -109,7 +111,54 @@ def test_no_more_than_a_block_is_judged_at_once(scenario, monkeypatch):
     monkeypatch.setattr(_post_evaluation, "BLOCK_BYTES", 2 * 8 * 3 * 2 * 10 * 2)
     listener = Listener()
     post_evaluate(listener, GENOMES, scenario, MODELS, trials=2)
-    assert [len(samples) for samples in listener.heard] == [12, 12, 12, 6]
+    assert [len(samples) for samples in listener.heard] == [6, 6, 6, 6, 6, 6, 3, 3]
+
+
+def test_who_was_judged_genuine_once_is_not_judged_again(scenario):
+    class Choosy(Listener):
+        """Judge every sample genuine except the last."""
+
+        def judge(self, genomes, samples):
+            return super().judge(genomes, samples) + (np.arange(len(samples)) < len(samples) - 1)
+
+    listener = Choosy()
+    found = post_evaluate(listener, GENOMES[:1], scenario, MODELS[:2], trials=4, threads=1)
+    assert [len(samples) for samples in listener.heard] == [6, 1, 1, 1]
+    assert (found.specificity.tolist(), found.sensitivity.tolist()) == ([1.0], [0.5])
+
+
+@pytest.mark.parametrize("sparse", [0.0, 0.5, 1.0])
+def test_who_is_picked_out_and_who_is_judged_with_all_others_makes_no_difference(sparse, scenario, monkeypatch):
+    monkeypatch.setattr(_post_evaluation, "SPARSE", sparse)
+    classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
+    expected = naive_accuracy(classifier, GENOMES, scenario, MODELS, trials=3, seed=4)
+    found = post_evaluate(classifier, GENOMES, scenario, MODELS, trials=3, seed=4, threads=1)
+    np.testing.assert_allclose(found.accuracy, expected, rtol=1e-12)
+
+
+def test_counts_of_parts_add_up_to_those_of_all(scenario):
+    classifier = ElmanClassifier(scale=scenario.input_scale, threads=1)
+    options = {"trials": 2, "seed": 3, "threads": 1}
+    parts = [
+        count_agents(classifier, GENOMES, scenario, MODELS, part=part, **options) for part in (slice(3), slice(3, None))
+    ]
+    whole = count_agents(classifier, GENOMES, scenario, MODELS, **options)
+    np.testing.assert_array_equal(sum(parts), whole)
+    found = PostEvaluation.of_counts(whole, scenario, len(MODELS))
+    expected = post_evaluate(classifier, GENOMES, scenario, MODELS, **options)
+    np.testing.assert_array_equal(found.accuracy, expected.accuracy)
+
+
+def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkeypatch):
+    monkeypatch.setattr(_post_evaluation, "GENOMES", 2)
+    asked, listener = [], Listener()
+
+    def should_stop():
+        asked.append(True)
+        return len(asked) > 1
+
+    assert count_agents(listener, GENOMES, scenario, MODELS, trials=3, should_stop=should_stop) is None
+    assert len(listener.heard) == 3
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def test_all_rules_are_compared_in_the_scenario_of_a_run(run):
 
 
 def test_the_comparison_is_the_same_for_any_number_of_threads(run):
-    one, two = (compare_rules(run, rules=["jury"], samples=2, behaviors=8, threads=n)[0] for n in (1, 2))
+    one, two = (compare_rules(run, rules=["discriminant"], samples=2, behaviors=8, threads=n)[0] for n in (1, 2))
     np.testing.assert_array_equal(one.curve.thresholds, two.curve.thresholds)
     assert (one.detections, one.false_alarms) == (two.detections, two.false_alarms)
 

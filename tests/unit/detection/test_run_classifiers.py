@@ -34,7 +34,17 @@ def test_the_network_is_that_of_the_run(run):
 
 
 @pytest.mark.parametrize(
-    ("rule", "count"), [("single", 8), ("unanimous", 8), ("group", 8), ("archive", 7), ("jury", 15)]
+    ("rule", "count"),
+    [
+        ("fittest", 1),
+        ("single", 8),
+        ("unanimous", 8),
+        ("majority", 8),
+        ("group", 8),
+        ("archive", 7),
+        ("jury", 15),
+        ("discriminant", 15),
+    ],
 )
 def test_each_rule_chooses_among_its_classifiers(run, rule, count):
     assert len(run_classifiers(run).voters(rule)) == count

@@ -1,5 +1,6 @@
 import json
 
+import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
@@ -25,6 +26,38 @@ def test_a_piece_of_work_is_done_once(tmp_path):
         assert Work(tmp_path / "pieces", None, say=said.append).piece("one", compute) == {"value": 7}
     assert len(calls) == 1
     assert [text.partition(":")[0] for text in said] == ["one"]
+
+
+def test_arrays_are_computed_once_and_come_back_as_they_were(tmp_path):
+    calls = []
+
+    def compute():
+        calls.append(1)
+        return {"seconds": np.arange(3, dtype=np.uint32), "empty": np.empty((0, 2), np.float32)}
+
+    for _ in range(2):
+        work = Work(tmp_path / "pieces", None)
+        found = work.arrays("one", compute)
+        assert (found["seconds"].tolist(), found["seconds"].dtype) == ([0, 1, 2], np.uint32)
+        assert (found["empty"].shape, found["empty"].dtype) == ((0, 2), np.float32)
+        assert work.seconds < 10
+    assert len(calls) == 1
+
+
+@pytest.mark.parametrize("damage", [b"", b"PK", None])
+def test_arrays_whose_file_is_not_whole_are_computed_again(damage, tmp_path):
+    path = tmp_path / "one.npz"
+    if damage is None:
+        Work(tmp_path, None).arrays("one", lambda: {"value": np.arange(1000)})
+        damage = path.read_bytes()[:-100]
+    path.write_bytes(damage)
+    assert Work(tmp_path, None).arrays("one", lambda: {"value": np.array(7)})["value"] == 7
+
+
+def test_arrays_that_were_stopped_leave_no_file(tmp_path):
+    with pytest.raises(Stopped, match="one"):
+        Work(tmp_path, None).arrays("one", lambda: None)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_file_that_is_not_whole_is_made_again(tmp_path):

@@ -1,0 +1,119 @@
+"""Section 4.4: its verdicts, and that its pieces are what the whole would be."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from turing_learning.detection import accuracy_over_generations, grid_models
+from turing_learning.reproduction import EXPERIMENTS, Stopped
+from turing_learning.reproduction._accuracy_verdicts import BestAccuracies, accuracy_verdicts
+from turing_learning.reproduction._populations import RunSizes, run_populations
+from turing_learning.reproduction._work import Work
+from turing_learning.runs import classifier_of, infer
+from turing_learning.swarm import AGGREGATION
+
+GENERATIONS = np.array([0, 1, 5, 50, 500, 999])
+SUBJECTIVE = np.array([0.6, 0.85, 0.84, 0.7, 0.65, 0.78])
+OBJECTIVE = np.array([0.8, 0.85, 0.9, 0.93, 0.95, 0.97])
+SMALL = RunSizes(runs=2, generations=3, first_seed=7, settings={"models.population": 8, "classifiers.population": 8})
+
+
+def words(subjective=SUBJECTIVE, objective=OBJECTIVE, variant=""):
+    """Return variant -> verdict, of two runs that differ by 0.002."""
+    best = BestAccuracies(
+        variant, GENERATIONS, *(np.stack([one - 0.001, one + 0.001]) for one in (subjective, objective))
+    )
+    return {verdict.variant: verdict.word for verdict in accuracy_verdicts(best)}
+
+
+def changed(values, generation, value):
+    return np.where(generation == GENERATIONS, value, values)
+
+
+def test_the_picture_of_the_paper_agrees():
+    assert words() == {"": "agree", "subjective best": "agree", "objective best": "agree"}
+
+
+@pytest.mark.parametrize(
+    ("generation", "value"),
+    [(0, 0.9), (50, 0.87), (500, 0.60), (999, 0.82)],
+    ids=["no rise", "no drop", "below the range", "above the range"],
+)
+def test_a_subjectively_best_that_does_something_else_differs(generation, value):
+    found = words(subjective=changed(SUBJECTIVE, generation, value))
+    assert found == {"": "differ", "subjective best": "differ", "objective best": "agree"}
+
+
+@pytest.mark.parametrize(
+    ("generation", "value"),
+    [(999, 0.95), (500, 0.90), (0, 0.971)],
+    ids=["not above 0.95", "a step back", "no rise"],
+)
+def test_an_objectively_best_that_does_something_else_differs(generation, value):
+    found = words(objective=changed(OBJECTIVE, generation, value))
+    assert found == {"": "differ", "subjective best": "agree", "objective best": "differ"}
+
+
+def test_a_small_step_back_is_still_almost_monotonic():
+    assert words(objective=changed(OBJECTIVE, 500, 0.915))["objective best"] == "agree"
+
+
+def test_the_range_is_held_against_twice_the_standard_error():
+    # the standard error of two runs that differ by 0.002 is 0.001: the limits are 0.618 and 0.802
+    assert words(subjective=changed(SUBJECTIVE, 999, 0.8019))[""] == "agree"
+    assert words(subjective=changed(SUBJECTIVE, 999, 0.8021))[""] == "differ"
+
+
+def test_verdicts_of_another_preset_stand_beside():
+    assert list(words(variant="preset paper")) == [
+        "preset paper",
+        "preset paper, subjective best",
+        "preset paper, objective best",
+    ]
+
+
+def test_populations_are_those_of_the_runs(tmp_path):
+    found = run_populations(Work(tmp_path, None), SMALL, "aggregation", "paper", [0, 2])
+    for run, seed in enumerate((7, 8)):
+        history = infer(
+            "aggregation", preset="paper", generations=3, seed=seed, settings=dict(SMALL.settings)
+        ).history.isel(generation=[0, 2])
+        np.testing.assert_array_equal(found.classifiers[run], history["classifier"])
+        np.testing.assert_array_equal(found.fitness[run], history["classifier_fitness"])
+
+
+def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
+    asked = []
+
+    def should_stop():
+        asked.append(True)
+        return len(asked) > 2
+
+    with pytest.raises(Stopped, match="run-default-seed7"):
+        run_populations(Work(tmp_path, None, should_stop=should_stop), SMALL, "aggregation", "default", [0])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_accuracies_are_those_of_each_run_on_its_own(conducted):
+    experiment = EXPERIMENTS["4.4"]
+    sizes = experiment.fast
+    with (conducted / "4.4" / "tables" / "accuracy-runs.csv").open(newline="") as file:
+        found = [row for row in csv.DictReader(file) if (row["preset"], row["seed"]) == ("paper", "1002")]
+    configuration = sizes.runs.configuration("aggregation", "paper", 1002)
+    history = infer(
+        "aggregation", preset="paper", generations=12, seed=1002, settings=dict(sizes.runs.settings)
+    ).history
+    alone = accuracy_over_generations(
+        classifier_of(configuration), history["classifier"].to_numpy(), history["classifier_fitness"].to_numpy(),
+        AGGREGATION, models=grid_models(AGGREGATION, sizes.points), generations=sizes.generations,
+        trials=sizes.trials, seed=sizes.seed,
+    )  # fmt: skip
+    assert [float(row["subjective"]) for row in found] == pytest.approx(alone.subjective.tolist(), rel=1e-5)
+    assert [float(row["objective"]) for row in found] == pytest.approx(alone.objective.tolist(), rel=1e-5)
+
+
+def test_the_generations_that_are_judged_hold_the_first_five_the_last_and_those_before_every_renewal():
+    sizes = EXPERIMENTS["4.4"].full
+    assert {0, 1, 2, 3, 4, 5, 99, 199, 299, 399, 499, sizes.runs.generations - 1} <= set(sizes.generations)
+    assert list(sizes.generations) == sorted(set(sizes.generations))
