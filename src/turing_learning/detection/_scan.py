@@ -74,12 +74,14 @@ class Scan:
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
         """Return the strength above which genuine individuals with so many windows lie as often as stated.
 
-        They are made of scores of single samples, drawn at random.
+        They are made of scores of single samples, drawn at random, and of one that could not be worse: what n samples have not
+        shown may still happen once in n + 1 times.
         """
+        known = np.append(self.genuine_scores, 0.0)
         draws = max(1000, min(draws, MOST_DRAWN // windows))
         rng = np.random.default_rng(windows)
         parts = np.array_split(np.arange(draws), max(1, draws * windows // 1_000_000))
-        drawn = [self.strengths(rng.choice(self.genuine_scores, (len(part), windows))) for part in parts]
+        drawn = [self.strengths(rng.choice(known, (len(part), windows))) for part in parts]
         return float(np.sort(np.concatenate(drawn))[-int(false_alarms * draws) - 1])
 
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
