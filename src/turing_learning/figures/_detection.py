@@ -90,12 +90,12 @@ def _even_ratios(axes: "Axes", generations: np.ndarray) -> None:
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
     axes.set_xscale("symlog", linthresh=1)
-    last = generations.max()
-    decades = [10**k for k in range(7) if 10**k <= max(last, 1)]
+    last = 1.2 * max(generations.max(), 1)
+    decades = [10**k for k in range(7) if 10**k <= last]
     axes.xaxis.set_major_locator(FixedLocator([0, *decades]))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.set_xlim(-0.2, max(last, 1) * 1.2)
+    axes.set_xlim(-0.2, last)
 
 
 def roc_figure(curves: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> "Figure":
