@@ -12,11 +12,12 @@ from ._epuck import EPuck
 from ._equipment import Camera, Equipment
 from ._laboratory_config import LaboratorySetup, RobotSection
 from ._link import LinkError
+from ._punctual import drop_old_images
 from ._tracker import Tracker, compare_labels
 
-IMAGES = 12
+IMAGES = 20
 """Taken to measure the camera's rate."""
-RATE_TOLERANCE = 0.05
+RATE_TOLERANCE = 0.1
 LANDMARK_CM = 1.0
 """Largest distance between where a landmark is said to lie and where it is seen."""
 
@@ -99,6 +100,7 @@ def _rate(camera: Camera, setup: LaboratorySetup, equipment: Equipment, tracker:
             f"`camera` must give images {expected}, as its calibration says; got {first.shape}. Calibrate it again, or set "
             "it to that size."
         )
+    drop_old_images(camera, equipment.clock, 1 / setup.camera.fps)
     begun = equipment.clock.now()
     images = [camera.take() for _ in range(IMAGES)]
     rate = IMAGES / max(equipment.clock.now() - begun, 1e-9)

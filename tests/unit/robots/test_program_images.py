@@ -1,0 +1,74 @@
+"""Images that come late are images; images that were left out, or come too fast, are not those of a trial."""
+
+import numpy as np
+import pytest
+
+from turing_learning.robots import CameraError, VirtualClock
+from turing_learning.robots._punctual import drop_old_images, punctual_images
+
+
+class Camera:
+    """Gives image k at 0.1 k s plus its delay; numbers in `lost` are never given."""
+
+    def __init__(self, clock, delays=None, lost=(), interval_s=0.1, kept=0):
+        self.clock, self.delays, self.lost, self.interval_s = clock, delays or {}, set(lost), interval_s
+        self.number, self.kept, self.given = -1, kept, []
+
+    def take(self):
+        if self.kept:
+            self.kept -= 1
+            return np.full((2, 2, 3), 255, np.uint8)
+        self.number += 1
+        while self.number in self.lost:
+            self.number += 1
+        self.clock.sleep(self.number * self.interval_s + self.delays.get(self.number, 0.0) - self.clock.now())
+        self.given.append(self.number)
+        return np.full((2, 2, 3), self.number, np.uint8)
+
+    def close(self):
+        pass
+
+
+def numbers(**options):
+    clock = VirtualClock()
+    camera = Camera(clock, **options)
+    return [int(image[0, 0, 0]) for image in punctual_images(camera, clock, 0.2, 20, 0.1)]
+
+
+def test_images_come_one_after_the_other():
+    assert np.diff(numbers()).tolist() == [1] * 19
+
+
+def test_old_images_are_left_alone():
+    assert 255 not in numbers(kept=5)
+
+
+def test_images_that_come_late_are_used():
+    assert len(numbers(delays={1: 0.09, 5: 0.09, 9: 0.25, 10: 0.15, 15: 0.08})) == 20
+
+
+def test_a_last_image_that_comes_late_is_used():
+    last = numbers()[-1]
+    assert numbers(delays={last: 0.09})[-1] == last
+
+
+@pytest.mark.parametrize("lost", [5, 12, 19])
+def test_an_image_that_was_left_out_is_noticed(lost):
+    with pytest.raises(CameraError, match=r"must give an image every 0\.1 s; got one left out before image \d+"):
+        numbers(lost=[lost])
+
+
+def test_an_image_left_out_is_noticed_although_others_come_late():
+    with pytest.raises(CameraError, match="left out"):
+        numbers(lost=[8], delays={3: 0.08, 6: 0.07, 14: 0.09})
+
+
+@pytest.mark.parametrize(("interval_s", "fault"), [(0.09, "them faster"), (0.12, "left out")])
+def test_another_rate_is_noticed(interval_s, fault):
+    with pytest.raises(CameraError, match=fault):
+        numbers(interval_s=interval_s)
+
+
+def test_a_camera_without_pauses_is_refused():
+    with pytest.raises(CameraError, match="got 200 without a pause"):
+        drop_old_images(Camera(VirtualClock(), kept=1000), VirtualClock(), 0.1)
