@@ -6,6 +6,8 @@
     Run a resolved configuration in a folder; go on with a run; open one.
 `Result`
     What a run has inferred, with its history and report.
+`check_run`
+    Whether its estimate can be believed; `Result.check` calls it.
 `Progress`
     What an observer is told after every generation.
 `trial_replay`, `write_trial`
@@ -27,6 +29,7 @@ from ._errors import RunFolderError, RunStorageError, refuse_future_format
 from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
+    from ._check_run import check_run
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
@@ -43,6 +46,7 @@ __all__ = [
     "RunFolder",
     "RunFolderError",
     "RunStorageError",
+    "check_run",
     "infer",
     "load_run",
     "new_run_path",
@@ -69,6 +73,7 @@ _LAZY = {
     "Result": "_result",
     "RunFolder": "_folder",
     "resume_command": "_folder",
+    "check_run": "_check_run",
     "infer": "_infer",
     "load_run": "_infer",
     "new_run_path": "_infer",
