@@ -8,6 +8,8 @@
     The same with real robots; what has happened in the laboratory.
 `Result`
     What a run has inferred, with its history and report.
+`check_run`
+    Whether its estimate can be believed; `Result.check` calls it.
 `Progress`
     What an observer is told after every generation.
 `classifier_of`
@@ -34,6 +36,7 @@ from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from ._assemble import classifier_of
+    from ._check_run import check_run
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
@@ -53,6 +56,7 @@ __all__ = [
     "RunFolder",
     "RunFolderError",
     "RunStorageError",
+    "check_run",
     "classifier_of",
     "infer",
     "is_laboratory_run",
@@ -88,6 +92,7 @@ _LAZY = {
     "resume_command": "_folder",
     "resume_laboratory": "_laboratory",
     "classifier_of": "_assemble",
+    "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",
     "load_run": "_infer",
