@@ -90,7 +90,7 @@ class EventLog:
             If it cannot be written.
         """
         if event.kind == "disturbed":
-            _LOGGER.warning("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
+            _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
         line = json.dumps({"time": now(), **asdict(event)}) + "\n"
         with storage(self._folder), self._folder.events_path.open("a+b") as file:
             file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
