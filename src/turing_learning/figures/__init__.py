@@ -14,6 +14,8 @@
     Classifiers: their accuracy over generations, and what they detect at which rate of false alarms.
 `snapshots_figure`, `dispersion_figure`, `prediction_figure`
     The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
+`budget_figure`
+    How accurate several methods are with how many trials.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -23,6 +25,7 @@ Figures are `matplotlib.figure.Figure` objects without pyplot and without global
 first one is made.
 """
 
+from ._comparison import budget_figure
 from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
@@ -37,6 +40,7 @@ from ._swarm import swarm_frame
 __all__ = [
     "accuracy_figure",
     "box_figure",
+    "budget_figure",
     "convergence_figure",
     "dispersion_figure",
     "error_box_figure",

@@ -2,13 +2,14 @@
 
 from turing_learning.config import ConfigurationError
 
-from . import _baseline, _behaviors, _case_studies, _snapshots
+from . import _baseline, _behaviors, _case_studies, _comparison, _snapshots
 from ._experiment import Experiment
 
 ALL = "all"
 
 EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.id: module.EXPERIMENT for module in (_snapshots, _case_studies, _baseline, _behaviors)
+    module.EXPERIMENT.id: module.EXPERIMENT
+    for module in (_snapshots, _case_studies, _baseline, _behaviors, _comparison)
 }
 """Id -> experiment."""
 
