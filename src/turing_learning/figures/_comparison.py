@@ -33,6 +33,8 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
     """
     if not panels:
         raise ValueError("`panels` must hold at least one panel; got none.")
+    from matplotlib.ticker import FuncFormatter
+
     figure = new_figure(4.1 * len(panels), 3.6)
     row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (title, methods) in zip(row, panels.items(), strict=True):
@@ -40,6 +42,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
         for place, (name, errors) in enumerate(methods.items()):
             _draw_method(axes, name, errors, place)
         axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
         axes.set_title(title, fontsize=9.5, color=INK)
         label(axes, "Mean absolute error" if axes is row[0] else "", "Trials")
     logarithmic(

@@ -31,8 +31,9 @@ CONDITIONS = (
     "Intervals are the central 90 %. Those of ABC-SMC and NPE are what the motion of 10 individuals leaves open, although the "
     "summaries observed are of thousands: they are wider than they need be.",
     "Not equal: the default preset was tuned on these two scenarios (with other seeds), the others not at all, but their "
-    "summaries were chosen here, knowing the behaviors, on seeds 1 and 2. Whole swarms of replicas would give ABC-SMC and NPE eleven, or "
-    "five, samples a trial instead of one, without agents; a network on the raw motion would spare NPE the summaries. Both are left out.",
+    "summaries were chosen here, knowing the behaviors, on seed 1. Whole swarms of replicas would give ABC-SMC and NPE eleven, "
+    "or five, samples a trial instead of one, without agents; a network on the raw motion would spare NPE the summaries. Both "
+    "are left out.",
     "Time is that of one processor core, without imports.",
 )
 
@@ -81,9 +82,7 @@ def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
         METHODS[other.method],
         f"{other.trials:,} {'observed' if other.method == MIXTURE else 'simulated'} trials",
     )
-    against = (
-        f"those of Turing Learning with {own.trials:,}" if other.trials != own.trials else "those of Turing Learning"
-    )
+    against = "Turing Learning" if other.trials == own.trials else f"Turing Learning with {own.trials:,}"
     better = []
     if other.mae < own.mae:
         better.append(f"smaller errors ({other.mae:.4f}, {own.mae:.4f})")
