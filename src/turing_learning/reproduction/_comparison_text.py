@@ -72,7 +72,7 @@ def _defeats(outcomes: Sequence[Outcome]) -> str:
     """Say in which respects the others beat Turing Learning in one scenario."""
     own = {one.trials: one for one in outcomes if one.method == TURING_LEARNING}
     others = [one for one in outcomes if one.method != TURING_LEARNING]
-    wins = [text for one in others for text in _wins(one, own[one.trials if one.trials in own else max(own)])]
+    wins = [text for one in others for text in _wins(one, own[max(own) if one.method == MIXTURE else one.trials])]
     title = outcomes[0].scenario.title
     return f"**Where the others win, {title.lower()}:** {'; '.join(wins) if wins else 'nowhere'}."
 
@@ -82,7 +82,7 @@ def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
         METHODS[other.method],
         f"{other.trials:,} {'observed' if other.method == MIXTURE else 'simulated'} trials",
     )
-    against = "Turing Learning" if other.trials == own.trials else f"Turing Learning with {own.trials:,}"
+    against = f"Turing Learning with {own.trials:,}" if other.method == MIXTURE else "Turing Learning"
     better = []
     if other.mae < own.mae:
         better.append(f"smaller errors ({other.mae:.4f}, {own.mae:.4f})")

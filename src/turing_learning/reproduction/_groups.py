@@ -1,5 +1,6 @@
 """What likelihood-free methods are given: the motion of groups of individuals, told in a few numbers."""
 
+import warnings
 from dataclasses import dataclass
 from importlib import import_module
 from types import ModuleType
@@ -138,7 +139,9 @@ def baseline(name: str) -> ModuleType:
         If it is not installed.
     """
     try:
-        return import_module(name)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return import_module(name)
     except ImportError as error:
         package = name.partition(".")[0]
         raise ImportError(
