@@ -114,6 +114,9 @@ def _print_verdicts(console: "Console", standings: "Iterable[Standing]") -> None
             table.add_row(
                 verdict.claim, verdict.variant, f"[{style}]{verdict.word}[/]", verdict.printed, verdict.outcome
             )
-    console.print(table)
+    if table.rows:
+        console.print(table)
+    for remark in (text for one in standings if one.results is not None for text in one.results.remarks):
+        console.print(f"* {remark}", highlight=False)
     for one in standings:
         console.print(f"{one.experiment.id}: {one.state}", highlight=False)

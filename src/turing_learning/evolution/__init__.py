@@ -5,7 +5,7 @@ The room knows no robots, no models and no classifiers; it imports nothing but n
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
 `EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
-`CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``baselines``), behind the same protocol.
+`CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.

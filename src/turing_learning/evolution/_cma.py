@@ -230,7 +230,7 @@ def _import_cma() -> Any:
     except ImportError as error:
         raise ImportError(
             "`CMAEvolutionStrategy` needs the package cma; got an error on its import. "
-            "Install it with: pip install 'turing-learning[baselines]'"
+            "Install it with: pip install 'turing-learning[optimizers]'"
         ) from error
     return cma
 

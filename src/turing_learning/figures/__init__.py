@@ -18,6 +18,8 @@
     Which individuals behave abnormally, and when.
 `snapshots_figure`, `dispersion_figure`, `prediction_figure`
     The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
+`budget_figure`
+    How accurate several methods are with how many trials.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -28,6 +30,7 @@ first one is made.
 """
 
 from ._check import Distribution, ParameterProfile, profiles_figure, quantities_figure
+from ._comparison import budget_figure
 from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
@@ -45,6 +48,7 @@ __all__ = [
     "ParameterProfile",
     "accuracy_figure",
     "box_figure",
+    "budget_figure",
     "convergence_figure",
     "dispersion_figure",
     "error_box_figure",

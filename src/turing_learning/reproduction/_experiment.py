@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from ._verdicts import Verdict
@@ -25,12 +26,15 @@ class Table:
         What it holds.
     columns, rows
         Headings and cells.
+    inline
+        Whether the page of the experiment shows it.
     """
 
     name: str
     caption: str
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
+    inline: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class Picture:
     caption
         What it shows.
     claim
-        Id of the claim that it belongs to.
+        Id of the claim that it belongs to, "" if to none.
     figure
         The figure.
     """
@@ -57,11 +61,12 @@ class Picture:
 
 @dataclass(frozen=True)
 class Findings:
-    """What an experiment has found."""
+    """What an experiment has found; remarks are sentences in Markdown."""
 
     verdicts: Sequence[Verdict]
     tables: Sequence[Table]
     pictures: Sequence[Picture]
+    remarks: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,10 @@ class Experiment:
         Sizes: frozen dataclasses of plain values.
     conduct
         Does the work: pieces that are there already are not done again.
+    conditions
+        What is compared under which conditions, where the paper has nothing to be held against.
+    packages, extra
+        Packages beyond those of the installation, and the extra that brings them.
     """
 
     id: str
@@ -94,6 +103,14 @@ class Experiment:
     full: Any
     fast: Any
     conduct: Callable[[Work], Findings]
+    conditions: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
+    extra: str = ""
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Packages that are not installed."""
+        return tuple(package for package in self.packages if find_spec(package) is None)
 
     def sizes(self, *, fast: bool) -> Any:
         """Return the sizes of one of the two forms."""

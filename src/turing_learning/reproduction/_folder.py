@@ -21,11 +21,12 @@ FULL, FAST = "full", "fast"
 
 @dataclass(frozen=True)
 class Shown:
-    """A table or figure that an experiment has left: its name, what it shows, and the claim that it belongs to."""
+    """A table or figure that an experiment has left: its name, what it shows, the claim that it belongs to, and if it is inline."""
 
     name: str
     caption: str
     claim: str = ""
+    inline: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class Results:
         Computing time of all pieces of work (s).
     provenance
         Versions, commit, machine and time.
+    remarks
+        Sentences in Markdown.
     """
 
     form: str
@@ -52,6 +55,7 @@ class Results:
     pictures: tuple[Shown, ...]
     seconds: float
     provenance: dict[str, Any]
+    remarks: tuple[str, ...] = ()
 
     def verdict(self, claim: str) -> Verdict | None:
         """Return the verdict that counts for a claim."""
@@ -131,8 +135,9 @@ class ExperimentFolder:
                 "format_version": FORMAT_VERSION,
                 "form": FAST if fast else FULL,
                 "verdicts": [asdict(verdict) for verdict in findings.verdicts],
-                "tables": [asdict(Shown(table.name, table.caption)) for table in findings.tables],
+                "tables": [asdict(Shown(table.name, table.caption, inline=table.inline)) for table in findings.tables],
                 "pictures": [asdict(Shown(one.name, one.caption, one.claim)) for one in findings.pictures],
+                "remarks": list(findings.remarks),
                 "seconds": round(seconds, 1),
                 "provenance": _provenance(),
             },
@@ -161,7 +166,13 @@ class ExperimentFolder:
             pictures=tuple(Shown(**one) for one in content["pictures"]),
             seconds=content["seconds"],
             provenance=content["provenance"],
+            remarks=tuple(content.get("remarks", ())),
         )
+
+    def table(self, name: str) -> list[list[str]]:
+        """Return the rows of a table, its headings first."""
+        with (self.path / "tables" / f"{name}.csv").open(newline="", encoding="utf-8") as file:
+            return list(csv.reader(file))
 
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""

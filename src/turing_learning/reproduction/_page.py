@@ -30,17 +30,23 @@ def write_readme(experiment: Experiment, folder: ExperimentFolder) -> Path:
 
 
 def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
-    """Return the page of an experiment: what was claimed, what came out, every deviation."""
+    """Return the page of an experiment: what was claimed, what came out, every deviation and condition."""
     results, claims = folder.results(), load_claims()
     lines = [f"# {experiment.id} {experiment.title}", "", *_how(experiment, results), ""]
-    lines += ["## What the paper prints", ""]
-    lines += [f"* {claims[claim].where}: {_printed(claims[claim])}" for claim in experiment.claims]
-    lines += ["", "## Deviations", "", *(f"* {text}" for text in experiment.deviations), ""]
+    printed = [f"{claims[claim].where}: {_printed(claims[claim])}" for claim in experiment.claims]
+    lines += _list_under("What the paper prints", printed)
+    lines += _list_under("Conditions", experiment.conditions)
+    lines += _list_under("Deviations", experiment.deviations)
     lines += ["## Sizes", "", "```json", json.dumps(asdict(experiment.full), indent=2), "```", ""]
     if results is not None:
-        lines += ["## What came out", "", *_verdict_rows(experiment, results), ""]
-        lines += [*_pictures(results.pictures, "figures"), *_table_list(results.tables)]
+        lines += _list_under("What came out", results.remarks) or ["## What came out", ""]
+        lines += [*_verdict_rows(experiment, results), *_pictures(results.pictures, "figures")]
+        lines += [*_inline_tables(folder, results.tables), *_table_list(results.tables)]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _list_under(heading: str, texts: Sequence[str]) -> list[str]:
+    return [f"## {heading}", "", *(f"* {text}" for text in texts), ""] if texts else []
 
 
 def _how(experiment: Experiment, results: Results | None) -> list[str]:
@@ -83,12 +89,14 @@ def _shown(value: Any) -> str:
 
 
 def _verdict_rows(experiment: Experiment, results: Results) -> list[str]:
+    if not results.verdicts:
+        return []
     lines = ["| claim | verdict | printed | came out |", "| --- | --- | --- | --- |"]
     for verdict in sorted(results.verdicts, key=lambda one: experiment.claims.index(one.claim)):
         name = f"{verdict.claim}, {verdict.variant}" if verdict.variant else f"**{verdict.claim}**"
         lines.append(_row(name, verdict.word, verdict.printed, verdict.outcome))
     used = dict.fromkeys(verdict.rule for verdict in results.verdicts)
-    return [*lines, "", "When a claim agrees:", "", *(f"* {rule}: {RULES[rule]}." for rule in used)]
+    return [*lines, "", "When a claim agrees:", "", *(f"* {rule}: {RULES[rule]}." for rule in used), ""]
 
 
 def _row(*cells: str) -> str:
@@ -100,6 +108,29 @@ def _pictures(pictures: Iterable[Shown], folder: str) -> list[str]:
     for one in pictures:
         lines += [f"![{one.name}]({folder}/{one.name}.svg)", "", f"*{one.caption}*", ""]
     return lines
+
+
+def _inline_tables(folder: ExperimentFolder, tables: Iterable[Shown]) -> list[str]:
+    lines: list[str] = []
+    for one in (table for table in tables if table.inline):
+        head, *rows = folder.table(one.name)
+        lines += [
+            f"{one.caption}:",
+            "",
+            _row(*head),
+            _row(*["---"] * len(head)),
+            *(_row(*map(_short, row)) for row in rows),
+            "",
+        ]
+    return lines
+
+
+def _short(cell: str) -> str:
+    """Return a fraction with three digits, anything else as it is."""
+    try:
+        return f"{float(cell):.3g}" if "." in cell or "e" in cell else cell
+    except ValueError:
+        return cell
 
 
 def _table_list(tables: Iterable[Shown]) -> list[str]:
@@ -194,7 +225,15 @@ def _section(experiment: Experiment, results: Results | None, claims: Mapping[st
     lines = [f"## {experiment.id} {experiment.title}", ""]
     if results is None:
         return [*lines, f"{NOT_RUN.capitalize()}. Expected: {experiment.cost} on two cores.", ""]
-    lines += [_provenance(results), "", *_side_by_side(results.pictures, claims, f"{link}/{experiment.id}/figures")]
+    lines += [_provenance(results), ""]
+    if not experiment.claims:
+        return [
+            *lines,
+            *(f"* {text}" for text in results.remarks),
+            "",
+            *_pictures(results.pictures, f"{link}/{experiment.id}/figures"),
+        ]
+    lines += [*_side_by_side(results.pictures, claims, f"{link}/{experiment.id}/figures")]
     return lines
 
 

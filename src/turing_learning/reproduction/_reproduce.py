@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from turing_learning.config import ConfigurationError
 from turing_learning.runs import RunFolderError, RunStorageError
 
 from ._experiment import Experiment
@@ -44,9 +45,11 @@ class Standing:
         """Say it in few words."""
         if self.results is None:
             return f"begun, {self.pieces} pieces of work" if self.pieces else "not run yet"
+        form = "" if self.results.form == "full" else f", {self.results.form} form"
+        if not self.experiment.claims:
+            return f"finished{form}"
         verdicts = [self.results.verdict(claim) for claim in self.experiment.claims]
         agree = sum(verdict is not None and verdict.agrees for verdict in verdicts)
-        form = "" if self.results.form == "full" else f", {self.results.form} form"
         return f"{agree} of {len(verdicts)} claims agree{form}"
 
 
@@ -94,7 +97,7 @@ def reproduce(
     Parameters
     ----------
     experiment
-        Id of an experiment, the section of the paper, or "all".
+        Id of an experiment, the section of the paper, or "all": those whose packages are installed.
     fast
         Whether to conduct the fast form, which takes about 10 s and proves nothing.
     out
@@ -113,7 +116,7 @@ def reproduce(
     Raises
     ------
     ConfigurationError
-        If there is no such experiment.
+        If there is no such experiment, or packages that it needs are not installed.
     RunFolderError
         If the folder cannot be written, or holds another form or other sizes of the experiment.
     RunStorageError
@@ -121,7 +124,7 @@ def reproduce(
     Stopped
         If a stop was asked for; the call can be repeated.
     """
-    chosen = experiments_named(experiment)
+    chosen = _possible(experiments_named(experiment), experiment, say)
     path = _path(out, fast)
     folders = [ExperimentFolder(path / one.id) for one in chosen]
     with _writable(path):
@@ -140,6 +143,21 @@ def reproduce(
             folder.write(one.conduct(work), fast=fast, seconds=work.seconds)
             write_readme(one, folder)
     return tuple(_standing(one, path) for one in chosen)
+
+
+def _possible(chosen: tuple[Experiment, ...], name: str, say: Say | None) -> tuple[Experiment, ...]:
+    """Return the experiments whose packages are installed; one that was asked for by name is refused without them."""
+    for one in chosen:
+        if not one.missing:
+            continue
+        need = f"{', '.join(one.missing)}. Run: pip install 'turing-learning[{one.extra}]'"
+        if name != ALL:
+            raise ConfigurationError(
+                f"`experiment` must be one whose packages are installed; got {one.id}, which needs {need}"
+            )
+        if say is not None:
+            say(f"{one.id}: left out, it needs {need}")
+    return tuple(one for one in chosen if not one.missing)
 
 
 def _path(out: str | Path | None, fast: bool) -> Path:

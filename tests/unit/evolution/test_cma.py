@@ -13,7 +13,7 @@ def run(strategy, generations):
 
 def test_without_cma_the_message_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "cma", None)
-    with pytest.raises(ImportError, match=r"pip install 'turing-learning\[baselines\]'"):
+    with pytest.raises(ImportError, match=r"pip install 'turing-learning\[optimizers\]'"):
         CMAEvolutionStrategy(3)
 
 

@@ -1,0 +1,199 @@
+"""Likelihood-free inference beside Turing Learning: what is counted, and what is said when packages are missing."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.reproduction import EXPERIMENTS, Findings, Picture, Table, page, readme, reproduce
+from turing_learning.reproduction._comparison import ComparisonSizes
+from turing_learning.reproduction._comparison_outcome import METHODS, Outcome
+from turing_learning.reproduction._comparison_text import remarks
+from turing_learning.reproduction._folder import ExperimentFolder
+from turing_learning.reproduction._groups import Groups, summaries
+from turing_learning.reproduction._reproduce import _possible, standings
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
+
+ID = "4.5+"
+TRUTH = np.array(AGGREGATION.controller)
+
+
+def outcome(method, trials, error, seconds=1.0, intervals=None):
+    return Outcome(AGGREGATION, method, trials, (1, 2), TRUTH + [[error] * 4] * 2, intervals, np.full(2, seconds))
+
+
+@pytest.fixture
+def without_packages(monkeypatch):
+    monkeypatch.setattr("turing_learning.reproduction._experiment.find_spec", lambda name: None)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """An experiment that has left a table and a remark."""
+    from matplotlib.figure import Figure
+
+    folder = ExperimentFolder(tmp_path / ID)
+    folder.begin(EXPERIMENTS[ID], fast=False)
+    table = Table("errors", "Errors", ("method", "trials", "MAE"), [("NPE", 1000, 0.123456)], inline=True)
+    folder.write(
+        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]), fast=False, seconds=1
+    )
+    return folder
+
+
+def test_errors_and_coverage_are_over_seeds_and_parameters():
+    low, high = TRUTH - 0.1, TRUTH + 0.1
+    inside = np.array([[low, high], [low, high]])
+    inside[0, 1, :2] = -2.0
+    one = outcome("npe", 1000, 0.25, intervals=inside)
+    assert one.mae == pytest.approx(0.25)
+    assert one.coverage == pytest.approx(6 / 8)
+    assert outcome("mixture", 10, 0.1).coverage is None
+
+
+def test_what_the_pieces_hold_becomes_an_outcome():
+    piece = {"estimate": list(TRUTH), "low": list(TRUTH), "high": list(TRUTH), "processor_seconds": 2.0}
+    found = Outcome.of(AGGREGATION, "npe", 10, (1,), [piece])
+    assert (found.mae, found.width, found.coverage, found.seconds) == (0.0, 0.0, 1.0, 2.0)
+    assert Outcome.of(AGGREGATION, "mixture", 10, (1,), [piece | {"low": None, "high": None}]).intervals is None
+
+
+def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
+    found = [
+        outcome("turing-learning", 100, 0.3, 2.0), outcome("turing-learning", 1000, 0.01, 20.0),
+        outcome("npe", 100, 0.2, 5.0), outcome("npe", 1000, 0.05, 50.0), outcome("mixture", 10, 0.001, 0.5),
+    ]  # fmt: skip
+    first, second, wins = remarks(found)
+    assert first.index("NPE 0.2000") < first.index("Turing Learning 0.3000")
+    assert second.index("Turing Learning 0.0100") < second.index("NPE 0.0500")
+    assert "NPE with 100 simulated trials has smaller errors (0.2000, 0.3000) than Turing Learning" in wins
+    assert "NPE with 1,000" not in wins
+    assert "mixture with 10 observed trials has smaller errors (0.0010, 0.0100) and less time (0.5 s, 20.0 s)" in wins
+    assert "than Turing Learning with 1,000" in wins
+
+
+def test_a_method_that_wins_nowhere_is_not_praised():
+    found = [outcome("turing-learning", 100, 0.1, 1.0), outcome("mixture", 10, 0.2, 2.0)]
+    assert remarks(found)[-1] == "**Where the others win, aggregation:** nowhere."
+
+
+def test_trials_that_do_not_make_whole_groups_and_generations_are_refused():
+    with pytest.raises(ValueError, match=r"`trials` must be multiples of 10 and 100; got \(150,\)"):
+        ComparisonSizes(trials=(150,))
+
+
+@pytest.mark.usefixtures("without_packages")
+def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_path):
+    with pytest.raises(
+        ConfigurationError, match=r"got 4\.5\+, which needs pyabc, sbi, sklearn\. Run: pip install 'turing-lea"
+    ):
+        reproduce(ID, fast=True, out=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("without_packages")
+def test_of_all_it_is_left_out_without_its_packages_and_that_is_said():
+    said = []
+    left = _possible(tuple(EXPERIMENTS.values()), "all", said.append)
+    assert [one.id for one in left] == [name for name in EXPERIMENTS if name != ID]
+    assert said == ["4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'"]
+
+
+def test_its_page_tells_conditions_and_remarks_and_shows_its_table(folder):
+    text = readme(EXPERIMENTS[ID], folder)
+    assert "## Conditions\n\n* A trial is the paper's" in text
+    assert "## What came out\n\n* Who wins.\n\n![one](figures/one.svg)" in text
+    assert "| method | trials | MAE |\n| --- | --- | --- |\n| NPE | 1000 | 0.123 |\n" in text
+    assert "What the paper prints" not in text
+
+
+def test_the_page_of_all_claims_has_its_remarks_and_picture(folder):
+    text = page(folder.path.parent, "there")
+    assert "* Who wins.\n\n![one](there/4.5+/figures/one.svg)" in text
+
+
+def test_without_claims_an_experiment_is_finished(folder):
+    states = {one.experiment.id: one.state for one in standings(folder.path.parent)}
+    assert states[ID] == "finished"
+
+
+def test_a_mixture_finds_the_levels_of_the_wheels():
+    pytest.importorskip("sklearn")
+    from turing_learning.reproduction._mixture import fit_mixture
+
+    genuine = Groups(OBJECT_CLUSTERING).observe(40, np.random.default_rng(1))
+    found = fit_mixture(genuine, OBJECT_CLUSTERING, seed=1)
+    # wheel noise has a standard deviation of 0.03; the rarest state has about 1500 of the 16000 cycles
+    np.testing.assert_allclose(found.estimate, OBJECT_CLUSTERING.controller, atol=0.02)
+    assert found.low is None
+
+
+STILL = replace(
+    AGGREGATION, agents=2, controller=(0.4, 0.4, 0.4, 0.4), trial=replace(AGGREGATION.trial, duration_s=2.0)
+)
+"""Two agents that do the same whatever they see: only the first two parameters, nearly always, show."""
+
+
+@pytest.fixture(scope="module")
+def still():
+    groups = Groups(STILL, size=1)
+    return groups, summaries(groups.observe(50, np.random.default_rng(1)), STILL)
+
+
+def test_abc_smc_comes_near_and_leaves_global_random_numbers_alone(still):
+    pytest.importorskip("pyabc")
+    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    found = infer_by_abc_smc(*still, 600, seed=1)
+    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+    np.testing.assert_allclose(found.estimate[:2], 0.4, atol=0.3)
+    assert (found.low[:2] < 0.4).all()
+    assert (found.high[:2] > 0.4).all()
+
+
+def test_abc_smc_gives_the_same_for_the_same_seed(still):
+    pytest.importorskip("pyabc")
+    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+
+    first, second = (infer_by_abc_smc(*still, 120, seed=3) for _ in range(2))
+    np.testing.assert_array_equal(first.estimate, second.estimate)
+
+
+def test_abc_smc_can_be_stopped_and_refuses_too_few_models(still):
+    pytest.importorskip("pyabc")
+    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+
+    assert infer_by_abc_smc(*still, 120, 1, should_stop=lambda: True) is None
+    with pytest.raises(ValueError, match="`evaluations` must be at least 100; got 99"):
+        infer_by_abc_smc(*still, 99, 1)
+
+
+@pytest.mark.parametrize("rounds", [1, 2])
+def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, rounds, tmp_path, monkeypatch, capfd):
+    pytest.importorskip("sbi")
+    from turing_learning.reproduction._neural_posterior import infer_by_npe
+
+    monkeypatch.chdir(tmp_path)
+    found = infer_by_npe(*still, 400, seed=1, rounds=rounds)
+    np.testing.assert_allclose(found.estimate[:2], 0.4, atol=0.3)
+    assert list(tmp_path.iterdir()) == []
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_neural_posterior_can_be_stopped_and_refuses_too_few_models(still):
+    pytest.importorskip("sbi")
+    from turing_learning.reproduction._neural_posterior import infer_by_npe
+
+    assert infer_by_npe(*still, 100, 1, should_stop=lambda: True) is None
+    with pytest.raises(ValueError, match="`evaluations` must be at least 20 in each of 1 or more rounds; got 30 in 2"):
+        infer_by_npe(*still, 30, 1, rounds=2)
+
+
+@pytest.mark.skipif(bool(EXPERIMENTS[ID].missing), reason="needs the extra baselines")
+def test_every_method_is_in_the_tables_of_the_fast_form(conducted):
+    for scenario in ("aggregation", "object-clustering"):
+        with (conducted / ID / "tables" / f"{scenario}.csv").open(newline="") as file:
+            assert [row["method"] for row in csv.DictReader(file)] == list(METHODS.values())
