@@ -8,8 +8,8 @@ import numpy as np
 
 from turing_learning.families import Family
 
-SAMPLES = 1200
-"""Samples simulated of each of the compared parameters."""
+GROUPS = 400
+"""Groups simulated of each of the compared parameters."""
 
 STEP = 0.05
 """Distance at which they are compared, to each side, as a share of the range."""
@@ -47,15 +47,15 @@ def products(signals: np.ndarray) -> np.ndarray:
     return (signals[..., first] * signals[..., second]).mean(axis=1)
 
 
-def least_errors(family: Family, truth: dict[str, float], samples: int, seed: int = 1) -> dict[str, float]:
+def least_errors(family: Family, truth: dict[str, float], groups: int, seed: int = 1) -> dict[str, float]:
     """Return the standard error that simple statistics leave of each parameter, as a share of its range.
 
     Parameters
     ----------
     family, truth
         What is observed.
-    samples
-        Number of recorded samples K.
+    groups
+        Number of recorded groups.
     seed
         Of the simulations.
 
@@ -70,9 +70,9 @@ def least_errors(family: Family, truth: dict[str, float], samples: int, seed: in
     The bound of Cramer and Rao for normally distributed statistics whose mean depends on the parameters, and a prior with the
     variance of the uniform distribution, 1 / 12.
     """
-    known = statistics(observed(family, truth, seed))
+    known = observed(family, truth, seed)
     floor = FINEST * np.abs(known.mean(axis=0)) + 1e-9
-    covariance = np.cov(known, rowvar=False) / samples + np.diag(floor**2)
+    covariance = np.cov(known, rowvar=False) / groups + np.diag(floor**2)
     slopes = np.array([slope(family, truth, name, seed) for name in truth])
     information = slopes @ np.linalg.solve(covariance, slopes.T) + 12 * np.eye(len(truth))
     return dict(zip(truth, np.sqrt(np.diag(np.linalg.inv(information))).tolist(), strict=True))
@@ -83,10 +83,11 @@ def slope(family: Family, truth: dict[str, float], name: str, seed: int) -> np.n
     parameter = family.parameters[name]
     width = parameter.high - parameter.low
     low, high = max(parameter.low, truth[name] - STEP * width), min(parameter.high, truth[name] + STEP * width)
-    ends = [statistics(observed(family, truth | {name: value}, seed)).mean(axis=0) for value in (low, high)]
+    ends = [observed(family, truth | {name: value}, seed).mean(axis=0) for value in (low, high)]
     return (ends[1] - ends[0]) * width / (high - low)
 
 
 def observed(family: Family, truth: dict[str, float], seed: int) -> np.ndarray:
-    """Return samples (K, T, D) with the same random numbers for all parameters."""
-    return family.observe(truth, groups=SAMPLES // family.observed, rng=np.random.default_rng(seed))
+    """Return the statistics of each group, means over its observed individuals; random numbers are the same for all parameters."""
+    samples = family.observe(truth, groups=GROUPS, rng=np.random.default_rng(seed))
+    return statistics(samples).reshape(GROUPS, family.observed, -1).mean(axis=1)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from identifiability import least_errors
+from recovery_figure import draw
 
 import turing_learning as tl
 from turing_learning.families import Boids, BurstAndCoast, Couzin, Family, Robots, Vicsek
@@ -26,7 +27,7 @@ GROUPS = 100
 TOLD = 0.02
 """Standard error, as a share of the range, up to which a parameter counts as identifiable."""
 
-TABLES = Path(__file__).parents[1] / "docs" / "results"
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,7 @@ def summarize(rows: Sequence[Row]) -> Iterator[Summary]:
     """Yield for each parameter how often the runs found it, and what its motion tells of it at all."""
     for name in dict.fromkeys(row.family for row in rows):
         case = CASES[name]
-        least = least_errors(case.family, case.truth, GROUPS * case.family.observed)
+        least = least_errors(case.family, case.truth, GROUPS)
         for key, parameter in case.family.parameters.items():
             own = [row for row in rows if (row.family, row.parameter) == (name, key)]
             yield Summary(
@@ -198,12 +199,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=RUNS, help="runs of each family")
     parser.add_argument("--only", choices=CASES, action="append", help="a family; all by default")
-    parser.add_argument("--out", type=Path, default=TABLES, help="folder of the tables")
+    parser.add_argument("--docs", type=Path, default=DOCS, help="folder with results/ and images/")
     chosen = parser.parse_args()
-    path = chosen.out / "recovery-runs.csv"
+    path = chosen.docs / "results" / "recovery-runs.csv"
     for rows in complete(path, chosen.only or list(CASES), chosen.runs):
         print(f"{len({(row.family, row.run) for row in rows})} runs in {path}", flush=True)
-    write(chosen.out / "recovery-summary.csv", list(summarize(read(path))))
+    rows = read(path)
+    summaries = list(summarize(rows))
+    write(path.with_name("recovery-summary.csv"), summaries)
+    dim = {(one.family, one.parameter) for one in summaries if not one.identifiable}
+    draw(rows, dim).savefig(chosen.docs / "images" / "recovery.png", dpi=110)
 
 
 if __name__ == "__main__":

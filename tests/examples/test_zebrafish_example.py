@@ -27,7 +27,7 @@ def test_both_families_try_to_pass_for_the_fish(zebrafish, tmp_path):
         (tmp_path / folder).mkdir()
     small = ["--generations", "4", "--population", "8"]
     zebrafish.main(["--out", str(tmp_path / "runs"), "--docs", str(tmp_path), *small])
-    rows = list(csv.DictReader((tmp_path / "results" / "zebrafish.csv").open(encoding="utf-8")))
+    rows = list(csv.DictReader((tmp_path / "results" / "zebrafish.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["family"] for row in rows} == {"burst-and-coast", "couzin"}
     assert all(0 <= float(row[name]) <= 1 for row in rows for name in ("area", "control", "told"))
     assert len(list((tmp_path / "images").glob("*.png"))) == 2
