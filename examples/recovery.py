@@ -36,7 +36,7 @@ class Case:
 
     family: Family
     truth: dict[str, float]
-    generations: int = 600
+    generations: int = 1200
     population: int = 50
 
 
@@ -61,13 +61,13 @@ CASES = {
     "boids": Case(
         Boids(observed=3, steps=50, start_side_cm=15, signals=tuple(SIGNALS)),
         {"speed": 8, "separation": 20, "alignment": 1, "cohesion": 2},
-        generations=1000,
     ),
     "burst-and-coast": Case(
         BurstAndCoast(individuals=3, observed=3),
         {"speed": 12, "kick_interval": 1, "glide_time": 0.4, "turn": 0.5},
+        generations=600,
     ),
-    "robots": Case(Robots(observed=3), {"vl0": -0.7, "vr0": -1, "vl1": 1, "vr1": -1}),
+    "robots": Case(Robots(observed=3), {"vl0": -0.7, "vr0": -1, "vl1": 1, "vr1": -1}, generations=600),
 }
 
 
