@@ -14,9 +14,9 @@ from ._plane import offsets
 class Boids(Particles):
     """Individuals that avoid collisions, match velocities and stay close, in this order of precedence.
 
-    Each urge requests an acceleration. With r the way to another boid within the radius and w = 1 / |r|^2:
+    Each urge requests an acceleration. With r the way to another boid within the radius and ``w = 1 / |r|^2``:
 
-    * collision avoidance, -separation sum w r / |r|;
+    * collision avoidance, ``-separation sum w r / |r|``;
     * velocity matching, alignment (mean of the others' velocities weighted by w, minus the own velocity);
     * flock centering, cohesion (mean of r weighted by w).
 

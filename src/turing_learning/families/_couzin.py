@@ -19,7 +19,7 @@ class Couzin(Particles):
     """Individuals of constant speed that turn away from the nearest, along with the nearer and toward the farther others.
 
     With d the distance of another individual, the zones are repulsion, d < r_r; orientation, r_r <= d < r_o; attraction,
-    r_o <= d <= r_a. Whoever has others in the zone of repulsion wants to go away from them, -sum r_ij / |r_ij|. Else the wish
+    r_o <= d <= r_a. Whoever has others in the zone of repulsion wants to go away from them, ``-sum r_ij / |r_ij|``. Else the wish
     is the sum of the directions of those in the zone of orientation and of the unit vectors to those in the zone of attraction,
     both visible ones only. Without a wish an individual keeps its direction. The wish is rotated by a normal angle, and the
     individual turns toward it by at most turning_rate times the time step.

@@ -1,0 +1,62 @@
+"""The documentation builds, every link and docstring of it, and works without a network."""
+
+import re
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+
+needs_sphinx = pytest.mark.skipif(find_spec("sphinx") is None, reason="needs the extra docs")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    build = [
+        sys.executable,
+        "-m",
+        "sphinx",
+        "-W",
+        "--keep-going",
+        "-q",
+        "-d",
+        folder / "doctrees",
+        DOCS,
+        folder / "html",
+    ]
+    done = subprocess.run(build, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+@needs_sphinx
+def test_the_reference_shows_docstrings_with_their_sources(site):
+    page = (site / "reference" / "families.html").read_text(encoding="utf-8")
+    assert "Physical Review Letters 75 (1995) 1226" in page
+    assert 'id="turing_learning.families.Vicsek"' in page
+
+
+@needs_sphinx
+def test_the_site_loads_nothing_from_elsewhere(site):
+    loaded = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//[^"]+"')
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 30
+    assert [(page.name, found[0]) for page in pages if (found := loaded.search(page.read_text(encoding="utf-8")))] == []
+
+
+@needs_sphinx
+def test_experiments_come_along_with_the_page_that_names_them(site):
+    assert sorted(site.glob("_downloads/*/README.md"))
+
+
+def test_every_room_has_a_page_of_the_reference():
+    rooms = {path.parent.name for path in (ROOT / "src" / "turing_learning").glob("*/__init__.py")} - {"cli"}
+    pages = {path.stem for path in (DOCS / "reference").glob("*.md")} - {"index", "turing_learning"}
+    assert pages == rooms
+    index = (DOCS / "reference" / "index.md").read_text(encoding="utf-8")
+    assert [room for room in rooms if f"\n{room}\n" not in index] == []
