@@ -139,9 +139,9 @@ def test_many_robots_move_as_few_do_and_threads_change_nothing(threads, monkeypa
 def test_an_item_that_the_sensor_does_not_know_is_invisible():
     sensor = Sensor(readings=("background", "object"), field_of_view=2 * math.pi)
     scenario = replace(OBJECT_CLUSTERING, sensor=sensor, controller=(0.0,) * 4)
-    poses = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [30.0, 0.0, 0.0]]])
-    assert simulate(scenario, np.zeros((1, 2, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [1, 1]
-    assert simulate(scenario, np.zeros((1, 3, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [0, 0, 0]
+    poses = np.array([[[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [30.0, 0.0, 0.0]]] * 2)
+    assert simulate(scenario, np.zeros((2, 2, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [1, 1]
+    assert simulate(scenario, np.zeros((2, 3, 4)), poses, control_steps=1).sensors[0, 0].tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,37 @@ def sense_in_sectors(world: World, state: State) -> None:
 
 
 @inlined
+def sense_one_trial(world: World, state: State) -> None:
+    """Read the sensor of every robot of the only trial: the inner loop is over the bodies, of which there are many."""
+    x, y, visible, distance = state.x.reshape(-1), state.y.reshape(-1), world.sight_radius, state.work[0].reshape(-1)
+    for i in range(world.robots):
+        cosine, sine, view_cosine, view_sine = (
+            state.cosine[i, 0],
+            state.sine[i, 0],
+            state.view_cosine[i, 0],
+            state.view_sine[i, 0],
+        )
+        for j in range(world.bodies):
+            dx = x[j] - x[i]
+            dy = y[j] - y[i]
+            found = nearest_visible(
+                dx * cosine + dy * sine, dx * sine - dy * cosine, visible[j], view_cosine, view_sine
+            )
+            distance[j] = found if (visible[j] >= 0.0) & (j != i) else np.inf
+        state.reading[i, 0] = reading_of_nearest(distance, world)
+
+
+@inlined
+def reading_of_nearest(distance: np.ndarray, world: World) -> int:
+    """Return the sensor state that the first of the nearest bodies gives; 0 if all distances (bodies,) are infinite."""
+    nearest, reading = np.inf, 0
+    for j in range(world.bodies):
+        if distance[j] < nearest:
+            nearest, reading = distance[j], world.reading[j]
+    return reading
+
+
+@inlined
 def open_view(sectors: np.ndarray | None, trial: int, w: int, state: State) -> None:
     """Give the robots in slot `w` the fields of view of a trial, if there are any."""
     if sectors is not None:

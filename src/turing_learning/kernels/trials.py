@@ -10,7 +10,7 @@ from .involved import advance_involved, clear_marks, may_touch, new_pairs
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .party import Party, new_party
 from .rays import read_sensors
-from .sectors import open_view, sense_in_sectors
+from .sectors import open_view, sense_one_trial
 from .sensing import sense
 from .tiles import REORDER_CYCLES, Tiles, new_tiles, renew_boxes, renew_order
 from .world import State, World, new_state
@@ -46,7 +46,7 @@ def sense_in_tiles(cycle: int, world: World, state: State, tiles: Tiles) -> None
     if world.sectors is None:
         read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
     else:
-        sense_in_sectors(world, state)
+        sense_one_trial(world, state)
     state.crowd[0] = 1.0
 
 
