@@ -185,7 +185,7 @@ def _picture(outcomes: "list[Outcome]") -> Picture:
 EXPERIMENT = Experiment(
     id="4.5+",
     title="Likelihood-free inference, and a mixture, instead of classifiers",
-    cost="about 30 minutes",
+    cost="about 1 hour",
     claims=(),
     deviations=(),
     conditions=CONDITIONS,
