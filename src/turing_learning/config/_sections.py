@@ -2,12 +2,14 @@
 
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from turing_learning.models import ElmanModel, ReactiveModel, Representation
 from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
 
-from ._limits import check_limits
+from ._limits import LARGEST_NEURONS, check_limits
 
 LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
@@ -54,7 +56,10 @@ class PopulationSection(Section):
 
 
 class ModelsSection(PopulationSection):
-    """The population of models.
+    """The population of models, and what they are.
+
+    With `hidden` 0 models are reactive, as the agents (gray box); with 1 or more they are Elman networks with as many hidden
+    neurons (black box; paper, section 4.6.2).
 
     A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
     one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
@@ -63,6 +68,7 @@ class ModelsSection(PopulationSection):
     next one. The paper has none of this: recombination 1, intermediate false, and 0 for the others.
     """
 
+    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = 0
     recombination: Share = 0.5
     redraw: Share = 0.2
     exchange: Share = 0.1
@@ -147,6 +153,21 @@ class Configuration(Section):
         return self
 
     @property
+    def representation(self) -> Representation:
+        """What the numbers of a model mean."""
+        states, hidden = self.scenario.sensor.states, self.models.hidden
+        return ElmanModel(states, hidden) if hidden else ReactiveModel(states)
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the P numbers of a model."""
+        return self.representation.names
+
+    def described(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) in the parameters that results state: the agents', by `scenario.parameter_names`."""
+        return self.representation.described(models)
+
+    @property
     def input_scale(self) -> tuple[float, ...]:
         """What the classifiers' inputs are divided by, one number for each signal (cm/s, rad/s)."""
         scale = self.classifiers.input_scale
@@ -165,3 +186,21 @@ class OwnConfiguration(Configuration):
     """
 
     scenario: OwnSystem  # type: ignore[assignment] # stands in for a scenario wherever a run asks one
+
+    @model_validator(mode="after")
+    def _check_hidden(self) -> "OwnConfiguration":
+        if self.models.hidden:
+            raise ValueError(
+                "`models.hidden` must be 0 for a system of one's own, whose simulator takes the parameters of its models; "
+                f"got {self.models.hidden}."
+            )
+        return self
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the P parameters."""
+        return self.scenario.parameter_names
+
+    def described(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) as they are."""
+        return models

@@ -7,12 +7,13 @@ from turing_learning.coevolution import (
     ClassifierArchive,
     Coevolution,
     PassiveInterrogation,
+    SampleSource,
     jury_reward,
 )
 from turing_learning.config import Configuration, PopulationSection
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.sources import GuardedInterrogation, OwnSource
-from turing_learning.swarm import MixedSwarm
+from turing_learning.swarm import MixedSwarm, SeparatedSwarm
 
 MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
 """Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet.
@@ -30,20 +31,24 @@ def assemble(configuration: Configuration, source: OwnSource | None = None) -> C
     source
         Samples of a system of one's own; None simulates the scenario's swarm.
     """
-    scenario, seed = configuration.scenario, configuration.run.seed
     classifier = classifier_of(configuration)
     interrogation = (
-        PassiveInterrogation(MixedSwarm(scenario, configuration.threads), classifier)
+        PassiveInterrogation(_swarm(configuration), classifier)
         if source is None
         else GuardedInterrogation(source, classifier)
     )
     return Coevolution(
         interrogation,
-        _models(configuration, () if source is not None else scenario.parameter_groups),
+        _models(configuration, () if source is not None else configuration.representation.groups),
         _classifiers(configuration, classifier.parameters),
-        seed=(INTERROGATION, seed),
+        seed=(INTERROGATION, configuration.run.seed),
         **_archive(configuration),
     )
+
+
+def _swarm(configuration: Configuration) -> SampleSource:
+    kind = SeparatedSwarm if configuration.scenario.grouping == "separated" else MixedSwarm
+    return kind(configuration.scenario, configuration.threads, configuration.representation)
 
 
 def _halfway(configuration: Configuration) -> int:
@@ -55,7 +60,7 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
     section = configuration.models
     return _optimizer(
         section,
-        len(configuration.scenario.parameter_names),
+        len(configuration.parameter_names),
         (MODELS, configuration.run.seed),
         recombination=section.recombination,
         redraw=section.redraw,

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning import figures, report
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import Configuration, OwnConfiguration, to_toml
-from turing_learning.swarm import Scenario, initial_poses, simulate
+from turing_learning.swarm import Drivers, Scenario, drivers_of, initial_poses, simulate
 
 from ._assemble import REPLAY
 from ._paper import SOURCE
@@ -66,7 +66,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[_Drawi
 
 
 def _parameters(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
-    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    best, typical = _described(history, configuration)
     caption = "Subjectively best and typical model of each generation"
     if isinstance(configuration, OwnConfiguration):
         names, truth = _with_units(configuration), None
@@ -75,9 +75,16 @@ def _parameters(history: "xarray.Dataset", configuration: Configuration) -> _Dra
             configuration.scenario.parameter_names,
             np.asarray(configuration.scenario.controller, dtype=float),
         )
+        caption += ", steady outputs of the networks" if configuration.models.hidden else ""
         caption += "; the truth is dashed"
     drawn = figures.parameters_figure(best, typical, names=names, truth=truth)
     return _Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
+
+
+def _described(history: "xarray.Dataset", configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+    """Return best and typical model of each generation (G, P) in the parameters of the result."""
+    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
+    return best, typical
 
 
 def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
@@ -86,7 +93,7 @@ def _with_units(configuration: OwnConfiguration) -> tuple[str, ...]:
 
 
 def _error(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
-    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    best, typical = _described(history, configuration)
     truth = np.asarray(configuration.scenario.controller, dtype=float)
     return _Drawing(
         "error",
@@ -104,20 +111,22 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
 
 def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> _Drawing:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
+    sizes = np.median(history["model_step_size"].to_numpy(), axis=1)
     if isinstance(configuration, OwnConfiguration):
         caption += ", in halves of its initial range"
+    if configuration.models.hidden:
+        names, caption = ("models",), "Median mutation strength of the models' weights"
+        sizes = _weights_median(history, "model")[:, None]
     return _Drawing(
         "step-sizes",
         "Step sizes over generations",
         f"{caption}, and of the classifiers' weights.",
-        figures.step_sizes_figure(
-            np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
-        ),
+        figures.step_sizes_figure(sizes, _weights_median(history, "classifier"), names=names),
     )
 
 
-def _weights_median(history: "xarray.Dataset") -> np.ndarray:
-    sizes = history["classifier_step_size"].to_numpy()
+def _weights_median(history: "xarray.Dataset", population: str) -> np.ndarray:
+    sizes = history[f"{population}_step_size"].to_numpy()
     return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
 
 
@@ -171,9 +180,14 @@ def report_page(
             manifest=manifest,
             replay=None
             if isinstance(configuration, OwnConfiguration)
-            else replay(configuration, np.array(list(result.estimate.values()))),
+            else replay(configuration, np.array(list(_executed(result).values()))),
         )
     )
+
+
+def _executed(result: Result) -> dict[str, float]:
+    """Return the numbers of the model that stands for the estimate."""
+    return result.estimate if result.networks is None else result.networks["estimate"]
 
 
 def verdict(result: Result) -> str:
@@ -209,6 +223,8 @@ def run_table(result: Result) -> report.RunTable:
         for name, value in result.estimate.items()
     )
     note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
+    if result.networks:
+        note = "Outputs of the networks after 20 steps of each constant sensor reading."
     return report.RunTable(rows, result.estimate_mae, result.mae, note)
 
 
@@ -220,13 +236,15 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     configuration
         What ran.
     estimate : (P,)
-        What the replicas execute.
+        The model that the replicas execute: its numbers.
     """
     scenario = configuration.scenario
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     poses = np.repeat(initial_poses(scenario, 1, rng, robots=REPLAY_ROBOTS), 2, axis=0)
-    models = np.clip([scenario.controller, estimate], -LARGEST_SPEED, LARGEST_SPEED)
+    execution = configuration.representation.executed(estimate[None])
+    models = np.clip([scenario.controller, execution.wheel_speeds[0]], -LARGEST_SPEED, LARGEST_SPEED)
     controllers = np.repeat(models[:, None], REPLAY_ROBOTS, axis=1)
+    driver = np.repeat([[-1], [0]], REPLAY_ROBOTS, axis=1)
     return swarm_replay(
         scenario,
         controllers,
@@ -237,6 +255,7 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
         duration_s=REPLAY_DURATION_S,
         seed=configuration.run.seed,
         threads=configuration.threads,
+        drivers=drivers_of(execution, driver),
     )
 
 
@@ -251,6 +270,7 @@ def swarm_replay(
     duration_s: float,
     seed: int,
     threads: int | None,
+    drivers: Drivers | None = None,
 ) -> report.Replay:
     """Simulate swarms and return what a page shows of them.
 
@@ -272,11 +292,15 @@ def swarm_replay(
         Seed of the wheel noise.
     threads
         Number of threads, None for all.
+    drivers
+        Networks that drive some of the robots; None if all are reactive.
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    moved = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads).poses[:, ::stride]
+    moved = simulate(
+        scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads, drivers=drivers
+    ).poses[:, ::stride]
     robots = controllers.shape[1]
     return report.Replay(
         title=title,

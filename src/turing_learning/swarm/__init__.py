@@ -2,8 +2,8 @@
 
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
 `OBJECT_CLUSTERING` are the paper's case studies, `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
-runs trials of it, `observe` only measures speeds, and `MixedSwarm` is the sample source of the paper's main setup:
-replicas mixed into a group of agents.
+runs trials of it, with networks as `Drivers` of robots that are not reactive, and `observe` only measures speeds. `MixedSwarm` is
+the sample source of the paper's main setup, replicas mixed into a group of agents; `SeparatedSwarm` never mixes them.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -12,27 +12,35 @@ from ._presets import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
 from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
 
 if TYPE_CHECKING:
+    from ._drivers import Drivers, drivers_of
     from ._simulate import Simulation, initial_poses, observe, simulate
-    from ._sources import MixedSwarm
+    from ._sources import MixedSwarm, SeparatedSwarm
 
 __all__ = [
     "AGGREGATION",
     "OBJECT_CLUSTERING",
     "SCENARIOS",
     "Arena",
+    "Drivers",
     "MixedSwarm",
     "Objects",
     "Robot",
     "Scenario",
     "Sensor",
+    "SeparatedSwarm",
     "Simulation",
     "Trial",
+    "drivers_of",
     "initial_poses",
     "observe",
     "simulate",
 ]
 
-_LAZY = dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate") | {"MixedSwarm": "_sources"}
+_LAZY = (
+    dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate")
+    | dict.fromkeys(("MixedSwarm", "SeparatedSwarm"), "_sources")
+    | dict.fromkeys(("Drivers", "drivers_of"), "_drivers")
+)
 
 
 def __getattr__(name: str) -> Any:

@@ -2,7 +2,9 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
+
+from ..models import ReactiveModel
 
 ITEM_KINDS = ("background", "robot", "object")
 
@@ -157,6 +159,9 @@ class Scenario:
         The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
     agents, replicas
         Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
+    grouping
+        "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
+        groups of agents + replicas individuals (paper, section 4.6.3).
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -167,6 +172,7 @@ class Scenario:
     controller: tuple[float, ...]
     agents: int = 10
     replicas: int = 1
+    grouping: Literal["mixed", "separated"] = "mixed"
     robot: Robot = field(default_factory=Robot)
     objects: Objects = field(default_factory=Objects)
     arena: Arena = field(default_factory=Arena)
@@ -176,6 +182,7 @@ class Scenario:
     def __post_init__(self) -> None:
         _require(self.agents >= 1, "scenario.agents", "1 or more", self.agents)
         _require(self.replicas >= 1, "scenario.replicas", "1 or more", self.replicas)
+        _require(self.grouping in ("mixed", "separated"), "scenario.grouping", "'mixed' or 'separated'", self.grouping)
         expected = 2 * self.sensor.states
         _require(
             len(self.controller) == expected,
@@ -197,13 +204,8 @@ class Scenario:
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """Names of the model parameters: left and right wheel speed for each sensor state."""
-        return tuple(f"v{side}{state}" for state in range(self.sensor.states) for side in "lr")
-
-    @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the model parameters that belong to each sensor state: tables with exchanged rows are models too."""
-        return tuple((2 * state, 2 * state + 1) for state in range(self.sensor.states))
+        """Names of the agents' parameters, which reactive models share: left and right wheel speed for each sensor state."""
+        return ReactiveModel(self.sensor.states).names
 
     @property
     def control_steps(self) -> int:
