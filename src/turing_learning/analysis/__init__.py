@@ -24,9 +24,10 @@ from ._dispersion import dispersion, least_dispersion
 from ._errors import absolute_error, mean_absolute_error
 from ._estimate import estimate, interval
 from ._failure import name_failure
-from ._responses import dynamic_outputs, median_place, response_error, steady_outputs
+from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 
 __all__ = [
+    "DYNAMIC_READINGS",
     "Comparison",
     "absolute_error",
     "compare",

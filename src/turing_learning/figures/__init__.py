@@ -14,6 +14,8 @@
     Classifiers: their accuracy over generations, and what they detect at which rate of false alarms.
 `snapshots_figure`, `dispersion_figure`, `prediction_figure`
     The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
+`box_panels_figure`, `dynamic_outputs_figure`
+    Several ways to infer side by side; what networks put out while the sensor reading changes.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -23,6 +25,7 @@ Figures are `matplotlib.figure.Figure` objects without pyplot and without global
 first one is made.
 """
 
+from ._black_box import box_panels_figure, dynamic_outputs_figure
 from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
@@ -37,8 +40,10 @@ from ._swarm import swarm_frame
 __all__ = [
     "accuracy_figure",
     "box_figure",
+    "box_panels_figure",
     "convergence_figure",
     "dispersion_figure",
+    "dynamic_outputs_figure",
     "error_box_figure",
     "error_figure",
     "error_histogram_figure",

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
-from ._case_outcome import KINDS, PRESETS, Case, Outcome
+from ._case_outcome import KINDS, PRESETS, Case, Outcome, values_of
 from ._case_tables import (
     convergence_table,
     dispersion_table,
@@ -79,21 +79,16 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         preset=preset,
         settings=dict(sizes.settings),
     )
-    models = {kind: _values(result, kind) for kind in KINDS}
+    models = {kind: values_of(result, kind) for kind in KINDS}
     return Outcome(
         case=case,
         preset=preset,
         seeds=tuple(run.seed for run in result.runs),
         models=models,
-        errors={kind: _values(result, errors) for kind, errors in KINDS.items()},
+        errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
         medians=_medians(result),
         emergence=measure_emergence(work, case.scenario, models["best_model"], case.emergence, preset),
     )
-
-
-def _values(result: "StudyResult", name: str) -> np.ndarray:
-    """Return what each run has under a name, parameter by parameter (R, P)."""
-    return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])
 
 
 def _medians(result: "StudyResult") -> np.ndarray:

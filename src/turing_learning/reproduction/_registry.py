@@ -2,13 +2,13 @@
 
 from turing_learning.config import ConfigurationError
 
-from . import _baseline, _case_studies, _snapshots
+from . import _baseline, _black_box, _case_studies, _separated, _snapshots
 from ._experiment import Experiment
 
 ALL = "all"
 
 EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.id: module.EXPERIMENT for module in (_snapshots, _case_studies, _baseline)
+    module.EXPERIMENT.id: module.EXPERIMENT for module in (_snapshots, _case_studies, _baseline, _black_box, _separated)
 }
 """Id -> experiment."""
 

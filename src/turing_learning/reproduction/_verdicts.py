@@ -22,6 +22,11 @@ RULES = {
     "snapshots": "at the end of each row at least 90 % of the robots, or objects, are in the largest cluster",
     "baseline's picture": "the median over the runs of every parameter is nearer to the mean of its wheel's speeds, weighted "
     "by how often the agents are in each state, than to the truth",
+    "black box": "for every number of hidden neurons, the median over the runs of every steady output lies within 0.1 of the "
+    "agent's parameter, and the outputs of the network of median performance are within 0.1 of their steady values at the latest "
+    "in the third step after every change of the reading, to stay; that more neurons be worse is not asked for",
+    "separated": "the absolute errors of no parameter differ significantly between separated and mixed runs (two-sided "
+    "Mann-Whitney tests, 5 % for all parameters together, with Bonferroni's correction)",
     "theorem": "in all random cases the minimum that is searched for is the stated one, and is not the agent",
 }
 """Kind of claim -> when it agrees."""

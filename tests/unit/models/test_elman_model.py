@@ -23,9 +23,7 @@ def plain(weights, readings, hidden):
 
     h, outputs = [0.0] * hidden, []
     for reading in readings:
-        h = [
-            sigmoid(w[j] * reading + b[j] + sum(u[j][k] * h[k] for k in range(hidden))) for j in range(hidden)
-        ]
+        h = [sigmoid(w[j] * reading + b[j] + sum(u[j][k] * h[k] for k in range(hidden))) for j in range(hidden)]
         outputs.append([2 * sigmoid(sum(v[s][j] * h[j] for j in range(hidden)) + c[s]) - 1 for s in range(2)])
     return np.array(outputs)
 

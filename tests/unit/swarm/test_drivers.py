@@ -129,7 +129,11 @@ def test_models_with_another_number_of_weights_are_refused():
 @pytest.mark.parametrize(
     ("weights", "driver", "message"),
     [
-        (np.zeros((1, 7)), [[0]], r"`weights` must have shape \(K, Q\) = \(any, 23\) for 3 hidden neurons, .* \(1, 7\)"),
+        (
+            np.zeros((1, 7)),
+            [[0]],
+            r"`weights` must have shape \(K, Q\) = \(any, 23\) for 3 hidden neurons, .* \(1, 7\)",
+        ),
         (np.full((1, 23), np.nan), [[0]], "`weights` must be finite; got nan"),
         (np.zeros((2, 23)), [[0, 2]], r"`driver` must have shape .* numbers of 2 networks .* got 0 to 2 in shape"),
         (np.zeros((2, 23)), [[-2, 0]], r"`driver` must have shape .* or -1 for none; got -2 to 0"),
