@@ -117,7 +117,7 @@ def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
     slowest = 1
     for phase in np.split(outputs, begins[1:]):
         astray = np.flatnonzero((np.abs(phase - phase[-1]) > NEAR).any(axis=1))
-        slowest = max(slowest, *(astray + 2))
+        slowest = max(slowest, int(astray[-1]) + 2 if astray.size else 1)
     return slowest
 
 
