@@ -227,7 +227,7 @@ def _pictures(outcomes: Sequence[_Outcome]) -> list[Picture]:
 EXPERIMENT = Experiment(
     id="4.6.2",
     title="Inferring behavior without a known control system",
-    cost="about 2 hours",
+    cost="about 40 minutes",
     claims=(CLAIM,),
     deviations=(
         "The map from the networks' output neurons to wheel speeds is not printed. Here it is the logistic sigmoid stretched to "

@@ -128,7 +128,7 @@ def _picture(outcome: _Outcome) -> Picture:
 
     figure = box_panels_figure(
         [outcome.models[grouping]["best_model"] for grouping in GROUPINGS],
-        titles=("mixed", "separated"),
+        titles=("Mixed", "Separated"),
         names=AGGREGATION.parameter_names,
         truth=AGGREGATION.controller,
     )
@@ -144,7 +144,7 @@ def _picture(outcome: _Outcome) -> Picture:
 EXPERIMENT = Experiment(
     id="4.6.3",
     title="Separating the replicas and the agents",
-    cost="about 1 hour",
+    cost="about 40 minutes",
     claims=(CLAIM,),
     deviations=(
         "The paper does not print how many groups of agents are observed. Here each model has a trial of replicas and a trial of "
