@@ -11,6 +11,9 @@
 `largest_cluster`         The number of disks in the largest cluster, section 5.4.
 `decision_accuracy`       How often a classifier decides rightly after several trials, section 4.4.
 `polarization`            How aligned a group moves.
+`steady_outputs`          What networks put out for each constant sensor reading, section 4.6.2.
+`dynamic_outputs`         The same for readings that change.
+`response_error`          How far both are from the agents' parameters; `median_place`: of which network it is the median.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
 ========================  ============================================================================
 """
@@ -23,18 +26,24 @@ from ._errors import absolute_error, mean_absolute_error
 from ._estimate import estimate, interval
 from ._failure import name_failure
 from ._polarization import polarization
+from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 
 __all__ = [
+    "DYNAMIC_READINGS",
     "Comparison",
     "absolute_error",
     "compare",
     "decision_accuracy",
     "dispersion",
+    "dynamic_outputs",
     "estimate",
     "interval",
     "largest_cluster",
     "least_dispersion",
     "mean_absolute_error",
+    "median_place",
     "name_failure",
     "polarization",
+    "response_error",
+    "steady_outputs",
 ]

@@ -104,7 +104,7 @@ class LiveView:
 def _line(progress: "Progress") -> str:
     models = " ".join(
         f"{name} {number(value)}"
-        for name, value in zip(progress.parameter_names, progress.generation.best_model, strict=True)
+        for name, value in zip(progress.parameter_names, progress.shown(progress.generation.best_model), strict=True)
     )
     generation = progress.generation
     fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
@@ -144,8 +144,8 @@ def _parameters(progress: "Progress") -> Table:
     table.add_column("")
     for name in progress.parameter_names:
         table.add_column(name, justify="right")
-    table.add_row("best model", *map(number, progress.generation.best_model))
-    table.add_row("typical model", *map(number, progress.generation.typical_model))
+    table.add_row("best model", *map(number, progress.shown(progress.generation.best_model)))
+    table.add_row("typical model", *map(number, progress.shown(progress.generation.typical_model)))
     if progress.truth is not None:
         table.add_row("truth", *map(number, progress.truth), style="dim")
     return table

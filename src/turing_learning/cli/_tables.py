@@ -29,6 +29,8 @@ def print_result(console: Console, result: "Result") -> None:
     """Print the table of a run, how long it took, and where its files are."""
     for table in _fitting_tables(console, result):
         console.print(table)
+    if result.networks is not None:
+        console.print("networks: their steady outputs; their weights are in the result", highlight=False)
     console.print(
         f"{result.generations} generations in {result.seconds_total:.1f} s, "
         f"{1000 * result.seconds_per_generation:.1f} ms each (median)",

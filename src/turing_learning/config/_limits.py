@@ -20,7 +20,7 @@ LARGEST_WORK = 1e11  # physics steps of single robots in a generation: minutes; 
 
 _USUAL = {
     "models.parents": 50, "models.offspring": 50, "classifiers.parents": 50, "classifiers.offspring": 50,
-    "classifiers.hidden": 5, "scenario.agents": 10, "scenario.replicas": 1, "scenario.objects.count": 10,
+    "classifiers.hidden": 5, "models.hidden": 5, "scenario.agents": 10, "scenario.replicas": 1, "scenario.objects.count": 10,
     "scenario.trial.duration_s": 10.0, "scenario.trial.physics_steps": 10, "run.checkpoint_every": 50,
 }  # fmt: skip
 
@@ -91,11 +91,12 @@ def _check_sizes(configuration: "Configuration", demands: Iterable[Demand]) -> N
 def _demands(configuration: "Configuration") -> Iterator[Demand]:
     scenario, models, classifiers = configuration.scenario, *_populations(configuration)
     steps = scenario.trial.duration_s / scenario.trial.control_interval_s
-    yield _history_demand(configuration, len(scenario.parameter_names))
+    yield _history_demand(configuration)
+    groups = _groups(configuration)
     judged = _SIZES - {"classifiers.hidden"} | _SWARM
-    yield "judging a generation", 8.0 * classifiers * models * scenario.individuals, judged
+    yield "judging a generation", 8.0 * classifiers * models * groups * scenario.individuals, judged
     moving = _of_models(_SIZES) | _SWARM | _TIME
-    yield "a generation's motion", 64.0 * models * scenario.individuals * steps, moving
+    yield "a generation's motion", 64.0 * models * groups * scenario.individuals * steps, moving
     yield (
         "searching the bodies of a trial for near pairs",
         16.0 * (scenario.individuals + scenario.objects.count) ** 2,
@@ -106,20 +107,30 @@ def _demands(configuration: "Configuration") -> Iterator[Demand]:
 def _own_demands(configuration: "Configuration") -> Iterator[Demand]:
     system, models, classifiers = configuration.scenario, *_populations(configuration)
     assert isinstance(system, OwnSystem)
-    yield _history_demand(configuration, len(system.parameters))
+    yield _history_demand(configuration)
     genuine = system.samples_per_generation or models
     yield "judging a generation", 8.0 * classifiers * (models + genuine), _SIZES - {"classifiers.hidden"}
     moving = 16.0 * models * system.steps * len(system.signals)
     yield "a generation's motion", moving, _of_models(_SIZES)
 
 
-def _history_demand(configuration: "Configuration", parameters: int) -> Demand:
+def _groups(configuration: "Configuration") -> int:
+    """Return the number of trials for each model."""
+    return 2 if configuration.scenario.grouping == "separated" else 1
+
+
+def _history_demand(configuration: "Configuration") -> Demand:
     models, classifiers = _populations(configuration)
+    parameters = len(configuration.parameter_names)
     hidden, inputs, run = configuration.classifiers.hidden, len(configuration.input_scale), configuration.run
     weights = hidden * (inputs + hidden + 2) + 1
     population = 16.0 * (models * parameters + classifiers * weights)  # values and step sizes, 8 bytes each
     chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
-    return "keeping the history between two checkpoints", chunk * population, _SIZES | {"run.checkpoint_every"}
+    return (
+        "keeping the history between two checkpoints",
+        chunk * population,
+        _SIZES | {"models.hidden", "run.checkpoint_every"},
+    )
 
 
 def _populations(configuration: "Configuration") -> tuple[int, int]:
@@ -130,7 +141,7 @@ def _populations(configuration: "Configuration") -> tuple[int, int]:
 def _check_work(configuration: "Configuration") -> None:
     scenario, (models, _) = configuration.scenario, _populations(configuration)
     steps = scenario.trial.duration_s / scenario.trial.control_interval_s
-    work = float(models) * scenario.individuals * steps * scenario.trial.physics_steps
+    work = float(models) * _groups(configuration) * scenario.individuals * steps * scenario.trial.physics_steps
     if work > LARGEST_WORK:
         need = f"a generation has {work:.3g} physics steps of a robot, and {LARGEST_WORK:g} are allowed"
         keys = _of_models(_SIZES) | _SWARM | _TIME | {"scenario.trial.physics_steps"}

@@ -2,12 +2,14 @@
 
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from turing_learning.models import ElmanModel, Representation
 from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
 
-from ._limits import check_limits
+from ._limits import LARGEST_NEURONS, check_limits
 
 LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
@@ -55,7 +57,10 @@ class PopulationSection(Section):
 
 
 class ModelsSection(PopulationSection):
-    """The population of models.
+    """The population of models, and what they are.
+
+    With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1 or more they are Elman networks
+    with as many hidden neurons (black box; paper, section 4.6.2).
 
     A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
     one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
@@ -65,6 +70,7 @@ class ModelsSection(PopulationSection):
     recombination 1, intermediate false, and 0 for the others.
     """
 
+    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = 0
     recombination: Share = 0.5
     redraw: Share = 0.2
     exchange: Share = 0.1
@@ -158,9 +164,33 @@ class Configuration(Section):
         return self
 
     @model_validator(mode="after")
+    def _check_hidden(self) -> "Configuration":
+        if self.models.hidden and self.scenario.representation != "reactive":
+            raise ValueError(
+                '`models.hidden` must be 0 unless scenario.representation is "reactive", as a network infers no field of view; '
+                f"got {self.models.hidden} with {self.scenario.representation!r}."
+            )
+        return self
+
+    @model_validator(mode="after")
     def _check_limits(self) -> "Configuration":
         check_limits(self)
         return self
+
+    @property
+    def representation(self) -> Representation:
+        """What a model is: that of the scenario, or a network."""
+        scenario, hidden = self.scenario, self.models.hidden
+        return ElmanModel(scenario.sensor.states, hidden) if hidden else scenario.model
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the P parameters of a model, in which the history keeps it."""
+        return self.representation.parameter_names
+
+    def described(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) in the parameters that results state: the agents', by `scenario.parameter_names`."""
+        return self.representation.described(models)
 
     @property
     def input_scale(self) -> tuple[float, ...]:
@@ -181,3 +211,21 @@ class OwnConfiguration(Configuration):
     """
 
     scenario: OwnSystem  # type: ignore[assignment] # stands in for a scenario wherever a run asks one
+
+    @model_validator(mode="after")
+    def _check_hidden(self) -> "OwnConfiguration":
+        if self.models.hidden:
+            raise ValueError(
+                "`models.hidden` must be 0 for a system of one's own, whose simulator takes the parameters of its models; "
+                f"got {self.models.hidden}."
+            )
+        return self
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the P parameters."""
+        return self.scenario.parameter_names
+
+    def described(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) as they are."""
+        return models

@@ -20,6 +20,8 @@
     The paper's figures of swarms, of what inferred behaviors do, and of what least squares infers.
 `budget_figure`
     How accurate several methods are with how many trials.
+`box_panels_figure`, `dynamic_outputs_figure`
+    Several ways to infer side by side; what networks put out while the sensor reading changes.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -29,6 +31,7 @@ Figures are `matplotlib.figure.Figure` objects without pyplot and without global
 first one is made.
 """
 
+from ._black_box import box_panels_figure, dynamic_outputs_figure
 from ._check import Distribution, ParameterProfile, profiles_figure, quantities_figure
 from ._comparison import budget_figure
 from ._detection import accuracy_figure, roc_figure
@@ -48,9 +51,11 @@ __all__ = [
     "ParameterProfile",
     "accuracy_figure",
     "box_figure",
+    "box_panels_figure",
     "budget_figure",
     "convergence_figure",
     "dispersion_figure",
+    "dynamic_outputs_figure",
     "error_box_figure",
     "error_figure",
     "error_histogram_figure",

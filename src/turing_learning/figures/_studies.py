@@ -68,31 +68,36 @@ def box_figure(
     figure = new_figure(max(3.6, 0.9 * len(names) + 1.4), 3.4)
     axes = figure.subplots()
     prepare_axes(axes)
-    _draw_boxes(axes, list(values.T), names)
+    draw_boxes(axes, list(values.T), names)
     if truth is not None:
-        places = np.arange(1, len(names) + 1)
-        axes.hlines(
-            checked("truth", truth, len(names)), places - 0.42, places + 0.42,
-            color=INK, linewidth=1.1, linestyle=DASHED, label="true value", zorder=3,
-        )  # fmt: skip
+        draw_truth(axes, checked("truth", truth, len(names)))
         add_legend(figure, loc="outside upper left")
-    _focus(axes, values, [] if truth is None else list(truth))
+    axes.set_ylim(*focus(axes, values, [] if truth is None else list(truth)))
     label(axes, "Value of the parameter", "Parameter")
     return figure
 
 
-def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> None:
-    """Show all whiskers, the truth, and as much again on both sides."""
+def draw_truth(axes: "Axes", truth: np.ndarray) -> None:
+    """Dash the true value of each box."""
+    places = np.arange(1, len(truth) + 1)
+    axes.hlines(
+        truth, places - 0.42, places + 0.42,
+        color=INK, linewidth=1.1, linestyle=DASHED, label="true value", zorder=3,
+    )  # fmt: skip
+
+
+def focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
+    """Return limits that show all whiskers, the truth, and as much again on both sides; note how many values are beyond."""
     lower, upper = np.quantile(values, (0.25, 0.75), axis=0)
     reach = WHISKERS * (upper - lower)
     inside = values[(values >= lower - reach) & (values <= upper + reach)]
     low, high = min([inside.min(), *truth]), max([inside.max(), *truth])
     span = (high - low) or 1.0
     seen = values[(values >= low - span) & (values <= high + span)]
-    axes.set_ylim(min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span)
     if beyond := values.size - seen.size:
         note = f"{beyond} outliers beyond"
         axes.text(1, 1.02, note, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
+    return min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span
 
 
 def error_box_figure(
@@ -127,7 +132,7 @@ def error_box_figure(
     figure = new_figure(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
     axes = figure.subplots()
     prepare_axes(axes)
-    _draw_boxes(axes, groups, names)
+    draw_boxes(axes, groups, names)
     logarithmic(axes, *groups)
     if len(names) > MOST_LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
@@ -135,7 +140,8 @@ def error_box_figure(
     return figure
 
 
-def _draw_boxes(axes: "Axes", groups: list[np.ndarray], names: Sequence[str]) -> None:
+def draw_boxes(axes: "Axes", groups: list[np.ndarray], names: Sequence[str]) -> None:
+    """Draw a box for each group of values."""
     line: dict[str, Any] = {"color": BLUE, "linewidth": 1.1}
     axes.boxplot(
         groups,

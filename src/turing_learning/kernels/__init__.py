@@ -3,7 +3,8 @@
 Running swarms (docs/physics.md): `trials` runs trials from start to end. In each control cycle `sensing` reads the sensors,
 `motion` commands the wheels and moves free robots in closed form, and `involved` finds the bodies that may touch something,
 gathers them in a `party` and lets `stepping` and `contacts` advance them. With many bodies `rays` and `neighbors` search through
-`tiles` instead of all pairs. `world` holds what is constant and what changes, `geometry` the angles, `noise` the random numbers.
+`tiles` instead of all pairs. `networks` drive the robots that are not reactive. `world` holds what is constant and what changes,
+`geometry` the angles, `noise` the random numbers.
 
 Judging: `elman` and `elman_source`. For both: `compile` and `parallel`.
 """

@@ -8,6 +8,7 @@ from .compile import compile_cached, inlined
 from .geometry import sines_and_cosines
 from .involved import advance_involved, clear_marks, may_touch, new_pairs
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
+from .networks import Networks, drive, forget, with_memory
 from .party import Party, new_party
 from .rays import read_sensors
 from .sectors import open_view, sense_one_trial
@@ -125,23 +126,28 @@ def _advance_trials(
     pairs: np.ndarray,
     party: Party,
     tiles: Tiles | None,
+    networks: Networks | None,
 ) -> None:
     """Run the trials from `block` on, one in each slot of the state.
 
     initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are empty also poses (R, T + 1, B, 3)
-    and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`.
+    and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`. Networks write to the controllers.
     """
     recorded = poses.shape[0] > 0
     slots = state.crowd.shape[0]
     for w in range(slots):
         start_trial(initial[block + w], controllers[block + w], w, world, state)
         open_view(world.sectors, block + w, w, state)
+    if networks is not None:
+        forget(networks)
     for cycle in range(speeds.shape[2] + recorded):
         look(cycle, world, state, tiles)
         if recorded:
             for w in range(slots):
                 record(poses[block + w, cycle], sensors[block + w, cycle], w, world, state)
         if cycle < speeds.shape[2]:
+            if networks is not None:
+                drive(block, controllers, state, networks)
             act(block, cycle, controllers, keys, world, state, pairs, party, tiles)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)
@@ -150,22 +156,23 @@ def _advance_trials(
 _advance = compile_cached(_advance_trials)
 
 
-def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
+def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:
     """Fill speeds, poses (R, T + 1, B, 3) and sensor readings (R, T + 1, A) of trials start ... stop - 1.
 
-    The other arrays are initial poses, controllers and keys.
+    The other arrays are initial poses, controllers, to which networks write, and keys.
     """
     side_by_side = slots_of(world.bodies)
     state = new_state(min(side_by_side, stop - start), world.bodies)
     pairs, party = new_pairs(world.bodies), new_party(world.bodies)
     tiles = new_tiles(world.bodies, len(pairs)) if world.bodies > MANY else None
+    remembering = None if networks is None else with_memory(networks, len(state.crowd))
     for block in range(start, stop, side_by_side):
         if stop - block < len(state.crowd):
             state = new_state(stop - block, world.bodies)
-        _advance(block, *arrays, world, state, pairs, party, tiles)
+        _advance(block, *arrays, world, state, pairs, party, tiles, remembering)
 
 
-def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World) -> None:
+def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:
     """Fill the speeds (R, A, T, 2) alone."""
     nothing = np.empty((0, 0, 0, 0)), np.empty((0, 0, 0), np.int8)
-    record_trials(start, stop, *arrays, *nothing, world=world)
+    record_trials(start, stop, *arrays, *nothing, world=world, networks=networks)

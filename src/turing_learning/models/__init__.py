@@ -3,25 +3,28 @@
 `Parameter`
     One parameter in its user's units: bounds, linear or logarithmic scale, initial range, and the map to them.
 `Representation`
-    What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`, what robots execute.
+    What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`, what robots execute;
+    and how results describe it.
 `ReactiveModel`, `MorphologyModel`
-    Representations: wheel speeds for each sensor state; the same, and the field of view. `REPRESENTATIONS` names them.
+    Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field of view.
+    `REPRESENTATIONS` names them.
+`ElmanModel`
+    Black boxes: networks from the sensor reading to the wheel speeds, described by what they put out.
 """
 
+from ._elman import ElmanModel
+from ._morphology import MorphologyModel
+from ._named import REPRESENTATIONS
 from ._parameters import Parameter
-from ._representations import (
-    FULL_VIEW,
-    REPRESENTATIONS,
-    Behavior,
-    MorphologyModel,
-    ReactiveModel,
-    Representation,
-)
+from ._reactive import ReactiveModel
+from ._representation import FULL_VIEW, AgentsRepresentation, Behavior, Representation
 
 __all__ = [
     "FULL_VIEW",
     "REPRESENTATIONS",
+    "AgentsRepresentation",
     "Behavior",
+    "ElmanModel",
     "MorphologyModel",
     "Parameter",
     "ReactiveModel",

@@ -83,10 +83,15 @@ class Outcome:
 
     def variant(self, kind: str = "best_model") -> str:
         """Return what stands beside the verdict that counts; nothing for that one."""
-        parts = [] if self.preset == PRESETS[0] else [f"preset {self.preset}"]
-        return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
+        return variant_of(self.preset, kind)
+
+
+def variant_of(preset: str, kind: str = "best_model") -> str:
+    """Return what a verdict is about; nothing for the one that counts."""
+    parts = [] if preset == PRESETS[0] else [f"preset {preset}"]
+    return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
 
 
 def values_of(result: "StudyResult", name: str) -> np.ndarray:
-    """Return what each run has under a name, parameter by parameter (R, P)."""
+    """Return what each run of a study has under a name, parameter by parameter (R, P)."""
     return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])

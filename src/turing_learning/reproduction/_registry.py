@@ -2,14 +2,34 @@
 
 from turing_learning.config import ConfigurationError
 
-from . import _baseline, _behaviors, _case_studies, _classifier_accuracy, _comparison, _morphology, _snapshots
+from . import (
+    _baseline,
+    _behaviors,
+    _black_box,
+    _case_studies,
+    _classifier_accuracy,
+    _comparison,
+    _morphology,
+    _separated,
+    _snapshots,
+)
 from ._experiment import Experiment
 
 ALL = "all"
 
 EXPERIMENTS: dict[str, Experiment] = {
     module.EXPERIMENT.id: module.EXPERIMENT
-    for module in (_snapshots, _case_studies, _classifier_accuracy, _baseline, _comparison, _morphology, _behaviors)
+    for module in (
+        _snapshots,
+        _case_studies,
+        _classifier_accuracy,
+        _baseline,
+        _comparison,
+        _morphology,
+        _black_box,
+        _separated,
+        _behaviors,
+    )
 }
 """Id -> experiment."""
 

@@ -31,6 +31,11 @@ RULES = {
     "random behaviors": "absolute errors agree as above; the shares of runs below 0.05 and up to 0.1 fall short of the printed "
     "ones by at most twice the standard error of the difference; the errors for I = 0 are significantly lower than those for "
     "I = 1 (Mann-Whitney, Bonferroni)",
+    "black box": "for every number of hidden neurons, the median over the runs of every steady output lies within 0.1 of the "
+    "agent's parameter, and the outputs of the network of median performance are within 0.1 of their steady values at the latest "
+    "in the third step after every change of the reading, to stay; that more neurons be worse is not asked for",
+    "separated": "the absolute errors of no parameter differ significantly between separated and mixed runs (two-sided "
+    "Mann-Whitney tests, 5 % for all parameters together, with Bonferroni's correction)",
     "theorem": "in all random cases the minimum that is searched for is the stated one, and is not the agent",
 }
 """Kind of claim -> when it agrees."""

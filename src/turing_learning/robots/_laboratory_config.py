@@ -350,6 +350,16 @@ def _check_together(setup: LaboratorySetup, configuration: Configuration, place:
             f'`run.history` must be "full" for a post-evaluation; got "thin"{place.where("run.history")}. Or set '
             "evaluation.repeats = 0."
         )
+    for key, value, needed in (
+        ("models.hidden", configuration.models.hidden, 0),
+        ("scenario.representation", configuration.scenario.representation, "reactive"),
+        ("scenario.grouping", configuration.scenario.grouping, "mixed"),
+    ):
+        if value != needed:
+            raise ConfigurationError(
+                f"`{key}` must be {needed!r} for robots: replicas, among agents, take wheel speeds alone; got {value!r}"
+                f"{place.where(key)}."
+            )
     if len(configuration.scenario.controller) > 16:
         raise ConfigurationError(
             f"`scenario.controller` must have 16 wheel speeds or fewer, which a replica takes; got "

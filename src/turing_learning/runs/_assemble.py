@@ -7,12 +7,13 @@ from turing_learning.coevolution import (
     ClassifierArchive,
     Coevolution,
     PassiveInterrogation,
+    SampleSource,
     jury_reward,
 )
 from turing_learning.config import Configuration, PopulationSection
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.sources import GuardedInterrogation, OwnSource
-from turing_learning.swarm import MixedSwarm
+from turing_learning.swarm import MixedSwarm, SeparatedSwarm
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource
@@ -33,28 +34,32 @@ def assemble(configuration: Configuration, source: "OwnSource | LaboratorySource
     source
         Samples of a system of one's own, or of a laboratory; None simulates the scenario's swarm.
     """
-    scenario, seed = configuration.scenario, configuration.run.seed
     classifier = classifier_of(configuration)
     own = isinstance(source, OwnSource)
     interrogation = (
         GuardedInterrogation(source, classifier)
         if isinstance(source, OwnSource)
-        else PassiveInterrogation(source or MixedSwarm(scenario, configuration.threads), classifier)
+        else PassiveInterrogation(source or _swarm(configuration), classifier)
     )
     return Coevolution(
         interrogation,
-        _models(configuration, () if own else scenario.parameter_groups),
+        _models(configuration, () if own else configuration.representation.parameter_groups),
         _classifiers(configuration, classifier.parameters),
-        seed=(INTERROGATION, seed),
+        seed=(INTERROGATION, configuration.run.seed),
         **_archive(configuration),
     )
+
+
+def _swarm(configuration: Configuration) -> SampleSource:
+    kind = SeparatedSwarm if configuration.scenario.grouping == "separated" else MixedSwarm
+    return kind(configuration.scenario, configuration.threads, configuration.representation)
 
 
 def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -> Optimizer:
     section = configuration.models
     return _optimizer(
         section,
-        len(configuration.scenario.parameter_names),
+        len(configuration.parameter_names),
         (MODELS, configuration.run.seed),
         recombination=section.recombination,
         redraw=section.redraw,

@@ -84,6 +84,7 @@ def check_run(
     require_numbers(recoveries=recoveries, recovery_generations=length, seed=seed)
     if not isinstance(effort, Effort | None):
         raise ConfigurationError(f"`effort` must be an Effort; got {type(effort).__name__}.")
+    _refuse_other_than_reactive(configuration)
     folder = None if result.path is None else RunFolder(result.path)
     options: OwnOptions = {}
     if workers is not None:
@@ -117,6 +118,18 @@ def check_run(
 
 def _say_nothing(stage: str) -> None:
     pass
+
+
+def _refuse_other_than_reactive(configuration: Configuration) -> None:
+    """Raise ConfigurationError if models of simulated robots are more than wheel speeds for each sensor state."""
+    if isinstance(configuration, OwnConfiguration):
+        return
+    for key, value, needed in (
+        ("models.hidden", configuration.models.hidden, 0),
+        ("scenario.representation", configuration.scenario.representation, "reactive"),
+    ):
+        if value != needed:
+            raise ConfigurationError(f"`{key}` must be {needed!r} in a run that is checked; got {value!r}.")
 
 
 def _given(

@@ -409,7 +409,7 @@ def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> 
 def _attachments(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
     def history() -> "xarray.Dataset":
         if configuration.run.history == "thin":
-            return thin_dataset(_stored_traces(folder, configuration), configuration.scenario.parameter_names)
+            return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)
         return dataset_on_disk(folder.history_path, completed)
 
     return Attachments(
@@ -479,7 +479,7 @@ def _stored_traces(folder: RunFolder, configuration: Configuration) -> Traces:
 
 
 def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
-    traces = Traces(configuration.run.generations, len(configuration.scenario.parameter_names))
+    traces = Traces(configuration.run.generations, len(configuration.parameter_names))
     traces.restore(part(checkpoint.arrays, "traces/"))
     return traces
 

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning import figures, report
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import Configuration, OwnConfiguration, to_toml
-from turing_learning.swarm import Scenario, initial_poses, simulate
+from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 
 from ._assemble import REPLAY
 from ._paper import SOURCE
@@ -70,8 +70,9 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawin
 
 
 def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
-    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    best, typical = _described(history, configuration)
     caption = "Subjectively best and typical model of each generation"
+    caption += ", steady outputs of the networks" if configuration.models.hidden else ""
     scenario = configuration.scenario
     if scenario.truth is not None:
         caption += "; the truth is dashed"
@@ -79,8 +80,14 @@ def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Draw
     return Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
 
 
+def _described(history: "xarray.Dataset", configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
+    """Return best and typical model of each generation (G, P) in the parameters of the result."""
+    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
+    return best, typical
+
+
 def _error(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
-    best, typical = history["best_model"].to_numpy(), history["typical_model"].to_numpy()
+    best, typical = _described(history, configuration)
     truth = np.asarray(configuration.scenario.truth, dtype=float)
     return Drawing(
         "error",
@@ -98,22 +105,24 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
 
 def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
+    sizes = np.median(history["model_step_size"].to_numpy(), axis=1)
     if isinstance(configuration, OwnConfiguration):
         caption += ", in halves of its initial range"
+    elif configuration.models.hidden:
+        names, caption = ("models",), "Median mutation strength of the models' weights"
+        sizes = _weights_median(history, "model")[:, None]
     elif configuration.scenario.representation == "morphology":
         caption += " (that of theta is of the number x, theta = 2 pi sig(x))"
     return Drawing(
         "step-sizes",
         "Step sizes over generations",
         f"{caption}, and of the classifiers' weights.",
-        figures.step_sizes_figure(
-            np.median(history["model_step_size"].to_numpy(), axis=1), _weights_median(history), names=names
-        ),
+        figures.step_sizes_figure(sizes, _weights_median(history, "classifier"), names=names),
     )
 
 
-def _weights_median(history: "xarray.Dataset") -> np.ndarray:
-    sizes = history["classifier_step_size"].to_numpy()
+def _weights_median(history: "xarray.Dataset", population: str) -> np.ndarray:
+    sizes = history[f"{population}_step_size"].to_numpy()
     return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
 
 
@@ -163,13 +172,18 @@ def report_page(
             manifest=manifest,
             replay=None
             if isinstance(configuration, OwnConfiguration)
-            else replay(configuration, np.array(list(result.estimate.values()))),
+            else replay(configuration, np.array(list(_executed(result).values()))),
             check=None if check is None else check_listing(check),
             check_figures=()
             if check is None
             else tuple(_picture(drawing, wide=True) for drawing in draw_check(check, result, configuration)),
         )
     )
+
+
+def _executed(result: Result) -> dict[str, float]:
+    """Return the parameters of the model that stands for the estimate."""
+    return result.estimate if result.networks is None else result.networks["estimate"]
 
 
 def _picture(drawing: Drawing, *, wide: bool) -> report.Picture:
@@ -210,6 +224,8 @@ def run_table(result: Result) -> report.RunTable:
         for name, value in result.estimate.items()
     )
     note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
+    if result.networks:
+        note = "Outputs of the networks after 20 steps of each constant sensor reading."
     return report.RunTable(rows, result.estimate_mae, result.mae, note)
 
 
@@ -221,27 +237,25 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     configuration
         What ran.
     estimate : (P,)
-        What the replicas execute.
+        Parameters of the model that the replicas execute.
     """
     scenario = configuration.scenario
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     poses = np.repeat(initial_poses(scenario, 1, rng, robots=REPLAY_ROBOTS), 2, axis=0)
-    twin = scenario.model.behavior(estimate)
-    models = np.clip([scenario.controller, twin.wheel_speeds], -LARGEST_SPEED, LARGEST_SPEED)
-    view = scenario.sensor.field_of_view
-    views = np.array([view, view if twin.field_of_view is None else float(twin.field_of_view)])
-    controllers = np.repeat(models[:, None], REPLAY_ROBOTS, axis=1)
+    twins = np.repeat([[-1], [0]], REPLAY_ROBOTS, axis=1)  # agents, and replicas of the one model
+    robots = execution_of(scenario, configuration.representation.behavior(estimate[None]), twins)
     return swarm_replay(
         scenario,
-        controllers,
+        np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED),
         poses,
-        fields_of_view=np.repeat(views[:, None], REPLAY_ROBOTS, axis=1),
+        fields_of_view=robots.fields_of_view,
         labels=("Agents", "Replicas of the inferred model"),
         replicas=(False, True),
         title=f"{scenario.title}: agents beside replicas",
         duration_s=REPLAY_DURATION_S,
         seed=configuration.run.seed,
         threads=configuration.threads,
+        drivers=robots.drivers,
     )
 
 
@@ -257,6 +271,7 @@ def swarm_replay(
     seed: int,
     threads: int | None,
     fields_of_view: np.ndarray | None = None,
+    drivers: Drivers | None = None,
 ) -> report.Replay:
     """Simulate swarms and return what a page shows of them.
 
@@ -280,12 +295,21 @@ def swarm_replay(
         Number of threads, None for all.
     fields_of_view : (R, A)
         Of the robots' sensors (rad); None takes the scenario's.
+    drivers
+        Networks that drive some of the robots; None if all are reactive.
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
     result = simulate(
-        scenario, controllers, poses, control_steps=steps, seed=seed, fields_of_view=fields_of_view, threads=threads
+        scenario,
+        controllers,
+        poses,
+        control_steps=steps,
+        seed=seed,
+        fields_of_view=fields_of_view,
+        threads=threads,
+        drivers=drivers,
     )
     moved = result.poses[:, ::stride]
     robots = controllers.shape[1]

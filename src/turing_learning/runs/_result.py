@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks")
+
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
 
@@ -36,6 +38,9 @@ class Attachments:
 @dataclass(frozen=True)
 class Result:
     """What a run has inferred; models and errors are dicts name -> number.
+
+    Models are stated in the agents' parameters, to be compared with theirs. Those of a network (`models.hidden`) are the outputs
+    that it comes to in each sensor state; its weights are in `networks`.
 
     Attributes
     ----------
@@ -73,6 +78,9 @@ class Result:
     failed_simulations
         Of a system of one's own: "count", and the first of them "listed" with generation, parameters and reason. None, and
         not in `result.json`, for simulated robots.
+    networks
+        Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last generations whose
+        steady outputs are nearest to the estimate. None, and not in `result.json`, for other models.
     """
 
     scenario: str
@@ -94,6 +102,7 @@ class Result:
     path: Path | None = field(default=None, compare=False)
     attachments: Attachments | None = field(default=None, compare=False, repr=False)
     failed_simulations: dict[str, Any] | None = None
+    networks: dict[str, dict[str, float]] | None = None
 
     @property
     def history(self) -> "xarray.Dataset":
@@ -165,8 +174,9 @@ class Result:
         content = {
             item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "attachments")
         }
-        if self.failed_simulations is None:
-            del content["failed_simulations"]
+        for name in _WHERE_THERE_ARE_SOME:
+            if content[name] is None:
+                del content[name]
         return content
 
     def __str__(self) -> str:
@@ -213,9 +223,9 @@ def summarize(
         Of a system of one's own.
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    best = traces["best_model"][-1]
-    typical = traces["typical_model"]
     window = configuration.run.estimated_from(traces.completed)
+    best = configuration.described(traces["best_model"][-1])
+    typical = configuration.described(traces["typical_model"][-window:])
     inferred, ends = estimate(typical, window), interval(typical, window)
     return Result(
         scenario=scenario.name,
@@ -232,7 +242,22 @@ def summarize(
         path=path,
         attachments=attachments,
         failed_simulations=failed_simulations,
+        networks=_networks(configuration, traces, typical, inferred),
     )
+
+
+def _networks(
+    configuration: Configuration, traces: Traces, typical: np.ndarray, inferred: np.ndarray
+) -> dict[str, dict[str, float]] | None:
+    """Return the weights of the best network, and of that typical one whose outputs (W, P) are nearest to those inferred."""
+    if not configuration.models.hidden:
+        return None
+    nearest = int(np.argmin(np.abs(typical - inferred).sum(axis=1)))
+    weights = {
+        "best_model": traces["best_model"][-1],
+        "estimate": traces["typical_model"][-len(typical) :][nearest],
+    }
+    return {name: _named(configuration.parameter_names, values) for name, values in weights.items()}
 
 
 def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarray) -> dict[str, Any]:
@@ -248,7 +273,7 @@ def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarr
         "estimate_absolute_error": _named(names, inferred_errors),
         "mae": float(errors.mean()),
         "estimate_mae": float(inferred_errors.mean()),
-        "paper_absolute_error": paper_absolute_errors(scenario),
+        "paper_absolute_error": None if configuration.models.hidden else paper_absolute_errors(scenario),
     }
 
 

@@ -42,13 +42,15 @@ class Progress:
     completed, total
         Numbers of generations.
     parameter_names
-        Names of the model parameters.
+        Names of the parameters in which models are shown: the agents', where they are known.
     truth
         The agents' parameters, None where there is no truth.
     seconds_per_generation
         Mean over the last generations (s).
     recent : (up to 50, P)
         Typical models of the last generations; None if not recorded.
+    described
+        Gives models (..., P) in the parameters shown; None if these are their numbers.
     """
 
     generation: Generation
@@ -58,6 +60,11 @@ class Progress:
     truth: tuple[float, ...] | None
     seconds_per_generation: float
     recent: np.ndarray | None = None
+    described: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def shown(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) in the parameters of `parameter_names`."""
+        return models if self.described is None else self.described(models)
 
     @property
     def outlook(self) -> str | None:
@@ -67,7 +74,7 @@ class Progress:
         """
         if self.truth is None or self.recent is None:
             return None
-        return name_failure(np.median(self.recent, axis=0), np.asarray(self.truth))
+        return name_failure(np.median(self.shown(self.recent), axis=0), np.asarray(self.truth))
 
     @property
     def seconds_left(self) -> float:
@@ -84,7 +91,7 @@ def layout_of(configuration: Configuration) -> Layout:
     return Layout(
         generations=run.generations,
         models=models.parents + models.offspring,
-        parameters=configuration.scenario.parameter_names,
+        parameters=configuration.parameter_names,
         classifiers=classifiers.parents + classifiers.offspring,
         weights=classifier_of(configuration).parameters,
         chunk=min(run.checkpoint_every, run.generations),
@@ -210,7 +217,7 @@ class Session:
             raise
 
     def _in_units(self, generation: Generation) -> Generation:
-        models = (self._source or self.configuration.scenario).to_units(generation.models)
+        models = (self._source or self.configuration.representation).to_units(generation.models)
         return generation if models is generation.models else replace(generation, models=models)
 
     @property
@@ -223,10 +230,11 @@ class Session:
             generation=generation,
             completed=self.traces.completed,
             total=self.configuration.run.generations,
-            parameter_names=self.layout.parameters,
+            parameter_names=self.configuration.scenario.parameter_names,
             truth=self.configuration.scenario.truth,
             seconds_per_generation=float(self.traces["seconds"][-_RECENT:].mean()),
             recent=self.traces["typical_model"][-_RECENT:],
+            described=self.configuration.described,
         )
 
     def outcome(self) -> Checkpoint:

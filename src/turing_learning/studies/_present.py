@@ -54,7 +54,8 @@ def _boxes(result: StudyResult, plan: Plan) -> _Drawing:
         "boxes",
         "Inferred parameters",
         f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
-        "interquartile ranges; the truth is dashed (figure 4 of the paper).",
+        "interquartile ranges; the truth is dashed (figure 4 of the paper)."
+        + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
         figures.box_figure(np.array(models), names=scenario.parameter_labels, truth=scenario.truth),
     )
 

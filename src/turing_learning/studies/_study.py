@@ -247,11 +247,14 @@ def _backend(folder: StudyFolder, plan: Plan, hands: Hands, client: "Client | No
 
 
 def _first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
-    """Return runs that, together, need all kernels that the runs need: these are made for the size of the network."""
-    key = "classifiers.hidden"
+    """Return runs that, together, need all kernels that the runs need.
+
+    Those that judge are made for the size of the network, those that simulate for reactive models or for networks.
+    """
     found: dict[Any, int] = {}
     for number in numbers:
-        found.setdefault(plan.settings[number - 1].get(key), number)
+        settings = plan.settings[number - 1]
+        found.setdefault((settings.get("classifiers.hidden"), settings.get("models.hidden", 0) > 0), number)
     return list(found.values())
 
 

@@ -3,8 +3,10 @@
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
 `OBJECT_CLUSTERING` are the paper's case studies, `AGGREGATION_VIEW_0` and `AGGREGATION_VIEW_60` those of section 4.6.1, where
 the field of view is inferred too; `SCENARIOS` names them all. `initial_poses` places a swarm, `simulate`
-runs trials of it, `observe` only measures speeds, and `MixedSwarm` is the sample source of the paper's main setup:
-replicas mixed into a group of agents. `ObservedSwarm` is a scenario as genuine motion for any other simulator.
+runs trials of it, with networks as `Drivers` of robots that are not reactive, and `observe` only measures speeds;
+`execution_of` says what agents and replicas execute (an `Execution`). `MixedSwarm` is the sample source of the paper's main setup,
+replicas mixed into a group of agents; `SeparatedSwarm` never mixes them. `ObservedSwarm` is a scenario as genuine motion for any
+other simulator.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -13,8 +15,10 @@ from ._presets import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, OBJE
 from ._scenario import Arena, Objects, Robot, Scenario, Sensor, Trial
 
 if TYPE_CHECKING:
+    from ._drivers import Drivers
+    from ._execution import Execution, execution_of
     from ._simulate import Simulation, initial_poses, observe, simulate
-    from ._sources import MixedSwarm, ObservedSwarm
+    from ._sources import MixedSwarm, ObservedSwarm, SeparatedSwarm
 
 __all__ = [
     "AGGREGATION",
@@ -23,21 +27,28 @@ __all__ = [
     "OBJECT_CLUSTERING",
     "SCENARIOS",
     "Arena",
+    "Drivers",
+    "Execution",
     "MixedSwarm",
     "Objects",
     "ObservedSwarm",
     "Robot",
     "Scenario",
     "Sensor",
+    "SeparatedSwarm",
     "Simulation",
     "Trial",
+    "execution_of",
     "initial_poses",
     "observe",
     "simulate",
 ]
 
-_LAZY = dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate") | dict.fromkeys(
-    ("MixedSwarm", "ObservedSwarm"), "_sources"
+_LAZY = (
+    dict.fromkeys(("Simulation", "initial_poses", "observe", "simulate"), "_simulate")
+    | dict.fromkeys(("MixedSwarm", "ObservedSwarm", "SeparatedSwarm"), "_sources")
+    | dict.fromkeys(("Execution", "execution_of"), "_execution")
+    | {"Drivers": "_drivers"}
 )
 
 

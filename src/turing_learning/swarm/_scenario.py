@@ -2,11 +2,9 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import ClassVar, Literal
 
-import numpy as np
-
-from ..models import FULL_VIEW, REPRESENTATIONS, Representation
+from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
 
 ITEM_KINDS = ("background", "robot", "object")
 
@@ -169,9 +167,12 @@ class Scenario:
         The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
     agents, replicas
         Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
+    grouping
+        "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
+        groups of agents + replicas individuals (paper, section 4.6.3).
     representation
         What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
-        `models.REPRESENTATIONS`.
+        `models.REPRESENTATIONS`. Models of which the agents are none, networks, are up to the configuration.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -182,6 +183,7 @@ class Scenario:
     controller: tuple[float, ...]
     agents: int = 10
     replicas: int = 1
+    grouping: Literal["mixed", "separated"] = "mixed"
     robot: Robot = field(default_factory=Robot)
     objects: Objects = field(default_factory=Objects)
     arena: Arena = field(default_factory=Arena)
@@ -198,6 +200,7 @@ class Scenario:
         )
         _require(self.agents >= 1, "scenario.agents", "1 or more", self.agents)
         _require(self.replicas >= 1, "scenario.replicas", "1 or more", self.replicas)
+        _require(self.grouping in ("mixed", "separated"), "scenario.grouping", "'mixed' or 'separated'", self.grouping)
         expected = 2 * self.sensor.states
         _require(
             len(self.controller) == expected,
@@ -218,34 +221,25 @@ class Scenario:
         return self.agents + self.replicas
 
     @property
-    def model(self) -> Representation:
-        """What a model is: its parameters, and what a replica with them executes."""
+    def model(self) -> AgentsRepresentation:
+        """What agents and models are: their parameters, and what a robot with them executes."""
         return REPRESENTATIONS[self.representation](self.sensor.states)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
-        """Names of the model parameters."""
+        """Names of the parameters that agents and models have."""
         return self.model.parameter_names
 
     @property
     def parameter_labels(self) -> tuple[str, ...]:
-        """Names of the model parameters, with units where they have any, for figures."""
+        """Names of the parameters, with units where they have any, for figures."""
         pairs = zip(self.model.parameter_names, self.model.parameter_units, strict=True)
         return tuple(f"{name} ({unit})" if unit else name for name, unit in pairs)
 
     @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the model parameters that belong to each sensor state: tables with exchanged rows are models too."""
-        return self.model.parameter_groups
-
-    @property
-    def truth(self) -> tuple[float, ...] | None:
-        """The agents' parameters as those of a model; None where a model has others than they."""
+    def truth(self) -> tuple[float, ...]:
+        """The agents' parameters."""
         return self.model.truth(self.controller, self.sensor.field_of_view)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the parameters (..., P) of models (..., P) as the optimizer has them."""
-        return self.model.to_units(models)
 
     @property
     def control_steps(self) -> int:

@@ -10,10 +10,14 @@ from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
 from ..kernels.world import World
 from ..models import FULL_VIEW
+from ._drivers import Drivers
 from ._scenario import Scenario
 
 GRAVITY = 9.81
 """In the simulator's own unit of length, the centimetre (cm/s^2): what the paper's platform did. Source: docs/physics.md."""
+
+LARGEST_OUTPUT = 1.0
+"""Of a network that drives a robot: how far the robot may move follows from it."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,7 @@ def simulate(
     wheel_noise: float | None = None,
     fields_of_view: np.typing.ArrayLike | None = None,
     threads: int | None = None,
+    drivers: Drivers | None = None,
 ) -> Simulation:
     """Run trials of a swarm; the numbers of robots and objects come from the arrays.
 
@@ -120,6 +125,8 @@ def simulate(
         Of the robots' sensors (rad), from 0 to 2 pi; None takes the scenario's.
     threads
         Number of threads, >= 1; None takes every processor. It does not change the result.
+    drivers
+        Networks that drive some of the robots, whose controllers do not count; None if all are reactive.
 
     Raises
     ------
@@ -128,7 +135,7 @@ def simulate(
 
     Source
     ------
-    Paper, sections 3.2 and 4.1; docs/physics.md.
+    Paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
     """
     controllers = _checked("controllers", controllers, (None, None, 2 * scenario.sensor.states), "(R, A, 2 n)")
     trials, robots = controllers.shape[:2]
@@ -149,10 +156,14 @@ def simulate(
     )
     poses = poses.copy()
     poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
-    world = build_world(scenario, robots, objects, noise, _fields_of_view(scenario, fields_of_view, (trials, robots)))
+    views = _fields_of_view(scenario, fields_of_view, (trials, robots))
+    world = build_world(scenario, robots, objects, noise, views)
+    networks = None if drivers is None else drivers.networks(trials, robots)
+    if networks is not None:
+        controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
+    record = partial(record_trials, world=world, networks=networks)
     outputs = (result.speeds, result.poses, result.sensors)
-    grain = slots_of(world.bodies)
-    run_range(partial(record_trials, world=world), trials, threads, poses, controllers, keys, *outputs, grain=grain)
+    run_range(record, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
     return result
 
 
@@ -168,14 +179,19 @@ def observe(
     keys: np.ndarray,
     threads: int | None,
     fields_of_view: np.ndarray | None = None,
+    drivers: Drivers | None = None,
 ) -> np.ndarray:
-    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are.
+
+    The controllers of robots that a network drives hold its largest outputs, and are written over.
+    """
     trials, robots = controllers.shape[:2]
     speeds = _new_speeds(trials, robots, scenario.control_steps)
     views = _fields_of_view(scenario, fields_of_view, (trials, robots))
     world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise, views)
-    grain = slots_of(world.bodies)
-    run_range(partial(observe_trials, world=world), trials, threads, poses, controllers, keys, speeds, grain=grain)
+    networks = None if drivers is None else drivers.networks(trials, robots)
+    observe_some = partial(observe_trials, world=world, networks=networks)
+    run_range(observe_some, trials, threads, poses, controllers, keys, speeds, grain=slots_of(world.bodies))
     return speeds
 
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..coevolution import Samples
-from ..models import Behavior
+from ..models import Behavior, Representation
+from ._execution import execution_of, mixed_groups
 from ._scenario import Scenario
 from ._simulate import initial_poses, observe
 
@@ -18,6 +19,8 @@ class MixedSwarm:
     ----------
     threads
         Number of threads; None takes every processor. It does not change the samples.
+    model
+        What a model is; None takes the scenario's.
 
     Source
     ------
@@ -26,23 +29,47 @@ class MixedSwarm:
 
     scenario: Scenario
     threads: int | None = None
+    model: Representation | None = None
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
         scenario = self.scenario
-        models = np.asarray(models, dtype=np.float64)
-        if models.ndim != 2 or models.shape[1] != len(scenario.parameter_names):
-            raise ValueError(
-                f"`models` must have shape (M, P) = (any, {len(scenario.parameter_names)}); got {models.shape}."
-            )
-        trials = len(models)
-        mixed = mix(scenario, scenario.to_units(models))
-        keys = rng.integers(0, 2**64, size=trials, dtype=np.uint64)
-        poses = initial_poses(scenario, trials, rng)
-        speeds = observe(scenario, mixed.wheel_speeds, poses, keys, self.threads, mixed.field_of_view)
-        shape = speeds.shape[2:]
-        genuine = speeds[:, : scenario.agents].transpose(1, 0, 2, 3).reshape(-1, *shape)
-        return Samples(genuine=genuine, counterfeit=speeds[:, scenario.agents :])
+        behavior = _behavior(self.model or scenario.model, models)
+        speeds = _observed(scenario, behavior, mixed_groups(scenario, len(models)), rng, self.threads)
+        return Samples(genuine=_one_by_one(speeds[:, : scenario.agents]), counterfeit=speeds[:, scenario.agents :])
+
+
+@dataclass(frozen=True)
+class SeparatedSwarm:
+    """Groups of agents and groups of replicas, never mixed: a trial of each per model, all replicas of which execute it.
+
+    Both groups have as many individuals as the scenario.
+
+    Parameters
+    ----------
+    threads
+        Number of threads; None takes every processor. It does not change the samples.
+    model
+        What a model is; None takes the scenario's.
+
+    Source
+    ------
+    Paper, section 4.6.3.
+    """
+
+    scenario: Scenario
+    threads: int | None = None
+    model: Representation | None = None
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Return genuine samples (M x individuals, T, 2) and counterfeit samples (M, individuals, T, 2) of models (M, P)."""
+        scenario = self.scenario
+        behavior = _behavior(self.model or scenario.model, models)
+        agents = Behavior(np.asarray([scenario.controller]))
+        groups = np.repeat(np.arange(len(models))[:, None], scenario.individuals, axis=1)
+        genuine = _observed(scenario, agents, np.full_like(groups, -1), rng, self.threads)
+        counterfeit = _observed(scenario, behavior, groups, rng, self.threads)
+        return Samples(genuine=_one_by_one(genuine), counterfeit=counterfeit)
 
 
 TRIALS = 10
@@ -81,15 +108,24 @@ class ObservedSwarm:
         return speeds.reshape(-1, *speeds.shape[2:])
 
 
-def mix(scenario: Scenario, parameters: np.ndarray) -> Behavior:
-    """Return what the robots of each trial execute (M, A): agents, then replicas of the model with these parameters (M, P)."""
-    models = scenario.model.behavior(parameters)
-    shape = (len(parameters), scenario.individuals)
-    wheel_speeds = np.empty((*shape, len(scenario.controller)))
-    wheel_speeds[:, : scenario.agents] = scenario.controller
-    wheel_speeds[:, scenario.agents :] = models.wheel_speeds[:, None]
-    if models.field_of_view is None:
-        return Behavior(wheel_speeds)
-    field_of_view = np.full(shape, scenario.sensor.field_of_view)
-    field_of_view[:, scenario.agents :] = models.field_of_view[:, None]
-    return Behavior(wheel_speeds, field_of_view)
+def _behavior(model: Representation, models: np.ndarray) -> Behavior:
+    """Return what replicas of models (M, P), as the optimizer has them, execute."""
+    models, parameters = np.asarray(models, dtype=np.float64), len(model.parameter_names)
+    if models.ndim != 2 or models.shape[1] != parameters:
+        raise ValueError(f"`models` must have shape (M, P) = (any, {parameters}); got {models.shape}.")
+    return model.behavior(model.to_units(models))
+
+
+def _observed(
+    scenario: Scenario, models: Behavior, executed: np.ndarray, rng: np.random.Generator, threads: int | None
+) -> np.ndarray:
+    """Return the speeds (R, A, T, 2) of robots that execute models, or as agents none (-1), from initial poses of their own."""
+    keys = rng.integers(0, 2**64, size=len(executed), dtype=np.uint64)
+    poses = initial_poses(scenario, len(executed), rng)
+    robots = execution_of(scenario, models, executed)
+    return observe(scenario, robots.controllers, poses, keys, threads, robots.fields_of_view, robots.drivers)
+
+
+def _one_by_one(speeds: np.ndarray) -> np.ndarray:
+    """Return the speeds (R, A, T, 2) of all individuals as samples (A x R, T, 2)."""
+    return speeds.transpose(1, 0, 2, 3).reshape(-1, *speeds.shape[2:])

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from turing_learning.config import ConfigurationError, load_configuration, nearest, to_toml
+from turing_learning.models import ElmanModel, MorphologyModel
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
 
 
@@ -296,6 +297,9 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
             "must be smaller, as searching the bodies of a trial for near pairs needs 149 GiB",
         ),
         ("scenario.trial.duration_s", 1e9, "must be smaller, as a generation's motion needs 6.56e+05 GiB, and 64 are"),
+        ("models.hidden", 256, "must be less than or equal to 255; got 256"),
+        ("models.hidden", -1, "must be greater than or equal to 0; got -1"),
+        ("scenario.grouping", "apart", "must be 'mixed' or 'separated'; got 'apart'"),
         (
             "scenario.trial.physics_steps",
             10**9,
@@ -307,6 +311,30 @@ def test_what_no_machine_can_do_is_refused_before_anything_runs(key, value, mess
     said = refused(overrides={key: value})
     assert said.startswith(f"`{key}` {message}")
     assert f" [override {key}]" in said
+
+
+def test_models_are_reactive_unless_they_have_hidden_neurons():
+    assert load_configuration().parameter_names == AGGREGATION.parameter_names
+    networks = load_configuration(scenario="object-clustering", overrides={"models.hidden": 5})
+    assert networks.representation == ElmanModel(states=3, hidden=5)
+    assert len(networks.parameter_names) == 47
+
+
+def test_models_are_what_the_scenario_says_where_they_are_no_networks():
+    assert load_configuration(scenario="aggregation-field-of-view-0").representation == MorphologyModel(states=2)
+
+
+def test_networks_that_are_to_infer_a_field_of_view_are_refused():
+    said = refused(scenario="aggregation-field-of-view-60", overrides={"models.hidden": 3})
+    assert '`models.hidden` must be 0 unless scenario.representation is "reactive"' in said
+    assert "got 3 with 'morphology'" in said
+
+
+def test_separated_groups_count_twice_against_the_limits():
+    mixed = {"models.population": 40_000, "classifiers.population": 10_000, "run.checkpoint_every": 1}
+    load_configuration(overrides=mixed)
+    said = refused(overrides=mixed | {"scenario.grouping": "separated"})
+    assert "as judging a generation needs 65.6 GiB" in said
 
 
 def test_a_judgment_of_too_many_samples_is_refused():

@@ -14,6 +14,10 @@ def test_a_reactive_model_is_its_genome():
     behavior = model.behavior(genomes)
     assert behavior.wheel_speeds is genomes
     assert behavior.field_of_view is None
+    assert behavior.weights is None
+    assert model.described(genomes) is genomes
+    assert model.parameter_names == ("vl0", "vr0", "vl1", "vr1")
+    assert model.parameter_groups == ((0, 1), (2, 3))
 
 
 @pytest.mark.parametrize(("x", "theta"), [(0.0, math.pi), (math.log(3), 1.5 * math.pi), (-math.log(3), 0.5 * math.pi)])
@@ -59,4 +63,7 @@ def test_names_units_and_maps_of_a_representation_fit_each_other(name):
     genomes = np.random.default_rng(1).normal(size=(4, len(model.parameter_names)))
     assert len(model.parameter_units) == len(model.parameter_names)
     assert model.to_units(genomes).shape == genomes.shape
-    assert model.behavior(model.to_units(genomes)).wheel_speeds.shape == (4, 6)
+    parameters = model.to_units(genomes)
+    assert model.behavior(parameters).wheel_speeds.shape == (4, 6)
+    np.testing.assert_array_equal(model.described(parameters), parameters)
+    assert len(model.truth((0.0,) * 6, 1.0)) == len(model.parameter_names)

@@ -68,6 +68,11 @@ def test_options_come_before_the_file(load):
         (("population = 4", "parents = 2\noffspring = 1"), r"`models` must be a multiple of the 2 replicas"),
         (("duration_s = 1.0", "duration_s = 7.5"), r"duration_s` must be at most timing\.execute_s, 7\.0; got 7\.5"),
         (("duration_s = 1.0", "control_interval_s = 0.2"), r"control_interval_s` must be left out, as it follows from camera\.fps"),
+        (("population = 4", "population = 4\nhidden = 3"), r"`models\.hidden` must be 0 for robots: .* wheel speeds alone; got 3"),
+        (("duration_s = 1.0", 'duration_s = 1.0\n[scenario]\nrepresentation = "morphology"'),
+         r"`scenario\.representation` must be 'reactive' for robots: .*; got 'morphology'"),
+        (("duration_s = 1.0", 'duration_s = 1.0\n[scenario]\ngrouping = "separated"'),
+         r"`scenario\.grouping` must be 'mixed' for robots: .*; got 'separated'"),
         (("generations = 3", "generation = 3"), r"`run\.generation` must be a known setting; .*Did you mean `run\.generations`\?"),
     ],
 )  # fmt: skip

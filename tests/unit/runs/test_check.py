@@ -123,6 +123,24 @@ def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("scenario", "setting", "message"),
+    [
+        ("aggregation", {"models.hidden": 2}, "`models.hidden` must be 0 in a run that is checked; got 2"),
+        (
+            "aggregation-field-of-view-0",
+            {},
+            "`scenario.representation` must be 'reactive' in a run that is checked; got 'morp",
+        ),
+    ],
+)
+def test_models_that_are_more_than_wheel_speeds_are_refused(scenario, setting, message):
+    small = SETTINGS | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0} | setting
+    result = tl.infer(scenario, generations=2, settings=small, seed=1)
+    with pytest.raises(ConfigurationError, match=message):
+        result.check(effort=QUICK)
+
+
+@pytest.mark.parametrize(
     ("options", "message"),
     [
         ({"effort": 5}, "`effort` must be an Effort; got int"),

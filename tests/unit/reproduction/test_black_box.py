@@ -1,0 +1,104 @@
+"""Section 4.6.2 and 4.6.3: what is made of the runs."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from turing_learning.analysis import dynamic_outputs, response_error
+from turing_learning.models import ElmanModel
+from turing_learning.reproduction._black_box import TRUTH, _Outcome, _verdict, settling
+from turing_learning.reproduction._separated import _Outcome as SeparatedOutcome
+from turing_learning.reproduction._separated import _verdict as separated_verdict
+from turing_learning.studies import load_study
+
+
+def rows(path):
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def steady(*steps):
+    """Return outputs of a network that is astray in the given steps, counted from 1."""
+    outputs = np.repeat([[-0.7, -1.0], [1.0, -1.0], [-0.7, -1.0]], 10, axis=0)
+    outputs[np.array(steps, dtype=int) - 1, 0] += 0.5
+    return outputs
+
+
+@pytest.mark.parametrize(("astray", "step"), [((), 1), ((1,), 2), ((11, 12), 3), ((23,), 4), ((2, 27), 8)])
+def test_outputs_have_settled_when_they_are_near_where_they_end_to_stay(astray, step):
+    assert settling(steady(*astray)) == step
+
+
+def black_box(shift=0.0, slow=0.0):
+    """Return an outcome of three runs whose outputs are near the truth, shifted by `shift`."""
+    model = ElmanModel(hidden=1)
+    right = 2 * np.arctanh(-0.999)
+    # the left wheel follows the reading; with `slow` the hidden neuron needs many steps
+    network = [40.0, 0.0, -20.0, 8.0, 0.0, 2 * np.arctanh(-0.7), right]
+    if slow:
+        network = [slow, 8.0, -4.2, 8.0, 0.0, 2 * np.arctanh(-0.7), right]
+    outputs = np.tile(TRUTH + shift, (3, 1))
+    errors = np.abs(outputs - TRUTH)
+    both = {"best_model": outputs, "estimate": outputs}, {"best_model": errors, "estimate": errors}
+    return _Outcome("default", model, (1, 2, 3), *both, np.tile(network, (3, 1)))
+
+
+def test_outputs_near_the_agents_parameters_that_settle_at_once_agree():
+    verdict = _verdict([black_box(), black_box(shift=0.05)])
+    assert verdict.agrees
+    assert "settled in step 1" in verdict.observed
+
+
+def test_one_size_of_the_network_that_misses_makes_the_claim_differ():
+    assert not _verdict([black_box(), black_box(shift=0.2)]).agrees
+
+
+def test_outputs_that_settle_slowly_make_the_claim_differ():
+    outcome = black_box(slow=2.2)
+    assert settling(outcome.dynamics) > 3
+    assert not _verdict([outcome]).agrees
+
+
+def separated(shift):
+    rng = np.random.default_rng(0)
+    errors = {
+        name: {kind: np.abs(rng.normal(0, 0.02, (30, 4))) + more for kind in ("best_model", "estimate")}
+        for name, more in (("mixed", 0.0), ("separated", shift))
+    }
+    return SeparatedOutcome("default", tuple(range(30)), errors, errors)
+
+
+@pytest.mark.parametrize(("shift", "agrees"), [(0.0, True), (0.1, False)])
+def test_the_errors_of_separated_runs_are_tested_against_those_of_mixed_ones(shift, agrees):
+    verdict = separated_verdict(separated(shift), "best_model")
+    assert verdict.agrees is agrees
+    assert "p: vl0" in verdict.observed
+
+
+def test_the_network_whose_dynamics_are_shown_is_the_median_by_the_papers_metric(conducted):
+    folder = conducted / "4.6.2"
+    runs = load_study(folder / "pieces" / "study-3-hidden-default").runs
+    networks = np.array([list(run.result["networks"]["best_model"].values()) for run in runs])
+    model = ElmanModel(hidden=3)
+    errors = response_error(model, networks, TRUTH)
+    chosen = np.argsort(errors)[0]  # of two, the better one
+    stated = [row for row in rows(folder / "tables" / "steady-outputs.csv") if row["hidden"] == "3"]
+    assert [row["is_median"] for row in stated] == [str(k == chosen) for k in range(2)]
+    np.testing.assert_allclose([float(row["metric"]) for row in stated], errors, rtol=1e-5)
+    shown = [row for row in rows(folder / "tables" / "dynamic-outputs.csv") if row["hidden"] == "3"]
+    np.testing.assert_allclose(
+        [[float(row["left"]), float(row["right"])] for row in shown],
+        dynamic_outputs(model, networks[chosen]),
+        atol=1e-5,
+    )
+
+
+def test_mixed_and_separated_runs_have_the_same_seeds_and_other_results(conducted):
+    found = rows(conducted / "4.6.3" / "tables" / "default-models.csv")
+    by_grouping = {
+        name: [row for row in found if row["grouping"] == name and row["model"] == "best_model"]
+        for name in ("mixed", "separated")
+    }
+    assert [row["seed"] for row in by_grouping["mixed"]] == [row["seed"] for row in by_grouping["separated"]]
+    assert by_grouping["mixed"][0]["vl0"] != by_grouping["separated"][0]["vl0"]
