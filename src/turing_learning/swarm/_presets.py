@@ -41,7 +41,7 @@ AGGREGATION_VIEW_60 = replace(
     name="aggregation-field-of-view-60",
     title="Aggregation, field of view 60 degrees",
     description="As aggregation; the field of view of the sensor is inferred too, and is pi / 3 (paper, section 4.6.1).",
-    controller=(-0.6, -1.0, 1.0, -0.2),
+    controller=(-0.7, -1.0, 1.0, 0.0),
     sensor=Sensor(field_of_view=math.pi / 3),
 )
 """The paper does not print this controller; it was found by `turing-learning search-controller`, see experiments/4.6.1."""

@@ -3,27 +3,37 @@
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import pytest
 
 from turing_learning.robots import EPuck, load_laboratory, open_link
 
 
+@contextmanager
+def running(command, folder):
+    """A process, which is killed if the test fails before it has ended."""
+    pipes = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+    with subprocess.Popen(command, cwd=folder, text=True, **pipes) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_laboratory_tells_its_addresses_obeys_and_ends_cleanly(tmp_path, number):
-    command = [sys.executable, "-m", "turing_learning", "arena", "--agents", "1", "--speed", "5", "--lines", "tcp"]
-    with subprocess.Popen(
-        command, cwd=tmp_path, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as process:
+    command = [sys.executable, "-m", "turing_learning", "arena", "--agents", "1", "--speed", "2", "--lines", "tcp"]
+    with running(command, tmp_path) as process:
         told = [process.stdout.readline() for _ in range(6)]
         assert [line.split()[0] for line in told[:5]] == ["agent-1", "replica-1", "replica-2", "camera", "laboratory"]
         setup = load_laboratory(tmp_path / "lab" / "lab.toml").setup
         with open_link(setup.replicas[0].address) as link:
-            robot = EPuck(link, timeout_s=5.0)
+            robot = EPuck(link, timeout_s=20.0)
             assert robot.status().state == "R0"
             process.stdin.write("remote\n")
             process.stdin.flush()
-            assert robot.wait_for("STOP", 20.0).trial == 0
+            assert robot.wait_for("STOP", 60.0).trial == 0
         process.stdin.write("dance\n")
         process.stdin.flush()
         assert process.stdout.readline().startswith("`command` must be one of")
