@@ -28,3 +28,7 @@ def test_the_searches_were_of_the_default_size(name, view):
     stored = json.loads((SEARCHES / name / "search.json").read_text())
     assert SearchSettings(**stored["settings"]) == SearchSettings()
     assert stored["scenario"]["sensor"]["field_of_view"] == view
+
+
+def test_the_longer_search_with_a_line_of_sight_finds_the_neighbor_of_the_controller_of_the_paper():
+    assert ranked("0-degrees-600-s")[0] == (-0.6, -1.0, 1.0, -1.0)
