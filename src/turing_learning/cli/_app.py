@@ -8,7 +8,15 @@ import typer
 from . import _arena, _check, _detect, _reproduce, _robots, _search, _study
 from ._main import Interrupted
 from ._numbers import integer, real
-from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
+from ._options import (
+    GenerationsOption,
+    PresetOption,
+    SettingsOption,
+    ThreadsOption,
+    WorkersOption,
+    require_scenario,
+    settings_of,
+)
 from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
 
 if TYPE_CHECKING:
@@ -26,15 +34,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-ThreadsOption = Annotated[
-    int | None,
-    typer.Option(
-        "--threads",
-        metavar="N",
-        help="Number of threads; all by default. The result does not depend on it.",
-        parser=integer,
-    ),
-]
 ForceOption = Annotated[bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")]
 RunArgument = Annotated[Path, typer.Argument(metavar="RUN", help="A run folder, or a study folder.")]
 

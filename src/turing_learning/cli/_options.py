@@ -19,6 +19,15 @@ SettingsOption = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Any setting, for example models.parents=20. Repeatable."),
 ]
+ThreadsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--threads",
+        metavar="N",
+        help="Number of threads; all by default. The result does not depend on it.",
+        parser=integer,
+    ),
+]
 WorkersOption = Annotated[
     int | None,
     typer.Option(

@@ -9,6 +9,7 @@ import typer
 
 from ._main import Interrupted
 from ._numbers import integer, real
+from ._options import ThreadsOption
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -57,12 +58,7 @@ def search_controller(
     seed: Annotated[
         int, typer.Option("--seed", metavar="S", help="Seed of initial poses and noise.", parser=integer)
     ] = 1,
-    threads: Annotated[
-        int | None,
-        typer.Option(
-            "--threads", metavar="N", help="Number of threads; all by default. Changes nothing else.", parser=integer
-        ),
-    ] = None,
+    threads: ThreadsOption = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", metavar="DIR", help="Folder of the search; one under runs/ named after it by default."),

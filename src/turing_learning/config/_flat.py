@@ -9,7 +9,7 @@ from ._sections import Configuration
 
 def flat_settings(configuration: Configuration) -> dict[str, Any]:
     """Return every setting of a configuration: dotted key -> value, lists for tuples."""
-    return _flattened(configuration.model_dump(mode="json"))
+    return dotted(configuration.model_dump(mode="json"))
 
 
 def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> Configuration:
@@ -37,11 +37,12 @@ def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> 
     return type(configuration).model_validate_json(json.dumps(data), strict=True)
 
 
-def _flattened(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the values of nested tables by dotted keys, in their order."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
         if isinstance(value, Mapping):
-            flat |= _flattened(value, f"{prefix}{key}.")
+            flat |= dotted(value, f"{prefix}{key}.")
         else:
             flat[prefix + key] = value
     return flat

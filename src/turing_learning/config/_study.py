@@ -9,6 +9,7 @@ from typing import Any
 from turing_learning.swarm import Scenario
 
 from ._errors import ConfigurationError
+from ._flat import dotted
 from ._load import Origins, merged, preset_named, resolve
 from ._sections import Configuration, OwnConfiguration
 from ._toml import read_toml
@@ -125,7 +126,7 @@ def _listed(tables: Any, origins: Origins) -> Iterator[dict[str, Any]]:
             f"`list` must be one table [[list]] for each configuration; got {tables!r}{origins.where('list')}."
         )
     for table in tables:
-        settings = dict(_flat(table))
+        settings = dotted(table)
         _refuse_reserved(settings, "list", origins)
         yield settings
 
@@ -133,7 +134,7 @@ def _listed(tables: Any, origins: Origins) -> Iterator[dict[str, Any]]:
 def _combined(table: Any, origins: Origins) -> list[dict[str, Any]]:
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"`grid` must be a table of lists; got {table!r}{origins.where('grid')}.")
-    choices = dict(_flat(table))
+    choices = dotted(table)
     _refuse_reserved(choices, "grid", origins)
     count = 1
     for key, values in choices.items():
@@ -155,11 +156,3 @@ def _refuse_reserved(settings: Mapping[str, Any], table: str, origins: Origins) 
                 f"`{key}` must be left out of a study's {table}; got {settings[key]!r}{origins.where(f'{table}.{key}')}. "
                 f"{advice}"
             )
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value

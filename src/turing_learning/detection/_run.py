@@ -7,9 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Classifier
-from turing_learning.config import Configuration, ConfigurationError, load_configuration
+from turing_learning.config import ConfigurationError, classifier_of, load_configuration
 from turing_learning.sources import CenteredClassifier, OwnSystem
 from turing_learning.swarm import Scenario
 
@@ -112,7 +111,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
             f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
         )
     system: Scenario | OwnSystem = configuration.scenario
-    network = _network(configuration)
+    network = classifier_of(configuration)
     return RunClassifiers(
         classifier=CenteredClassifier(network, system) if isinstance(system, OwnSystem) else network,
         last=np.asarray(history["classifier"][-1]),
@@ -123,13 +122,6 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
         interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
         calibration=stored_calibration(result.path),
-    )
-
-
-def _network(configuration: Configuration) -> ElmanClassifier:
-    scale = configuration.input_scale
-    return ElmanClassifier(
-        inputs=len(scale), hidden=configuration.classifiers.hidden, scale=scale, threads=configuration.threads
     )
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Classifier
-from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config import Configuration, ConfigurationError, classifier_of
 from turing_learning.models import Parameter
 from turing_learning.sources import CenteredClassifier, Genuine, OwnSource, cut_samples
 from turing_learning.swarm import Scenario, initial_poses, observe
@@ -106,7 +105,7 @@ def swarm_evidence(configuration: Configuration, effort: Effort, seed: int) -> E
         groups=np.arange(effort.samples),
         grouping="trials",
         simulate=lambda values, rng: _replicas(scenario, values, rng, configuration.threads),
-        classifier=_network(configuration),
+        classifier=classifier_of(configuration),
         parameters={name: Parameter(None, None, initial=(low, high)) for name in scenario.parameter_names},
     )
 
@@ -149,7 +148,7 @@ def own_evidence(
         groups=np.arange(len(testing)) if groups is None else groups,
         grouping="samples" if groups is None else "individuals",
         simulate=simulate,
-        classifier=CenteredClassifier(_network(configuration), system),
+        classifier=CenteredClassifier(classifier_of(configuration), system),
         parameters=system.parameters,
     )
 
@@ -171,10 +170,3 @@ def _replicas(scenario: Scenario, values: np.ndarray, rng: np.random.Generator, 
     keys = rng.integers(0, 2**64, size=len(values), dtype=np.uint64)
     speeds = observe(scenario, controllers, initial_poses(scenario, len(values), rng), keys, threads)
     return np.ascontiguousarray(speeds[:, scenario.agents][:, None])
-
-
-def _network(configuration: Configuration) -> ElmanClassifier:
-    scale = configuration.input_scale
-    return ElmanClassifier(
-        inputs=len(scale), hidden=configuration.classifiers.hidden, scale=scale, threads=configuration.threads
-    )

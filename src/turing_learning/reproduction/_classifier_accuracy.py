@@ -74,8 +74,8 @@ def _accuracies(work: Work, scenario: Scenario, populations: dict[str, Populatio
 def _counted(
     work: Work, scenario: Scenario, models: np.ndarray, genomes: np.ndarray, part: int
 ) -> dict[str, np.ndarray] | None:
+    from turing_learning.config import classifier_of
     from turing_learning.detection import count_agents
-    from turing_learning.runs import classifier_of
 
     sizes: AccuracySizes = work.sizes
     bounds = [len(models) * k // sizes.parts for k in range(sizes.parts + 1)]

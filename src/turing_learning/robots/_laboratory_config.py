@@ -1,14 +1,14 @@
 """What a laboratory consists of, and how it works, as validated, frozen data."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from ..config import Configuration, ConfigurationError, Section, line_of, load_configuration, nearest, read_toml
+from ..config import Configuration, ConfigurationError, Section, dotted, line_of, load_configuration, nearest, read_toml
 
 Positive = Annotated[float, Field(gt=0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
@@ -305,7 +305,7 @@ def _configuration(
     preset = document.get("preset", "default")
     scenario = document.pop("scenario", {})
     table = {"preset": scenario} if isinstance(scenario, str) else scenario
-    given = dict(_flat({"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}}))
+    given = dotted({"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}})
     told = {key: place.where(key).strip(" []") for key in given} | dict(labels)
     given |= overrides
     for key, source in _DERIVED.items():
@@ -321,14 +321,6 @@ def _configuration(
         "scenario.trial.control_interval_s": 1 / setup.camera.fps,
     }
     return load_configuration(None, preset, base | derived | given, labels=told)
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key}.")
-        else:
-            yield prefix + key, value
 
 
 def _check_together(setup: LaboratorySetup, configuration: Configuration, place: _Place) -> None:

@@ -12,8 +12,6 @@
     Whether its estimate can be believed; `Result.check` calls it.
 `Progress`
     What an observer is told after every generation.
-`classifier_of`
-    The classifiers' network of a configuration.
 `trial_replay`, `write_trial`
     One trial of a scenario, as page or film.
 `RunFolder`, `resume_command`
@@ -35,7 +33,6 @@ from ._errors import RunFolderError, RunStorageError, refuse_future_format
 from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
-    from ._assemble import classifier_of
     from ._check_run import check_run
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
@@ -57,7 +54,6 @@ __all__ = [
     "RunFolderError",
     "RunStorageError",
     "check_run",
-    "classifier_of",
     "infer",
     "is_laboratory_run",
     "load_run",
@@ -91,7 +87,6 @@ _LAZY = {
     "RunFolder": "_folder",
     "resume_command": "_folder",
     "resume_laboratory": "_laboratory",
-    "classifier_of": "_assemble",
     "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",

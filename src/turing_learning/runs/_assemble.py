@@ -2,7 +2,6 @@
 
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import (
     ClassifierArchive,
     Coevolution,
@@ -10,7 +9,7 @@ from turing_learning.coevolution import (
     SampleSource,
     jury_reward,
 )
-from turing_learning.config import Configuration, PopulationSection
+from turing_learning.config import Configuration, PopulationSection, classifier_of
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm, SeparatedSwarm
@@ -92,16 +91,6 @@ def _archive(configuration: Configuration) -> dict[str, Any]:
         "archive": ClassifierArchive(section.archive, seed=(ARCHIVE, configuration.run.seed)),
         "reward_models": jury_reward,
     }
-
-
-def classifier_of(configuration: Configuration) -> ElmanClassifier:
-    """Return the classifiers' network."""
-    return ElmanClassifier(
-        inputs=len(configuration.input_scale),
-        hidden=configuration.classifiers.hidden,
-        scale=configuration.input_scale,
-        threads=configuration.threads,
-    )
 
 
 def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...], **phases: Any) -> EvolutionStrategy:

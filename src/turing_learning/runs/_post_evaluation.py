@@ -8,8 +8,8 @@ import numpy as np
 
 from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, model_reward
+from turing_learning.config import classifier_of
 
-from ._assemble import classifier_of
 from ._files import write_json
 from ._folder import RunFolder
 from ._result import Result

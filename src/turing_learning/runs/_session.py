@@ -11,11 +11,11 @@ import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
-from turing_learning.config import Configuration
+from turing_learning.config import Configuration, classifier_of
 from turing_learning.robots import LaboratoryError
 from turing_learning.sources import OwnSource, OwnSystemError
 
-from ._assemble import assemble, classifier_of
+from ._assemble import assemble
 from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
 from ._errors import RunStorageError
 from ._folder import RunFolder, resume_command

@@ -5,12 +5,13 @@ import csv
 import numpy as np
 import pytest
 
+from turing_learning.config import classifier_of
 from turing_learning.detection import accuracy_over_generations, grid_models
 from turing_learning.reproduction import EXPERIMENTS, Stopped
 from turing_learning.reproduction._accuracy_verdicts import BestAccuracies, accuracy_verdicts
 from turing_learning.reproduction._populations import RunSizes, run_populations
 from turing_learning.reproduction._work import Work
-from turing_learning.runs import classifier_of, infer
+from turing_learning.runs import infer
 from turing_learning.swarm import AGGREGATION
 
 GENERATIONS = np.array([0, 1, 5, 50, 500, 999])
