@@ -29,6 +29,8 @@ class Generation:
         Their subjective fitness, equation 2 of the paper, whatever reward the optimizer is told.
     selection
         "active"; "all accepted" or "all rejected" where every classifier accepts, or rejects, every model.
+    referees : (B, Q)
+        Archived classifiers that judged the models beside them; (0, Q) where there were none.
     """
 
     number: int
@@ -40,6 +42,7 @@ class Generation:
     classifier_step_sizes: np.ndarray
     classifier_fitness: np.ndarray
     selection: str
+    referees: np.ndarray
 
     @property
     def best_model(self) -> np.ndarray:

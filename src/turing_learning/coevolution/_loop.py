@@ -84,7 +84,8 @@ class Coevolution:
             If the interrogation or a reward returns something of the wrong shape, or a reward is not finite.
         """
         models, classifiers = self._models.ask(), self._classifiers.ask()
-        judgments = self._interrogate(models, classifiers)
+        referees = self._referees(classifiers)
+        judgments = self._interrogate(models, classifiers, referees)
         _check_judgments(judgments, len(models), len(classifiers))
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
         classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
@@ -101,6 +102,7 @@ class Coevolution:
             classifier_step_sizes=steps[1],
             classifier_fitness=classifier_reward(judgments),
             selection=judgments.selection,
+            referees=referees,
         )
         if self._archive is not None:
             best = int(np.argmax(generation.classifier_fitness))
@@ -108,11 +110,16 @@ class Coevolution:
         self.generation += 1
         return generation
 
-    def _interrogate(self, models: np.ndarray, classifiers: np.ndarray) -> Judgments:
+    def _referees(self, classifiers: np.ndarray) -> np.ndarray:
+        """Return the archived classifiers (B, Q), none of them at first and without an archive."""
+        archived = classifiers[:0] if self._archive is None else self._archive.genomes
+        return archived if len(archived) else classifiers[:0]
+
+    def _interrogate(self, models: np.ndarray, classifiers: np.ndarray, referees: np.ndarray) -> Judgments:
         rng = generation_rng(self._seed, self.generation)
-        if self._archive is None or len(self._archive.genomes) == 0:
+        if self._archive is None or len(referees) == 0:
             return self._interrogation(models, classifiers, rng)
-        judgments = self._interrogation(models, classifiers, rng, referees=self._archive.genomes)
+        judgments = self._interrogation(models, classifiers, rng, referees=referees)
         return replace(judgments, referee_specificity=self._archive.specificity)
 
     def state(self) -> dict[str, np.ndarray]:

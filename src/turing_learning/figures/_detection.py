@@ -7,6 +7,7 @@ import numpy as np
 
 from ._style import (
     BLUE,
+    GREEN,
     MUTED,
     ORANGE,
     SERIES_COLORS,
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def accuracy_figure(generations: np.ndarray, *, subjective: np.ndarray, objective: np.ndarray) -> "Figure":
+def accuracy_figure(
+    generations: np.ndarray, *, subjective: np.ndarray, objective: np.ndarray, jury: np.ndarray | None = None
+) -> "Figure":
     """Draw the decision accuracy of the best classifiers over generations: mean and standard deviation over the runs.
 
     The horizontal axis is linear up to generation 1 and logarithmic from there.
@@ -34,7 +37,9 @@ def accuracy_figure(generations: np.ndarray, *, subjective: np.ndarray, objectiv
         Numbers of the generations, ascending, >= 0.
     subjective, objective : (R, G)
         Accuracy, 0 to 1, of the classifier with the highest subjective fitness, and the highest accuracy of a single
-        classifier, in each run.
+        classifier of the population, in each run.
+    jury : (R, G)
+        Highest accuracy of a single classifier of the population or its archive; None without an archive.
 
     Returns
     -------
@@ -55,6 +60,10 @@ def accuracy_figure(generations: np.ndarray, *, subjective: np.ndarray, objectiv
     figure = new_figure(5.2, 3.3)
     axes = figure.subplots()
     prepare_axes(axes)
+    if jury is not None:
+        jury = checked("jury", jury, *objective.shape)
+        name = "best of population and archive (objective)"
+        _draw_accuracy(axes, generations, jury, name=name, color=GREEN, marker="^", dashes=":")
     _draw_accuracy(axes, generations, objective, name="best classifier (objective)", color=BLUE, marker="s", dashes="-")
     _draw_accuracy(
         axes, generations, subjective, name="best classifier (subjective)", color=ORANGE, marker="o", dashes="--"

@@ -21,7 +21,7 @@ class AccuracySizes:
 
     runs: RunSizes = field(default_factory=RunSizes)
     generations: tuple[int, ...] = (
-        0, 1, 2, 3, 4, 5, 10, 20, 50, 99, 149, 199, 299, 399, 499, 599, 699, 799, 899, 999,
+        0, 1, 2, 3, 5, 10, 20, 50, 99, 199, 299, 499, 699, 899, 999,
     )  # fmt: skip
     points: int = 11
     trials: int = 10
@@ -31,11 +31,12 @@ class AccuracySizes:
 
 @dataclass(frozen=True, eq=False)
 class _Outcome:
-    """Decision accuracies of the classifiers of one preset."""
+    """Decision accuracies (R, G, N) of the classifiers of one preset."""
 
     preset: str
     accuracy: np.ndarray
     best: BestAccuracies
+    archive: bool
 
 
 def conduct(work: Work) -> Findings:
@@ -45,7 +46,7 @@ def conduct(work: Work) -> Findings:
         preset: run_populations(work, sizes.runs, AGGREGATION.name, preset, sizes.generations) for preset in PRESETS
     }
     accuracies = _accuracies(work, AGGREGATION, populations)
-    outcomes = [_outcome(sizes, preset, populations[preset], accuracies[preset]) for preset in PRESETS]
+    outcomes = [_outcome(sizes, preset, populations[preset], *accuracies[preset]) for preset in PRESETS]
     return Findings(
         [verdict for outcome in outcomes for verdict in accuracy_verdicts(outcome.best)],
         [_means_table(outcomes), _runs_table(outcomes, sizes.runs.seeds)],
@@ -53,21 +54,30 @@ def conduct(work: Work) -> Findings:
     )
 
 
-def _accuracies(work: Work, scenario: Scenario, populations: dict[str, Populations]) -> dict[str, np.ndarray]:
-    """Return preset -> accuracies (R, G, N); each trial is simulated once, for the classifiers of all runs and presets."""
+def _accuracies(
+    work: Work, scenario: Scenario, populations: dict[str, Populations]
+) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
+    """Return preset -> accuracies of the populations (R, G, N) and of what was archived, R of (U,).
+
+    Each trial is simulated once, for the classifiers of all runs and presets.
+    """
     from turing_learning.detection import PostEvaluation, grid_models
 
     sizes: AccuracySizes = work.sizes
     models = grid_models(scenario, sizes.points)
-    genomes = np.concatenate([one.classifiers.reshape(-1, one.classifiers.shape[-1]) for one in populations.values()])
+    groups = [
+        group for one in populations.values() for group in (one.classifiers.reshape(-1, one.weights), *one.archived)
+    ]
+    genomes = np.concatenate(groups)
     counts = sum(
         work.arrays(f"grid-part{k + 1:02d}", partial(_counted, work, scenario, models, genomes, k))["agents"]
         for k in range(sizes.parts)
     )
     accuracy = PostEvaluation.of_counts(np.asarray(counts), scenario, len(models)).accuracy
-    each = np.split(accuracy, np.cumsum([one.fitness.size for one in populations.values()])[:-1])
+    parts = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
     return {
-        preset: part.reshape(populations[preset].fitness.shape) for preset, part in zip(populations, each, strict=True)
+        preset: (next(parts).reshape(one.fitness.shape), [next(parts) for _ in one.archived])
+        for preset, one in populations.items()
     }
 
 
@@ -92,15 +102,23 @@ def _counted(
     return None if counts is None else {"agents": counts.astype(np.uint32)}
 
 
-def _outcome(sizes: AccuracySizes, preset: str, populations: Populations, accuracy: np.ndarray) -> _Outcome:
+def _outcome(
+    sizes: AccuracySizes, preset: str, populations: Populations, accuracy: np.ndarray, archived: list[np.ndarray]
+) -> _Outcome:
     fittest = populations.fitness.argmax(axis=2, keepdims=True)  # the first of equals
+    objective = accuracy.max(axis=2)
+    referees = [
+        np.where(judging, one, 0.0).max(axis=1, initial=0.0)
+        for judging, one in zip(populations.judging, archived, strict=True)
+    ]
     best = BestAccuracies(
         variant="" if preset == PRESETS[0] else f"preset {preset}",
         generations=np.array(sizes.generations),
         subjective=np.take_along_axis(accuracy, fittest, axis=2)[..., 0],
-        objective=accuracy.max(axis=2),
+        objective=objective,
+        jury=np.maximum(objective, referees),
     )
-    return _Outcome(preset, accuracy, best)
+    return _Outcome(preset, accuracy, best, archive=any(len(one) for one in archived))
 
 
 # Tables and pictures.
@@ -110,15 +128,17 @@ def _means_table(outcomes: list[_Outcome]) -> Table:
     rows = []
     for one in outcomes:
         for k, generation in enumerate(one.best.generations.tolist()):
-            spreads = [Spread.of(runs[:, k]) for runs in (one.best.subjective, one.best.objective)]
+            spreads = [Spread.of(runs[:, k]) for runs in (one.best.subjective, one.best.objective, one.best.jury)]
             numbers = [number for each in spreads for number in (each.mean, each.standard_deviation)]
             rows.append((one.preset, generation, *numbers, float(one.accuracy[:, k].mean())))
     return Table(
         "accuracy",
-        "Decision accuracy of the subjectively and of the objectively best classifier of each generation, mean and standard "
-        "deviation over the runs, and the mean accuracy of all classifiers",
+        "Decision accuracy of the subjectively and of the objectively best classifier of each generation's population, and of "
+        "the best of the jury (population and archive), mean and standard deviation over the runs, and the mean accuracy of "
+        "the population",
         (
-            "preset", "generation", "subjective", "subjective_deviation", "objective", "objective_deviation", "all",
+            "preset", "generation", "subjective", "subjective_deviation", "objective", "objective_deviation", "jury",
+            "jury_deviation", "all",
         ),
         rows,
     )  # fmt: skip
@@ -126,12 +146,17 @@ def _means_table(outcomes: list[_Outcome]) -> Table:
 
 def _runs_table(outcomes: list[_Outcome], seeds: tuple[int, ...]) -> Table:
     rows = [
-        (one.preset, seed, generation, float(one.best.subjective[run, k]), float(one.best.objective[run, k]))
+        (
+            one.preset,
+            seed,
+            generation,
+            *(float(runs[run, k]) for runs in (one.best.subjective, one.best.objective, one.best.jury)),
+        )
         for one in outcomes
         for run, seed in enumerate(seeds)
         for k, generation in enumerate(one.best.generations.tolist())
     ]
-    columns = ("preset", "seed", "generation", "subjective", "objective")
+    columns = ("preset", "seed", "generation", "subjective", "objective", "jury")
     return Table("accuracy-runs", "The same in every run", columns, rows)
 
 
@@ -144,7 +169,12 @@ def _picture(outcome: _Outcome) -> Picture:
         f"Aggregation, preset {outcome.preset}: decision accuracy over the whole space of behaviors, mean and standard "
         f"deviation over {len(best.objective)} runs.",
         CLAIM,
-        accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective),
+        accuracy_figure(
+            best.generations,
+            subjective=best.subjective,
+            objective=best.objective,
+            jury=best.jury if outcome.archive else None,
+        ),
     )
 
 
@@ -154,15 +184,16 @@ EXPERIMENT = Experiment(
     cost="about 2 hours",
     claims=(CLAIM,),
     deviations=(
-        "The classifiers of 20 of the 1000 generations are judged, all of them in each of these: 0 to 5, 10, 20, 50, then about "
-        "every hundredth. The default preset renews its classifiers after generations 99, 199, 299, 399 and 499, the last "
-        "ones before a renewal, which are among the 20; those that follow a renewal, random again, are not.",
+        "The classifiers of 15 of the 1000 generations are judged, all of them in each of these: 0, 1, 2, 3, 5, 10, 20, 50, 99, "
+        "then every hundredth or two hundredth. The default preset renews its classifiers after generations 99, 199, 299, 399 "
+        "and 499, the last ones before a renewal; those that follow one, random again, are not among the 15.",
         "The ten initial configurations are common to all classifiers, as in the paper, and to all models; the wheel noise of "
         "every trial is its own.",
         "All agents of all trials count: the agents' half of the accuracy rests on 146,410 decisions about the ten agents "
         "beside each model.",
         "The verdict is about the default preset, whose archive, votes and renewal the paper does not have; the preset `paper` "
-        "stands beside it.",
+        "stands beside it. Its models are judged by a jury of present and archived classifiers, and the objectively best is that "
+        "of the jury; the population without its archive stands beside it, too (decision 0019).",
     ),
     full=AccuracySizes(),
     fast=AccuracySizes(

@@ -45,10 +45,21 @@ class Populations:
         Single precision, in which they judge.
     fitness : (R, G, N)
         Their subjective fitness.
+    archived : R of (U, Q)
+        All that have judged beside them from the archive, each once; U = 0 without an archive.
+    judging : R of (G, U)
+        In which of the generations each of those did.
     """
 
     classifiers: np.ndarray
     fitness: np.ndarray
+    archived: list[np.ndarray]
+    judging: list[np.ndarray]
+
+    @property
+    def weights(self) -> int:
+        """Number of weights Q of a classifier."""
+        return int(self.classifiers.shape[-1])
 
 
 def run_populations(work: Work, sizes: RunSizes, scenario: str, preset: str, generations: Sequence[int]) -> Populations:
@@ -60,19 +71,32 @@ def run_populations(work: Work, sizes: RunSizes, scenario: str, preset: str, gen
         )
         for seed in sizes.seeds
     ]
-    return Populations(*(np.stack([piece[name] for piece in pieces]) for name in ("classifiers", "fitness")))
+    return Populations(
+        classifiers=np.stack([piece["classifiers"] for piece in pieces]),
+        fitness=np.stack([piece["fitness"] for piece in pieces]),
+        archived=[piece["archived"] for piece in pieces],
+        judging=[piece["judging"] for piece in pieces],
+    )
 
 
 def _conducted(work: Work, configuration: Configuration, chosen: tuple[int, ...]) -> dict[str, np.ndarray] | None:
     from turing_learning.runs import infer
 
     kept: dict[str, list[np.ndarray]] = {"classifiers": [], "fitness": []}
+    referees: list[np.ndarray] = []
 
     def keep(progress: "Progress") -> None:
         generation = progress.generation
         if generation.number in chosen:
             kept["classifiers"].append(generation.classifiers.astype(np.float32))
             kept["fitness"].append(generation.classifier_fitness)
+            referees.append(generation.referees.astype(np.float32))
 
     result = infer(config=configuration, observer=keep, should_stop=work.should_stop)
-    return {name: np.stack(arrays) for name, arrays in kept.items()} if result.complete else None
+    if not result.complete:
+        return None
+    archived, places = np.unique(np.concatenate(referees), axis=0, return_inverse=True)
+    owners = np.repeat(np.arange(len(referees)), [len(one) for one in referees])
+    judging = np.zeros((len(referees), len(archived)), dtype=bool)
+    judging[owners, places.reshape(-1)] = True
+    return {name: np.stack(arrays) for name, arrays in kept.items()} | {"archived": archived, "judging": judging}

@@ -22,7 +22,8 @@ RULES = {
     "accuracy of the subjective best": "its mean over the runs is higher in one of the generations 1 to 5 than in generation 0; "
     "from generation 50 on, all means are below the highest of the first 5 generations, and within 0.62 to 0.80 give or take twice "
     "their standard errors",
-    "accuracy of the objective best": "its mean over the runs is above 0.95 in the last generation, higher than in the first, "
+    "accuracy of the objective best": "the highest accuracy of a single classifier of the jury (the population, and its archive "
+    "where it has one): its mean over the runs is above 0.95 in the last generation, higher than in the first, "
     "and in no generation more than 0.02 below that of an earlier one",
     "shares": "the mean lies within twice its standard error, plus 0.0005, of the printed share",
     "snapshots": "at the end of each row at least 90 % of the robots, or objects, are in the largest cluster",

@@ -21,6 +21,7 @@ def progress(completed=100, selection="active"):
         classifier_step_sizes=np.ones((2, 3)),
         classifier_fitness=np.array([0.5, 0.9]),
         selection=selection,
+        referees=np.zeros((0, 3)),
     )
     return Progress(
         generation, completed, total=1000, parameter_names=("a", "b"), truth=(0.1, 0.2), seconds_per_generation=0.01

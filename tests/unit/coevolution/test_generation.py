@@ -16,6 +16,7 @@ def generation(models, fitness):
         classifier_step_sizes=classifiers,
         classifier_fitness=np.zeros(2),
         selection="active",
+        referees=classifiers[:0],
     )
 
 

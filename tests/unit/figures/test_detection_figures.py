@@ -64,3 +64,11 @@ def test_a_curve_for_each_rule_is_drawn_and_named():
 def test_accuracies_and_curves_that_do_not_fit_are_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_the_best_of_the_jury_is_a_third_curve():
+    axes = draw(
+        accuracy_figure(GENERATIONS, subjective=OBJECTIVE - 0.1, objective=OBJECTIVE, jury=OBJECTIVE + 0.005)
+    ).axes[0]
+    heights = [container.lines[0].get_ydata().mean() for container in axes.containers]
+    assert sorted(heights) == pytest.approx([OBJECTIVE.mean() - 0.1, OBJECTIVE.mean(), OBJECTIVE.mean() + 0.005])
