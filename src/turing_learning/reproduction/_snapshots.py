@@ -23,13 +23,14 @@ SHARE = 0.9
 
 @dataclass(frozen=True)
 class SnapshotSizes:
-    """How many trials, of how many robots, and when they are looked at."""
+    """How many trials, of how many robots, when they are shown, and when else they are measured."""
 
     trials: int = 30
     aggregating_robots: int = 50
     aggregation_times_s: tuple[int, ...] = (0, 60, 180, 300)
     clustering_robots: int = 5
     clustering_times_s: tuple[int, ...] = (0, 20, 40, 60)
+    clustering_later_s: tuple[int, ...] = (120, 240)
     seed: int = 1
 
 
@@ -40,6 +41,11 @@ class _Row:
     scenario: Scenario
     robots: int
     times_s: tuple[int, ...]
+    later_s: tuple[int, ...] = ()
+
+    @property
+    def measured_s(self) -> tuple[int, ...]:
+        return self.times_s + self.later_s
 
     @property
     def gathers_objects(self) -> bool:
@@ -59,7 +65,7 @@ def conduct(work: Work) -> Findings:
     sizes: SnapshotSizes = work.sizes
     rows = (
         _Row(AGGREGATION, sizes.aggregating_robots, sizes.aggregation_times_s),
-        _Row(OBJECT_CLUSTERING, sizes.clustering_robots, sizes.clustering_times_s),
+        _Row(OBJECT_CLUSTERING, sizes.clustering_robots, sizes.clustering_times_s, sizes.clustering_later_s),
     )
     measured = [_measured(work, row) for row in rows]
     pictures = [_picture(row, found) for row, found in zip(rows, measured, strict=True)]
@@ -78,17 +84,18 @@ def _simulated(row: _Row, trials: int, seed: int) -> dict[str, Any]:
     start = initial_poses(scenario, trials, np.random.default_rng(seed), robots=row.robots)
     controllers = np.broadcast_to(scenario.controller, (trials, row.robots, len(scenario.controller)))
     interval = scenario.trial.control_interval_s
-    steps = [round(time / interval) for time in row.times_s]
+    steps = [round(time / interval) for time in row.measured_s]
     poses = simulate(scenario, controllers, start, control_steps=steps[-1], seed=seed).poses[:, steps]
     positions = row.gathered(poses)
     spread = dispersion(positions, row.radius_cm)
-    shown = int(np.argsort(spread[:, -1], kind="stable")[(trials - 1) // 2])
+    last = len(row.times_s) - 1
+    shown = int(np.argsort(spread[:, last], kind="stable")[(trials - 1) // 2])
     return {
         "dispersion": spread.tolist(),
         "largest_cluster": largest_cluster(positions, row.radius_cm).tolist(),
         "gathering": positions.shape[2],
         "shown": shown,
-        "poses": poses[shown].tolist(),
+        "poses": poses[shown, : last + 1].tolist(),
     }
 
 
@@ -119,7 +126,7 @@ def _table(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Table:
         (row.scenario.name, trial + 1, time, found["dispersion"][trial][k], found["largest_cluster"][trial][k])
         for row, found in zip(rows, measured, strict=True)
         for trial in range(len(found["dispersion"]))
-        for k, time in enumerate(row.times_s)
+        for k, time in enumerate(row.measured_s)
     ]
     caption = "Dispersion, and number of robots or objects in the largest cluster, of every trial"
     return Table("snapshots", caption, ("behavior", "trial", "time_s", "dispersion", "largest_cluster"), cells)
@@ -128,14 +135,16 @@ def _table(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Table:
 def _verdict(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Verdict:
     texts, agrees = [], True
     for row, found in zip(rows, measured, strict=True):
-        total, ends = found["gathering"], np.array(found["largest_cluster"])[:, -1]
-        shown = int(ends[found["shown"]])
-        enough = int(np.count_nonzero(ends >= math.ceil(SHARE * total)))
+        total, largest = found["gathering"], np.array(found["largest_cluster"])
+        end = len(row.times_s) - 1
+        shown = int(largest[found["shown"], end])
+        enough = np.count_nonzero(largest >= math.ceil(SHARE * total), axis=0)
         agrees = agrees and shown >= SHARE * total
         what = "objects" if row.gathers_objects else "robots"
+        later = "".join(f", in {enough[end + 1 + k]} after {time} s" for k, time in enumerate(row.later_s))
         texts.append(
             f"{row.scenario.title.lower()}: {shown} of {total} {what} in one cluster after {row.times_s[-1]} s in the trial "
-            f"shown, 90 % or more in {enough} of {len(ends)} trials"
+            f"shown, 90 % or more in {enough[end]} of {len(largest)} trials{later}"
         )
     printed = "a single compact cluster at the end of each row"
     return Verdict(CLAIM, bool(agrees), printed, "; ".join(texts), "snapshots")
@@ -149,6 +158,8 @@ EXPERIMENT = Experiment(
     deviations=(
         "The paper does not say how large the initial squares are, nor how the trial was chosen. Here the density of "
         "section 4.2 is kept, and of 30 trials the one with the median dispersion at the end is shown.",
+        "Where objects are clustered, the agents never stop pushing, and the cluster opens and closes: it does not become more "
+        "compact after 60 s, as the later measurements show. The paper shows one trial at one moment, we the median trial.",
     ),
     full=SnapshotSizes(),
     fast=SnapshotSizes(
