@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 CLAIM = "3.2-snapshots"
 SHARE = 0.9
 """Of all robots, or objects, in the largest cluster: then they count as one cluster."""
+OPENS_AND_CLOSES = (
+    "where objects are clustered the agents never stop pushing, so that the cluster opens and closes, and does not become more "
+    "compact later; the paper shows one trial at one moment, here it is the median trial"
+)
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,8 @@ def _verdict(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Verdict:
             f"shown, 90 % or more in {enough[end]} of {len(largest)} trials{later}"
         )
     printed = "a single compact cluster at the end of each row"
-    return Verdict(CLAIM, bool(agrees), printed, "; ".join(texts), "snapshots")
+    reason = "" if agrees else OPENS_AND_CLOSES
+    return Verdict(CLAIM, bool(agrees), printed, "; ".join(texts), "snapshots", reason=reason)
 
 
 EXPERIMENT = Experiment(
@@ -158,8 +163,6 @@ EXPERIMENT = Experiment(
     deviations=(
         "The paper does not say how large the initial squares are, nor how the trial was chosen. Here the density of "
         "section 4.2 is kept, and of 30 trials the one with the median dispersion at the end is shown.",
-        "Where objects are clustered, the agents never stop pushing, and the cluster opens and closes: it does not become more "
-        "compact after 60 s, as the later measurements show. The paper shows one trial at one moment, we the median trial.",
     ),
     full=SnapshotSizes(),
     fast=SnapshotSizes(
