@@ -28,7 +28,7 @@ class BehaviorSizes:
 
     runs: Mapping[str, int] = field(default_factory=lambda: {"default": 200, "paper": 30})
     generations: int = 1000
-    first_seed: int = 1001
+    first_seed: int = 2001
     settings: Mapping[str, Any] = field(default_factory=dict)
     shares: ShareSizes = field(default_factory=ShareSizes)
 
@@ -214,7 +214,7 @@ EXPERIMENT = Experiment(
         "interval.",
         "The verdict is about the paper's rule, the subjectively best model of the last generation; the `estimate`, a median "
         "over generations, stands beside it.",
-        "Seeds from 1001 on, which nothing has been tuned on.",
+        "Seeds from 2001 on, which nothing has been tuned on.",
     ),
     full=BehaviorSizes(),
     fast=BehaviorSizes(

@@ -42,7 +42,7 @@ class ComparisonSizes:
     """
 
     seeds: int = 5
-    first_seed: int = 1001
+    first_seed: int = 2001
     trials: tuple[int, ...] = (1_000, 10_000, 100_000)
     observed: tuple[int, ...] = (10, 100, 1_000)
     group: int = 10

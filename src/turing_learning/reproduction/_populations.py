@@ -21,7 +21,7 @@ class RunSizes:
 
     runs: int = 30
     generations: int = 1000
-    first_seed: int = 1001
+    first_seed: int = 2001
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     @property

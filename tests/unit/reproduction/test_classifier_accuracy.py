@@ -117,10 +117,10 @@ def test_accuracies_are_those_of_each_run_on_its_own(conducted):
     experiment = EXPERIMENTS["4.4"]
     sizes = experiment.fast
     with (conducted / "4.4" / "tables" / "accuracy-runs.csv").open(newline="") as file:
-        found = [row for row in csv.DictReader(file) if (row["preset"], row["seed"]) == ("paper", "1002")]
-    configuration = sizes.runs.configuration("aggregation", "paper", 1002)
+        found = [row for row in csv.DictReader(file) if (row["preset"], row["seed"]) == ("paper", "2002")]
+    configuration = sizes.runs.configuration("aggregation", "paper", 2002)
     history = infer(
-        "aggregation", preset="paper", generations=12, seed=1002, settings=dict(sizes.runs.settings)
+        "aggregation", preset="paper", generations=12, seed=2002, settings=dict(sizes.runs.settings)
     ).history
     alone = accuracy_over_generations(
         classifier_of(configuration), history["classifier"].to_numpy(), history["classifier_fitness"].to_numpy(),
