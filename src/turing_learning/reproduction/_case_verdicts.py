@@ -7,7 +7,7 @@ import numpy as np
 
 from ._case_outcome import Case, Outcome
 from ._claims import Claim
-from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
+from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads, shares_not_worse
 
 NEAR = 0.1
 LASTING = 20
@@ -86,11 +86,13 @@ def emergence_verdict(outcome: Outcome, claims: Mapping[str, Claim]) -> Verdict:
     comparison = outcome.emergence.comparison
     alike, models = comparison.without_difference, len(comparison.p_values)
     medians = np.median(outcome.emergence.models, axis=1)
+    others = outcome.emergence.without_difference_from_repeated
+    again = f" ({min(others)} to {max(others)} with {len(others)} repetitions of the agents' trials)" if others else ""
     return Verdict(
         claim,
-        alike / models >= count / total,
+        shares_not_worse(alike / models, models, count / total, total),
         f"no significant difference in {count} of {total} cases",
-        f"no significant difference in {alike} of {models} cases; median dispersion of the agents "
+        f"no significant difference in {alike} of {models} cases{again}; median dispersion of the agents "
         f"{np.median(outcome.emergence.agents):.0f}, of the models {medians.min():.0f} to {medians.max():.0f}",
         "counts",
         outcome.variant(),

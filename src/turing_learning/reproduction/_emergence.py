@@ -13,15 +13,21 @@ from ._work import Work
 
 STARTS = 1
 """Purpose of random numbers, beside the noise of each model's trials, whose purposes count from 2."""
+REPEATS = 1000
+"""Number of the first repetition of the agents' trials; models are numbered from 1 on."""
 
 
 @dataclass(frozen=True)
 class EmergenceSizes:
-    """How many trials of how many robots, and for how long; objects grow in proportion to the robots."""
+    """How many trials of how many robots, and for how long; how often the agents' are repeated.
+
+    Objects grow in proportion to the robots.
+    """
 
     robots: int
     trials: int = 30
     duration_s: float = 400.0
+    repeats: int = 10
     seed: int = 1
 
 
@@ -35,15 +41,23 @@ class Emergence:
         In R trials.
     models : (M, R)
         The same for replicas of each of M models, from the same initial configurations.
+    repeated : (K, R)
+        The agents' trials repeated K times from these, with other noise: how much hangs on the agents' R trials.
     """
 
     agents: np.ndarray
     models: np.ndarray
+    repeated: np.ndarray
 
     @property
     def comparison(self) -> Comparison:
         """Each model's trials tested against those of the agents."""
         return compare(self.agents, self.models)
+
+    @property
+    def without_difference_from_repeated(self) -> list[int]:
+        """Number of models without a significant difference from each repetition of the agents' trials."""
+        return [compare(agents, self.models).without_difference for agents in self.repeated]
 
 
 def measure_emergence(
@@ -62,7 +76,15 @@ def measure_emergence(
         _piece(work, f"dispersion-{scenario.name}-{name}-{k:02d}", partial(_reached, scenario, model, sizes, k))
         for k, model in enumerate(models, start=1)
     ]
-    return Emergence(np.array(agents), np.array(replicas))
+    repeated = [
+        _piece(
+            work,
+            f"dispersion-{scenario.name}-agents-{k + 1:02d}",
+            partial(_reached, scenario, scenario.controller, sizes, REPEATS + k),
+        )
+        for k in range(sizes.repeats)
+    ]
+    return Emergence(np.array(agents), np.array(replicas), np.array(repeated))
 
 
 def _piece(work: Work, name: str, compute: Any) -> list[float]:

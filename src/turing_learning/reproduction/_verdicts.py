@@ -17,7 +17,8 @@ RULES = {
     "standard deviation (plus 0.005): a baseline must be neither worse nor better",
     "convergence": "the median over the runs has come within 0.1 of the truth to stay (for 20 generations, or until the end) "
     "at the latest in twice the generation that the text names",
-    "counts": "at least as many as printed",
+    "counts": "the share falls short of the printed one by at most twice the standard error of the difference, both being "
+    "shares of so many runs",
     "accuracy of classifiers": "both of the following agree",
     "accuracy of the subjective best": "its mean over the runs is higher in one of the generations 1 to 5 than in generation 0; "
     "from generation 50 on, all means are below the highest of the first 5 generations, and within 0.62 to 0.80 give or take twice "

@@ -3,7 +3,14 @@ import pytest
 
 from turing_learning.reproduction import Verdict
 from turing_learning.reproduction._case_verdicts import settled
-from turing_learning.reproduction._verdicts import Spread, listed, not_worse, printed_spreads, within_spread
+from turing_learning.reproduction._verdicts import (
+    Spread,
+    listed,
+    not_worse,
+    printed_spreads,
+    shares_not_worse,
+    within_spread,
+)
 
 PRINTED = Spread(0.1, 0.03, 30)
 
@@ -35,6 +42,13 @@ def test_one_parameter_that_is_worse_makes_the_claim_differ():
 @pytest.mark.parametrize(("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)])
 def test_a_baseline_must_be_neither_worse_nor_better_than_printed(mean, agrees):
     assert within_spread([Spread(mean, 0.5, 30)], [PRINTED]) is agrees
+
+
+@pytest.mark.parametrize(
+    ("own", "printed", "agrees"), [(28, 30, True), (26, 30, False), (20, 26, True), (17, 26, False)]
+)
+def test_a_share_may_fall_short_by_twice_the_standard_error_of_the_difference(own, printed, agrees):
+    assert shares_not_worse(own / 30, 30, printed / 30, 30) is agrees
 
 
 def test_printed_errors_are_those_of_30_runs():
