@@ -87,7 +87,8 @@ def emergence_verdict(outcome: Outcome, claims: Mapping[str, Claim]) -> Verdict:
     alike, models = comparison.without_difference, len(comparison.p_values)
     medians = np.median(outcome.emergence.models, axis=1)
     others = outcome.emergence.without_difference_from_repeated
-    again = f" ({min(others)} to {max(others)} with {len(others)} repetitions of the agents' trials)" if others else ""
+    span = " to ".join(str(n) for n in sorted({min(others), max(others)}))
+    again = f" ({span} with {len(others)} repetitions of the agents' trials)"
     return Verdict(
         claim,
         shares_not_worse(alike / models, models, count / total, total),
