@@ -45,7 +45,7 @@ def test_agents_are_hatched_and_the_least_dispersion_is_dashed():
     dashed = next(line for line in axes.lines if line.get_label() == "least possible")
     assert list(dashed.get_ydata()) == [343.5, 343.5]
     assert axes.get_ylabel() == "Dispersion of the robots"
-    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["agents", "1", "5", "10", "15", "20", "25", "30"]
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == ["agents", "5", "10", "15", "20", "25", "30"]
 
 
 def test_models_that_do_not_gather_are_counted_and_do_not_flatten_the_boxes():
