@@ -42,4 +42,4 @@ def setup(app):
 def carry_linked_files(app, name, source):
     """Make links out of this folder, of pages that code writes, into files that come along with the site."""
     if "/" not in name:
-        source[0] = re.sub(r"\]\(\.\./(?=[^)]+\))", "](path:../", source[0])
+        source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\(\.\./(?=[^)]+\))", r"\1(path:../", source[0])
