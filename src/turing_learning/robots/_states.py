@@ -23,6 +23,8 @@ STATES = ("P1", "P2", "P3", "P4", "P5")
 BEGIN = "P0"
 """Before the states: connecting."""
 _POLL_S = 0.05
+_SHOWN = 3
+"""Faults of a trial that the operator is told."""
 REMOTE = "put all robots in their places, and press the remote control"
 State = Callable[[], "State | None"]
 Answer = TypeVar("Answer")
@@ -337,4 +339,10 @@ class PcProgram:
 
 
 def _listed(faults: Sequence[str]) -> str:
-    return " ".join(f"{text[0].upper()}{text[1:]}" for text in faults)
+    """Return sentences of the first faults, and how many more there are; where nearly all robots jump, the camera is at fault."""
+    sentences = [f"{text[0].upper()}{text[1:]}" for text in faults[:_SHOWN]]
+    if len(faults) > _SHOWN:
+        sentences.append(
+            f"And {len(faults) - _SHOWN} more; if they are of nearly all robots, look after the camera and the PC."
+        )
+    return " ".join(sentences)

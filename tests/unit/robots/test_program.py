@@ -5,6 +5,7 @@ import pytest
 from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
 
 from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
+from turing_learning.robots._states import _listed
 
 MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
 
@@ -330,3 +331,11 @@ def test_an_operator_presses_enter(monkeypatch):
     TerminalOperator().ask("Free robot 3.")
     assert "Free robot 3." in shown[0]
     assert "Press Enter when it is done" in shown[0]
+
+
+def test_the_operator_is_told_the_first_faults_of_a_trial_and_how_many_more_there_are():
+    faults = [f"individual {k} cannot have moved so far." for k in range(5)]
+    assert _listed(faults[:2]) == "Individual 0 cannot have moved so far. Individual 1 cannot have moved so far."
+    assert _listed(faults).endswith(
+        "Individual 2 cannot have moved so far. And 2 more; if they are of nearly all robots, look after the camera and the PC."
+    )
