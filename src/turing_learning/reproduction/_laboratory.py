@@ -104,13 +104,13 @@ EXPERIMENT = Experiment(
     full=LaboratorySizes(),
     fast=LaboratorySizes(
         runs=LaboratoryRunSizes(
-            runs=2,
-            generations=3,
+            runs=1,
+            generations=2,
             repeats=1,
-            kept=(0, 1, 2),
+            kept=(0, 1),
             settings={"models.population": 2, "classifiers.population": 10},
         ),
-        validation=ValidationSizes(robots=12, trials=3, duration_s=8.0, every_s=4.0, shown_s=(0, 4, 8)),
+        validation=ValidationSizes(robots=12, trials=2, duration_s=8.0, every_s=4.0, shown_s=(0, 4, 8)),
         random_models=RandomModelSizes(models=4),
     ),
     conduct=conduct,
