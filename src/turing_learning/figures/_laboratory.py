@@ -68,9 +68,9 @@ def convergence_panels_figure(
     for axes, values in zip(panels, medians, strict=True):
         values = checked("medians", values, "G", len(names))
         for k, name in enumerate(names):
-            style = {"color": SERIES_COLORS[k % len(SERIES_COLORS)], "linewidth": 1.3}
-            axes.plot(values[:, k], linestyle=SERIES_DASHES[k % len(SERIES_DASHES)], label=name, **style)
-            axes.axhline(truth[k], color=style["color"], linewidth=0.7, linestyle=(0, (2, 3)), label="_")
+            color, dashes = SERIES_COLORS[k % len(SERIES_COLORS)], SERIES_DASHES[k % len(SERIES_DASHES)]
+            axes.plot(values[:, k], color=color, linestyle=dashes, linewidth=1.3, label=name)
+            axes.axhline(truth[k], color=color, linewidth=0.7, linestyle=(0, (2, 3)), label="_")
         over_generations(axes, len(values))
         label(axes, "")
     label(panels[0], "Median over the runs")

@@ -134,7 +134,7 @@ def validation_pictures(validation: Validation, sizes: ValidationSizes) -> list[
     from turing_learning.figures import gathering_figure, snapshots_figure
 
     names = {"agents": validation.agents, "inferred model": validation.replicas}
-    share, spread = "Proportion of robots in the largest cluster", "Dispersion"
+    share, spread = "Proportion in largest cluster", "Dispersion"
     curves = {
         share: {name: one.proportion for name, one in names.items()},
         spread: {name: one.dispersion for name, one in names.items()},

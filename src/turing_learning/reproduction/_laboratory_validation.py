@@ -141,7 +141,9 @@ def _filmed(
     tracker = Tracker(markers, calibration, labels)
     every = round(sizes.every_s / interval)
     cycles = every * (len(sizes.times_s) - 1)
-    poses, seen, complete = [], [], []
+    poses: list[np.ndarray] = []
+    seen: list[np.ndarray] = []
+    complete: list[bool] = []
     for cycle, now in enumerate(move_alone(LABORATORY, controller, start, cycles=cycles, seed=seed)):
         if cycle % every:
             continue
