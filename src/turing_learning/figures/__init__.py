@@ -22,6 +22,8 @@
     How accurate several methods are with how many trials.
 `box_panels_figure`, `dynamic_outputs_figure`
     Several ways to infer side by side; what networks put out while the sensor reading changes.
+`convergence_panels_figure`, `error_panels_figure`, `gathering_figure`
+    Runs in a laboratory beside simulated ones; what large swarms come to.
 `swarm_frame`
     One moment of a swarm, drawn on given axes.
 `save_figure`, `svg_markup`
@@ -37,6 +39,7 @@ from ._comparison import budget_figure
 from ._detection import accuracy_figure, roc_figure
 from ._error import error_figure
 from ._fitness import fitness_figure
+from ._laboratory import convergence_panels_figure, error_panels_figure, gathering_figure
 from ._parameters import parameters_figure
 from ._reproduction import dispersion_figure, prediction_figure, snapshots_figure
 from ._save import save_figure
@@ -54,12 +57,15 @@ __all__ = [
     "box_panels_figure",
     "budget_figure",
     "convergence_figure",
+    "convergence_panels_figure",
     "dispersion_figure",
     "dynamic_outputs_figure",
     "error_box_figure",
     "error_figure",
     "error_histogram_figure",
+    "error_panels_figure",
     "fitness_figure",
+    "gathering_figure",
     "parameters_figure",
     "prediction_figure",
     "profiles_figure",

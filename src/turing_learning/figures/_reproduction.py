@@ -37,6 +37,7 @@ def snapshots_figure(
     robots: int,
     robot_radius_cm: float = 3.5,
     object_radius_cm: float = 5.0,
+    columns: int | None = None,
 ) -> "Figure":
     """Draw some moments of one trial side by side, all at the same scale.
 
@@ -52,6 +53,8 @@ def snapshots_figure(
         Number of robots A.
     robot_radius_cm, object_radius_cm
         Radii (cm).
+    columns
+        Moments in a row; None puts all into one.
 
     Returns
     -------
@@ -64,15 +67,19 @@ def snapshots_figure(
 
     Source
     ------
-    Paper, figures 2 and 3.
+    Paper, figures 2, 3 and 22.
     """
     poses = checked("poses", poses, len(times_s), "A + O", 3)
     low, high = poses[..., :2].min(axis=(0, 1)), poses[..., :2].max(axis=(0, 1))
     center, reach = (low + high) / 2, float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
     growth = max(1.0, SMALLEST_BODY * 2 * reach / robot_radius_cm)
-    figure = new_figure(1.95 * len(times_s), 2.4)
-    panels = figure.subplots(1, len(times_s), squeeze=False)[0]
-    for axes, moment, time_s in zip(panels, poses, times_s, strict=True):
+    columns = min(columns or len(times_s), len(times_s))
+    rows = -(-len(times_s) // columns)
+    figure = new_figure(1.95 * columns, 2.4 + 2.15 * (rows - 1))
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for unused in panels[len(times_s) :]:
+        unused.axis("off")
+    for axes, moment, time_s in zip(panels[: len(times_s)], poses, times_s, strict=True):
         swarm_frame(
             axes,
             moment,

@@ -18,7 +18,7 @@ from ._verdicts import RULES
 
 NOT_RUN = "not run yet"
 NO_EXPERIMENT = "no experiment yet"
-SECTIONS = ("3.2", "4.")
+SECTIONS = ("3.2", "4.", "5-")
 """Sections of the paper whose claims the page of all claims holds."""
 
 
@@ -138,7 +138,7 @@ def _table_list(tables: Iterable[Shown]) -> list[str]:
 
 
 def page(experiments: str | Path, link: str = "../experiments") -> str:
-    """Return the page of all claims of sections 3.2 and 4, from the folders of the experiments.
+    """Return the page of all claims of sections 3.2, 4 and 5, from the folders of the experiments.
 
     Only full-size results count; fast forms are as if they had not been run.
 
@@ -190,7 +190,7 @@ def write_page(experiments: str | Path, path: str | Path) -> Path:
 _INTRODUCTION = (
     "# Reproduction",
     "",
-    "Every claim of sections 3.2 and 4 of the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, "
+    "Every claim of sections 3.2, 4 and 5 of the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, "
     "2016), what it prints, and what this implementation gives. This page is made from the folders of the experiments:",
     "",
     "    turing-learning reproduce                  # lists the experiments, their cost and state",
@@ -199,7 +199,8 @@ _INTRODUCTION = (
     "    turing-learning reproduce --page docs/reproduction.md",
     "",
     "The verdict is about the default preset; what stands beside it is the preset `paper`, which keeps to the text of the "
-    "paper, or another way to read off the result.",
+    "paper, or another way to read off the result. "
+    "Section 5 is about physical robots: here its laboratory is emulated, and the verdicts are about the emulation.",
 )
 
 

@@ -9,6 +9,7 @@ from . import (
     _case_studies,
     _classifier_accuracy,
     _comparison,
+    _laboratory,
     _morphology,
     _separated,
     _snapshots,
@@ -29,6 +30,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         _black_box,
         _separated,
         _behaviors,
+        _laboratory,
     )
 }
 """Id -> experiment."""

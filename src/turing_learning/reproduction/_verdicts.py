@@ -38,6 +38,15 @@ RULES = {
     "in the third step after every change of the reading, to stay; that more neurons be worse is not asked for",
     "separated": "the absolute errors of no parameter differ significantly between separated and mixed runs (two-sided "
     "Mann-Whitney tests, 5 % for all parameters together, with Bonferroni's correction)",
+    "dynamics": "in more than half of the generations the median error of the subjectively best model lies between those of the "
+    "best and of the average model, in emulated and in simulated runs; over the last fifth of the generations the medians of "
+    "every parameter of both kinds of runs are at most 0.1 apart, on average",
+    "validation": "neither the proportion of robots in the largest cluster nor the dispersion differs significantly between agents "
+    "and model, at the end of the trials and on average over them (two-sided Mann-Whitney tests, 5 % for all four together, with "
+    "Bonferroni's correction)",
+    "classifiers in the laboratory": "the mean accuracy of the objectively best is at least 0.9 in the last generation; that of "
+    "the subjectively best is in no generation below that of an earlier one by more than twice the standard error of the "
+    "difference",
     "theorem": "in all random cases the minimum that is searched for is the stated one, and is not the agent",
 }
 """Kind of claim -> when it agrees."""

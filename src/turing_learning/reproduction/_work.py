@@ -2,11 +2,13 @@
 
 import io
 import json
+import os
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ import numpy as np
 from turing_learning.runs import write_atomically, write_json
 
 from ._errors import Stopped
+from ._hands import Compute, side_by_side
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyProgress, StudyResult
@@ -104,7 +107,38 @@ class Work:
         OSError
             If the file cannot be written.
         """
-        return self._once(name, compute, self._folder / f"{name}.npz", _stored_arrays, _write_arrays)
+        return self._once(name, compute, self._arrays_path(name), _stored_arrays, _write_arrays)
+
+    def folder(self, name: str) -> Path:
+        """Return where a piece of work may keep what it can go on from; nothing is made yet."""
+        return self._folder / name
+
+    def all_arrays(self, compute: Compute, given: Mapping[str, tuple[Any, ...]]) -> dict[str, dict[str, np.ndarray]]:
+        """Return what many pieces of work have found, as `arrays`; what is missing is done side by side in worker processes.
+
+        Parameters
+        ----------
+        compute
+            A function of a module: `should_stop`, then its arguments -> name -> array, or None if it was stopped.
+        given
+            Name of the piece -> arguments.
+
+        Raises
+        ------
+        Stopped
+            If a stop was asked for.
+        OSError
+            If a file cannot be written.
+        """
+        missing = {name: each for name, each in given.items() if _stored_arrays(self._arrays_path(name)) is None}
+        workers = min(self._workers or os.cpu_count() or 1, len(missing))
+        if workers > 1 and not self._fast:
+            for name, stored in side_by_side(compute, missing, workers=workers, should_stop=self._should_stop):
+                self._keep(name, stored, self._arrays_path(name), _write_arrays)
+        return {name: self.arrays(name, partial(compute, self._should_stop, *each)) for name, each in given.items()}
+
+    def _arrays_path(self, name: str) -> Path:
+        return self._folder / f"{name}.npz"
 
     def _once(
         self,
@@ -117,11 +151,16 @@ class Work:
         stored = read(path)
         if stored is None:
             stored = self._done(name, compute)
-            self._folder.mkdir(parents=True, exist_ok=True)
-            write(path, stored)
-            self._say(f"{name}: {stored['seconds']:.1f} s")
+            self._keep(name, stored, path, write)
         self.seconds += stored["seconds"]
         return stored["found"]
+
+    def _keep(
+        self, name: str, stored: dict[str, Any], path: Path, write: Callable[[Path, dict[str, Any]], None]
+    ) -> None:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        write(path, stored)
+        self._say(f"{name}: {stored['seconds']:.1f} s")
 
     def _done(self, name: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
         if self.should_stop():

@@ -24,7 +24,8 @@ The robots that are not there
 The laboratory that is not there
     `EmulatedLaboratory`, by default that of the paper (`LABORATORY`), under `Conditions`: robots with their program in one arena, a
     camera, an operator, faults on demand, in virtual time. `ArenaService` serves it in real time at addresses; `obey` and `usage`
-    are for whoever sits before it.
+    are for whoever sits before it. `SimulatedLaboratory` gives samples of the same trials in plain simulation;
+    `move_alone` lets robots go that no PC leads.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use.
 """
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from ._arena import EmulatedLaboratory
     from ._arena_conditions import LABORATORY, Conditions
     from ._arena_console import obey, usage
+    from ._arena_motion import move_alone
     from ._arena_service import ArenaService
     from ._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
     from ._camera import EmulatedCamera, Optics, overhead_camera
@@ -55,6 +57,7 @@ if TYPE_CHECKING:
     from ._program import Event, LaboratorySource
     from ._rehearsal import rehearse
     from ._robot_server import RobotServer, serve_tcp, serve_terminal
+    from ._simulated import SimulatedLaboratory
     from ._states import Disturbance, ObservedTrial, PcProgram
     from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
 
@@ -98,6 +101,7 @@ __all__ = [
     "RoundMarkers",
     "Sighting",
     "Signal",
+    "SimulatedLaboratory",
     "Status",
     "TerminalOperator",
     "Track",
@@ -110,6 +114,7 @@ __all__ = [
     "inspect",
     "laboratory_tracker",
     "load_laboratory",
+    "move_alone",
     "obey",
     "open_link",
     "overhead_camera",
@@ -128,6 +133,7 @@ _HOMES = {
     "_arena": ("EmulatedLaboratory",),
     "_arena_conditions": ("LABORATORY", "Conditions"),
     "_arena_console": ("obey", "usage"),
+    "_arena_motion": ("move_alone",),
     "_arena_service": ("ArenaService",),
     "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
     "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
@@ -147,6 +153,7 @@ _HOMES = {
     "_program": ("Event", "LaboratorySource"),
     "_rehearsal": ("rehearse",),
     "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
+    "_simulated": ("SimulatedLaboratory",),
     "_states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
 }

@@ -6,12 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from ..swarm import Scenario, initial_poses, simulate
+from ..swarm import Scenario, initial_poses
 from ._arena_camera import ArenaCamera, Eye
 from ._arena_conditions import LABORATORY, Conditions
 from ._arena_hands import EmulatedOperator, Faults
 from ._arena_infrared import read_infrared
 from ._arena_line import Line, VirtualLine
+from ._arena_motion import move_for_a_cycle
 from ._arena_robot import ArenaRobot
 from ._calibration import Calibration
 from ._camera import EmulatedCamera, overhead_camera
@@ -231,13 +232,10 @@ class EmulatedLaboratory:
         self.clock.call_at(self._cycle * self._interval_s, self._advance)
 
     def _move(self, before: np.ndarray, wheels: np.ndarray) -> None:
-        """Advance all robots by a control cycle: a trial of one step, in which every sensor state has the same wheel speeds."""
-        controllers = np.tile(wheels, (1, self.scenario.sensor.states))[None]
-        seed = int(self._rng.integers(2**63))
-        trial = simulate(self.scenario, controllers, before[None], control_steps=1, seed=seed, threads=1)
-        after = trial.poses[0, 1]
+        """Advance all robots by a control cycle."""
+        after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
         after[list(self.stuck)] = before[list(self.stuck)]
-        self._before, self._after, self._sight = before, after, trial.sensors[0, 1]
+        self._before, self._after, self._sight = before, after, sight
 
 
 def _numbered(role: str, count: int) -> tuple[str, ...]:

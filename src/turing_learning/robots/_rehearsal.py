@@ -7,10 +7,17 @@ from ._equipment import Equipment
 from ._laboratory_config import Laboratory
 
 
-def rehearse(laboratory: Laboratory) -> Equipment:
-    """Return the doors to an emulated laboratory with the robots, the arena, the calibration and the seed of a run.
+def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
+    """Return the doors to an emulated laboratory with the robots, the arena and the calibration of a run.
 
     Its operator does whatever is asked. Time passes as fast as the computer can.
+
+    Parameters
+    ----------
+    laboratory
+        What is emulated.
+    seed
+        Of places, noise and batteries; None takes that of the run. A run that goes on should not meet the same noise again.
 
     Raises
     ------
@@ -21,7 +28,7 @@ def rehearse(laboratory: Laboratory) -> Equipment:
     try:
         emulated = EmulatedLaboratory(
             configuration.scenario,
-            seed=configuration.run.seed,
+            seed=configuration.run.seed if seed is None else seed,
             calibration=Calibration.load(setup.camera.calibration),
         )
     except ValueError as error:

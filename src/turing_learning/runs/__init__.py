@@ -6,6 +6,8 @@
     Run a resolved configuration in a folder; go on with a run; open one.
 `start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
     The same with real robots; what has happened in the laboratory.
+`simulate_laboratory`, `SimulatedRun`
+    The same setup in plain simulation.
 `Result`
     What a run has inferred, with its history and report.
 `check_run`
@@ -37,7 +39,14 @@ if TYPE_CHECKING:
     from ._checkpoints import stored_generations, stored_traces
     from ._folder import RunFolder, resume_command
     from ._infer import infer, load_run, new_run_path, resume, start
-    from ._laboratory import is_laboratory_run, resume_laboratory, start_laboratory, stored_laboratory
+    from ._laboratory import (
+        SimulatedRun,
+        is_laboratory_run,
+        resume_laboratory,
+        simulate_laboratory,
+        start_laboratory,
+        stored_laboratory,
+    )
     from ._manifest import new_manifest
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
@@ -53,6 +62,7 @@ __all__ = [
     "RunFolder",
     "RunFolderError",
     "RunStorageError",
+    "SimulatedRun",
     "check_run",
     "infer",
     "is_laboratory_run",
@@ -68,6 +78,7 @@ __all__ = [
     "resume_laboratory",
     "run_table",
     "scenario_named",
+    "simulate_laboratory",
     "start",
     "start_laboratory",
     "stored_generations",
@@ -87,6 +98,7 @@ _LAZY = {
     "RunFolder": "_folder",
     "resume_command": "_folder",
     "resume_laboratory": "_laboratory",
+    "SimulatedRun": "_laboratory",
     "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",
@@ -99,6 +111,7 @@ _LAZY = {
     "resume": "_infer",
     "run_table": "_present",
     "scenario_named": "_trial",
+    "simulate_laboratory": "_laboratory",
     "start": "_infer",
     "start_laboratory": "_laboratory",
     "stored_generations": "_checkpoints",

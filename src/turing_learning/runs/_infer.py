@@ -40,6 +40,8 @@ if TYPE_CHECKING:
     from turing_learning.identifiability import Check
     from turing_learning.robots import LaboratorySource
 
+    from ._assemble import GivenSource
+
 RUNS = Path("runs")
 
 
@@ -166,7 +168,7 @@ def _execute(
     should_stop: Callable[[], bool] | None,
 ) -> Result:
     if out is None:
-        return _infer_in_memory(configuration, observer, should_stop, source)
+        return in_memory(configuration, observer, should_stop, source)
     return start(configuration, out, force=force, observer=observer, should_stop=should_stop, source=source)
 
 
@@ -204,12 +206,13 @@ def _resolved(
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
 
 
-def _infer_in_memory(
+def in_memory(
     configuration: Configuration,
     observer: Observer | None,
     should_stop: Callable[[], bool] | None,
-    source: OwnSource | None = None,
+    source: "GivenSource | None" = None,
 ) -> Result:
+    """Run a configuration from generation 0 without a folder; see `start`."""
     refuse_without_source(configuration, source)
     manifest = new_manifest(to_toml(configuration), configuration.run.seed)
     session = Session(configuration, source=source)
@@ -239,7 +242,7 @@ def start(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    source: "OwnSource | LaboratorySource | None" = None,
+    source: "GivenSource | None" = None,
     files: Mapping[str, bytes] | None = None,
 ) -> Result:
     """Run a configuration from generation 0 in a folder of its own; see `infer`.

@@ -1,8 +1,11 @@
 """Runs in a laboratory: the same loop, with robots as the source of samples."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.robots import (
@@ -11,6 +14,7 @@ from turing_learning.robots import (
     Laboratory,
     LaboratorySetup,
     LaboratorySource,
+    SimulatedLaboratory,
     laboratory_tracker,
     read_setup,
     real_equipment,
@@ -18,10 +22,10 @@ from turing_learning.robots import (
 
 from ._errors import RunFolderError
 from ._folder import CALIBRATION, LABORATORY, RunFolder
-from ._infer import go_on, start
-from ._post_evaluation import post_evaluate
+from ._infer import go_on, in_memory, start
+from ._post_evaluation import judged_again, post_evaluate
 from ._result import Result
-from ._session import Observer
+from ._session import Observer, Progress
 from ._trial_store import EventLog, TrialStore
 
 if TYPE_CHECKING:
@@ -104,6 +108,76 @@ def resume_laboratory(
         result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedRun:
+    """What a run has inferred from a laboratory's trials in plain simulation.
+
+    Attributes
+    ----------
+    result
+        As of any run, kept in memory.
+    fitness : (repeats, M)
+        Of the models of the last generation, observed again and judged by all its classifiers.
+    best_model : (P,)
+        That of the highest mean fitness, in wheel speeds.
+    """
+
+    result: Result
+    fitness: np.ndarray
+    best_model: np.ndarray
+
+
+def simulate_laboratory(
+    configuration: Configuration,
+    repeats: int = 5,
+    *,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> SimulatedRun | None:
+    """Run Turing Learning with a laboratory's setup in plain simulation, in seconds.
+
+    To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and trials, the same observed time,
+    the hyperbolic tangent on the models, the same post-evaluation.
+
+    Parameters
+    ----------
+    configuration
+        Of the laboratory; see `robots.load_laboratory`.
+    repeats
+        How often the models of the last generation are observed again, >= 1.
+    observer, should_stop
+        As in `infer`.
+
+    Returns
+    -------
+    SimulatedRun or None
+        None if it was stopped.
+
+    Source
+    ------
+    Paper, section 5.4.
+    """
+    source = SimulatedLaboratory(configuration.scenario, configuration.run.seed)
+    populations: list[tuple[np.ndarray, np.ndarray]] = []
+
+    def watch(progress: Progress) -> None:
+        populations[:] = [(progress.generation.models, progress.generation.classifiers)]
+        if observer is not None:
+            observer(progress)
+
+    result = in_memory(configuration, watch, should_stop, source)
+    if not result.complete:
+        return None
+    models, classifiers = populations[0]
+    fitness = np.array(
+        [
+            judged_again(configuration, classifiers, source.observe(models, f"post-evaluation-{k + 1}"))
+            for k in range(repeats)
+        ]
+    )
+    return SimulatedRun(result, fitness, models[int(np.argmax(fitness.mean(axis=0)))])
 
 
 def is_laboratory_run(path: str | Path) -> bool:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error
-from turing_learning.coevolution import Judgments, model_reward
-from turing_learning.config import classifier_of
+from turing_learning.coevolution import Judgments, Samples, model_reward
+from turing_learning.config import Configuration, classifier_of
 
 from ._files import write_json
 from ._folder import RunFolder
@@ -40,20 +40,22 @@ def post_evaluate(
     ------
     Paper, section 5.4.
     """
-    configuration, last = folder.configuration(), result.history.isel(generation=-1)
-    models = last["model"].to_numpy()
-    classifiers = last["classifier"].to_numpy().astype(np.float64)
-    classifier = classifier_of(configuration)
+    last = result.history.isel(generation=-1)
+    models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
     fitness = _stored_fitness(folder)
     while len(fitness) < repeats and not (should_stop is not None and should_stop()):
         samples = source.observe(models, f"post-evaluation-{len(fitness) + 1}")
-        count, _, *series = samples.counterfeit.shape
-        judged = classifier.judge(classifiers, samples.counterfeit.reshape(count, *series))[..., None]
-        genuine = classifier.judge(classifiers, samples.genuine)
-        fitness.append(model_reward(Judgments(genuine, judged)).tolist())
+        fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
         with storage(folder):
             write_json(folder.post_evaluation_path, _summary(result, models, fitness, repeats))
     return _summary(result, models, fitness, repeats)
+
+
+def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:
+    """Return the fitness (M,) as in equation 1 that classifiers (N, Q) give the models of samples, one of each model."""
+    classifier, genomes = classifier_of(configuration), np.asarray(classifiers, dtype=np.float64)
+    judged = classifier.judge(genomes, samples.counterfeit[:, 0])[..., None]
+    return model_reward(Judgments(classifier.judge(genomes, samples.genuine), judged))
 
 
 def _stored_fitness(folder: RunFolder) -> list[list[float]]:

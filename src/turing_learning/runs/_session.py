@@ -24,7 +24,7 @@ from ._result import Result
 from ._traces import Traces, generation_values
 
 if TYPE_CHECKING:
-    from turing_learning.robots import LaboratorySource
+    from ._assemble import GivenSource
 
 _LOGGER = logging.getLogger("turing_learning")
 FAILURES = "failures/"  # of simulations of a system of one's own, among the arrays of a checkpoint
@@ -123,7 +123,7 @@ class Session:
         self,
         configuration: Configuration,
         folder: RunFolder | None = None,
-        source: "OwnSource | LaboratorySource | None" = None,
+        source: "GivenSource | None" = None,
     ) -> None:
         self.configuration = configuration
         self.layout = layout_of(configuration)
@@ -206,7 +206,7 @@ class Session:
         self.traces.record(values, time.perf_counter() - begun)
         return generation
 
-    def _guarded_step(self, source: "OwnSource | LaboratorySource") -> Generation:
+    def _guarded_step(self, source: "GivenSource") -> Generation:
         before, source.generation = self._coevolution.state(), self._coevolution.generation
         try:
             return self._step()

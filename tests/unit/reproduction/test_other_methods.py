@@ -97,8 +97,11 @@ def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_
 def test_of_all_it_is_left_out_without_its_packages_and_that_is_said():
     said = []
     left = _possible(tuple(EXPERIMENTS.values()), "all", said.append)
-    assert [one.id for one in left] == [name for name in EXPERIMENTS if name != ID]
-    assert said == ["4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'"]
+    assert [one.id for one in left] == [name for name, one in EXPERIMENTS.items() if not one.packages]
+    assert said == [
+        "4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'",
+        "5: left out, it needs cv2, serial. Run: pip install 'turing-learning[robot,vision]'",
+    ]
 
 
 def test_its_page_tells_conditions_and_remarks_and_shows_its_table(folder):

@@ -420,6 +420,8 @@ def test_the_papers_errors_stand_only_beside_the_papers_agents():
     assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [0.03, 0.04, 0.02, 0.03, 0.08, 0.08]
     assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, controller=(0.0, 0.0, 1.0, 1.0))) is None
     assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, name="mine")) is None
+    walls = replace(tl.swarm.AGGREGATION, arena=replace(tl.swarm.AGGREGATION.arena, width_cm=200.0, height_cm=225.0))
+    assert paper_absolute_errors(walls) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
 
 
 def test_nothing_that_is_stored_holds_a_pickle(finished):
