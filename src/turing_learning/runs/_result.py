@@ -9,6 +9,7 @@ import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
 from turing_learning.config import Configuration
+from turing_learning.report import short_number
 
 from ._paper import paper_absolute_errors
 from ._traces import SELECTION_CODES, Traces
@@ -188,8 +189,8 @@ class Result:
 def _lines(result: Result) -> list[str]:
     lines = [f"{'parameter':>10}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
     for name in result.estimate:
-        true = "-" if result.truth is None else f"{result.truth[name]:.3f}"
-        error = "-" if result.estimate_absolute_error is None else f"{result.estimate_absolute_error[name]:.3f}"
+        true = "-" if result.truth is None else short_number(result.truth[name])
+        error = "-" if result.estimate_absolute_error is None else short_number(result.estimate_absolute_error[name])
         numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
         lines.append(f"{name:>10}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}")
     return lines
@@ -197,7 +198,7 @@ def _lines(result: Result) -> list[str]:
 
 def _number(result: Result, value: float) -> str:
     """Return a parameter as text: wheel speeds are of the order of 1, others of any size."""
-    return f"{value:.3f}" if result.failed_simulations is None else f"{value:.4g}"
+    return short_number(value) if result.failed_simulations is None else f"{value:.4g}"
 
 
 def summarize(
