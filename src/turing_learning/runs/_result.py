@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
-from turing_learning.config import Configuration
+from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.models import Parameter
 from turing_learning.report import short_number
 
 from ._paper import paper_absolute_errors
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     import xarray
 
     from turing_learning.identifiability import Check
+
+LARGEST_DECADE = 300.0
+"""Ends of an interval on a logarithmic scale are at most so many decades from 1."""
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
@@ -227,7 +231,7 @@ def summarize(
     window = configuration.run.estimated_from(traces.completed)
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred, ends = estimate(typical, window), interval(typical, window)
+    inferred, ends = estimate(typical, window), _interval(configuration, typical, window)
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
@@ -245,6 +249,23 @@ def summarize(
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
     )
+
+
+def _interval(configuration: Configuration, typical: np.ndarray, window: int) -> np.ndarray:
+    """Return the ends (P, 2) of the interval, for a system of one's own within the bounds and in decades where it has any."""
+    if not isinstance(configuration, OwnConfiguration):
+        return interval(typical, window)
+    named = zip(configuration.scenario.parameters.values(), typical.T, strict=True)
+    return np.array([_bounded_interval(parameter, values[:, None], window) for parameter, values in named])
+
+
+def _bounded_interval(parameter: Parameter, values: np.ndarray, window: int) -> np.ndarray:
+    if parameter.scale == "log":
+        ends = 10.0 ** np.clip(interval(np.log10(values), window)[0], -LARGEST_DECADE, LARGEST_DECADE)
+    else:
+        ends = interval(values, window)[0]
+    low = -np.inf if parameter.low is None else parameter.low
+    return np.clip(ends, low, np.inf if parameter.high is None else parameter.high)
 
 
 def _networks(

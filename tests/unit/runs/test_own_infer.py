@@ -105,6 +105,14 @@ def test_a_result_without_truth_prints_small_parameters():
     assert re.search(r"\b1\.\d+e-06\b", str(result))
 
 
+def test_intervals_stay_within_the_bounds_on_any_scale():
+    limits = {"a": tl.Parameter(1e-6, 1e-2, scale="log"), "b": tl.Parameter(0, None)}
+    result = infer(generations=12, parameters=limits)  # so few that the interval is wide
+    (low, high), (least, most) = result.interval["a"], result.interval["b"]
+    assert 1e-6 <= low <= result.estimate["a"] <= high <= 1e-2
+    assert 0 <= least <= result.estimate["b"] <= most
+
+
 def test_a_stopped_run_goes_on_bit_by_bit(whole, tmp_path, stop_after):
     path = tmp_path / "run"
     infer(out=path, should_stop=stop_after(4), settings=FULL, **FISH)
