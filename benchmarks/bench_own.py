@@ -1,4 +1,4 @@
-"""What the loop costs beside a simulator of one's own, of ten lines of NumPy: the simulator's share of a generation.
+"""What the loop costs beside a simulator of one's own, of ten lines of NumPy: where a generation's time goes.
 
 Run with ``python benchmarks/bench_own.py``; it takes about a minute. Shares of processor time on one thread do not depend on how
 busy the machine is; shares of wall-clock time on all threads are what a user sees, on a quiet machine.
@@ -6,12 +6,14 @@ busy the machine is; shares of wall-clock time on all threads are what a user se
 
 import statistics
 import time
+from unittest.mock import patch
 
 import numpy as np
 
 import turing_learning as tl
+from turing_learning.classifiers import ElmanClassifier
 
-STEPS, GENERATIONS, FIRST, ROUNDS = 100, 100, 20, 3
+STEPS, GENERATIONS, FIRST, ROUNDS = 100, 200, 120, 3  # after `FIRST` the archive is full
 
 
 def walk(parameters, rng, work=1):
@@ -26,38 +28,48 @@ def walk(parameters, rng, work=1):
     return np.stack([speeds, turns], axis=-1)
 
 
-def share(work, clock, threads):
-    """Return the seconds of a call, and its share of a generation, by a clock."""
-    spent, marks = [0.0], []
+def timed(function, clock, spent):
+    """Return the function; it adds the seconds that its calls take to ``spent[0]``."""
 
-    def simulate(parameters, rng):
+    def call(*arguments):
         begun = clock()
-        samples = walk(parameters, rng, work)
+        returned = function(*arguments)
         spent[0] += clock() - begun
-        return samples
+        return returned
 
-    tl.infer(
-        genuine=walk(np.tile([6.0, 0.6, 0.5], (200, 1)), np.random.default_rng(1)),
-        simulate=simulate,
-        parameters={"speed": (0, 20), "turn_noise": (0, 3), "memory": (0, 0.9)},
-        generations=GENERATIONS,
-        settings={"run.history": "thin", "run.threads": threads},
-        observer=lambda progress: marks.append((clock(), spent[0])),
-    )
-    whole, own = np.subtract(marks[-1], marks[FIRST])
-    return own / (GENERATIONS - 1 - FIRST), own / whole
+    return call
+
+
+def generation(work, clock, threads):
+    """Return the median seconds of a call of the simulator, of judging, and of all else in a generation, by a clock."""
+    simulating, judging, marks = [0.0], [0.0], []
+    with patch.object(ElmanClassifier, "judge", timed(ElmanClassifier.judge, clock, judging)):
+        tl.infer(
+            genuine=walk(np.tile([6.0, 0.6, 0.5], (200, 1)), np.random.default_rng(1)),
+            simulate=timed(lambda parameters, rng: walk(parameters, rng, work), clock, simulating),
+            parameters={"speed": (0, 20), "turn_noise": (0, 3), "memory": (0, 0.9)},
+            generations=GENERATIONS,
+            settings={"run.history": "thin", "run.threads": threads},
+            observer=lambda progress: marks.append((clock(), simulating[0], judging[0])),
+        )
+    whole, call, judged = np.median(np.diff(marks[FIRST:], axis=0), axis=0)
+    return call, judged, whole - call - judged
 
 
 def main():
-    share(1, time.process_time, 1)  # compiles
+    generation(1, time.process_time, 1)  # compiles
     for label, clock, threads in (
         ("processor time, one thread", time.process_time, 1),
         ("wall clock, all threads", time.perf_counter, "all"),
     ):
         for work in (5, 10, 20, 50):
-            found = [share(work, clock, threads) for _ in range(ROUNDS)]
-            call, ratio = (statistics.median(column) for column in zip(*found, strict=True))
-            print(f"{label}: a call of {1e3 * call:.1f} ms has {ratio:.0%} of a generation", flush=True)
+            found = [generation(work, clock, threads) for _ in range(ROUNDS)]
+            call, judged, rest = (1e3 * statistics.median(column) for column in zip(*found, strict=True))
+            print(
+                f"{label}: call {call:.1f} ms, judging {judged:.1f} ms, all else {rest:.1f} ms; "
+                f"the call has {call / (call + judged + rest):.0%} of a generation, {call / (call + rest):.0%} without judging",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

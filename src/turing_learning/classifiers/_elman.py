@@ -30,6 +30,8 @@ class ElmanClassifier:
 
     so that Q = (D + 1) H + H^2 + H + 1, 46 for two inputs and five hidden neurons.
 
+    Equal genomes are judged once: an archive holds long-lived classifiers several times.
+
     Computed in single precision; activations are off by less than 6e-6. Any finite numbers are judged, none gives NaN:
     where the largest input of a step or the largest weight of a neuron (W, U and b together; v and c) exceeds 1e8 in
     magnitude, all of that step's inputs or that neuron's weights are shortened by one factor, to 1e8.
@@ -107,11 +109,17 @@ class ElmanClassifier:
         genomes = _checked_genomes(genomes, self.parameters)
         samples = _checked_samples(samples, self.inputs)
         weights = self._weights(genomes)
-        outputs = np.empty((len(genomes), len(samples)), np.float32)
+        chosen, places = _distinct(weights)
+        if len(chosen) == len(weights):
+            return self._judge(weights, samples)
+        return self._judge(weights[chosen], samples)[places]
+
+    def _judge(self, weights: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        outputs = np.empty((len(weights), len(samples)), np.float32)
         if outputs.size:
             kernels = load_elman(int(self.inputs), int(self.hidden))
             blocks = self._pack(kernels, samples)
-            run_range(kernels.judge, len(blocks) * len(genomes), self.threads, blocks, weights, outputs)
+            run_range(kernels.judge, len(blocks) * len(weights), self.threads, blocks, weights, outputs)
         return outputs
 
     def _pack(self, kernels: ElmanKernels, samples: np.ndarray) -> np.ndarray:
@@ -139,6 +147,14 @@ class ElmanClassifier:
         hidden = _limited(np.concatenate(parts, axis=2))
         blocks = (hidden[..., :d], hidden[..., d : d + h], hidden[..., -1], _limited(output))
         return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1)
+
+
+def _distinct(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which networks (N, Q) differ from all before them, and for each network its like among those."""
+    first: dict[bytes, int] = {}
+    same = [first.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
+    chosen = np.array(list(first.values()), dtype=np.int64)
+    return chosen, np.searchsorted(chosen, same)
 
 
 def _limited(vectors: np.ndarray) -> np.ndarray:

@@ -12,13 +12,14 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+from turing_learning.report import short_number
+
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
 
 INTERVAL_S = 0.2  # between two pictures
 LINE_EVERY = 100  # generations between two lines
 AWAY = "away from the truth"
-LARGEST_SHOWN = 1e4  # beyond it numbers are shown with an exponent
 
 
 class View(Protocol):
@@ -103,7 +104,7 @@ class LiveView:
 
 def _line(progress: "Progress") -> str:
     models = " ".join(
-        f"{name} {number(value)}"
+        f"{name} {short_number(value)}"
         for name, value in zip(progress.parameter_names, progress.shown(progress.generation.best_model), strict=True)
     )
     generation = progress.generation
@@ -144,10 +145,10 @@ def _parameters(progress: "Progress") -> Table:
     table.add_column("")
     for name in progress.parameter_names:
         table.add_column(name, justify="right")
-    table.add_row("best model", *map(number, progress.shown(progress.generation.best_model)))
-    table.add_row("typical model", *map(number, progress.shown(progress.generation.typical_model)))
+    table.add_row("best model", *map(short_number, progress.shown(progress.generation.best_model)))
+    table.add_row("typical model", *map(short_number, progress.shown(progress.generation.typical_model)))
     if progress.truth is not None:
-        table.add_row("truth", *map(number, progress.truth), style="dim")
+        table.add_row("truth", *map(short_number, progress.truth), style="dim")
     return table
 
 
@@ -161,11 +162,6 @@ def _fitness(progress: "Progress") -> Table:
     ):
         table.add_row(name, _median(values), f"{values.max():.3f}")
     return table
-
-
-def number(value: float) -> str:
-    """Return a parameter in a few characters, whatever its size."""
-    return f"{value:.3f}" if abs(value) < LARGEST_SHOWN else f"{value:.2e}"
 
 
 def _median(values: np.ndarray) -> str:

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from turing_learning.report import short_number
+
 from ._main import REFUSED, Interrupted
 from ._options import GenerationsOption, SettingsOption, settings_of
 
@@ -183,7 +185,7 @@ def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: 
 
 def _show(console: "Console", progress: "Progress") -> None:
     names = zip(progress.parameter_names, progress.generation.best_model, strict=True)
-    models = " ".join(f"{name} {value:.3f}" for name, value in names)
+    models = " ".join(f"{name} {short_number(value)}" for name, value in names)
     text = f"generation {progress.completed}/{progress.total}  {progress.seconds_per_generation:.0f} s each  {models}"
     console.print(text, highlight=False, markup=False, soft_wrap=True)
 

@@ -11,7 +11,9 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from ._live import clock, number
+from turing_learning.report import short_number
+
+from ._live import clock
 
 if TYPE_CHECKING:
     from turing_learning.studies import ParameterSummary, StudyProgress, StudyResult, StudyRun
@@ -89,13 +91,13 @@ def _maes(progress: "StudyProgress") -> str:
         return "no run has ended yet"
     maes = np.array(progress.maes)
     good = np.count_nonzero(maes < 0.05)
-    return f"MAE of the estimate: median {np.median(maes):.3f}, largest {number(maes.max())}, {good} below 0.05"
+    return f"MAE of the estimate: median {np.median(maes):.3f}, largest {short_number(maes.max())}, {good} below 0.05"
 
 
 def _ended(run: "StudyRun") -> str:
     if run.reason:
         return f"run {run.number}  seed {run.seed}  failed: {run.reason}"
-    mae = "" if run.estimate_mae is None else f"MAE {number(run.estimate_mae)}  "
+    mae = "" if run.estimate_mae is None else f"MAE {short_number(run.estimate_mae)}  "
     return f"run {run.number}  seed {run.seed}  {mae}{run.verdict}"
 
 
@@ -142,8 +144,8 @@ def study_table(result: "StudyResult", group: dict) -> Table:
 
 
 def _statistics(one: "ParameterSummary") -> tuple[str, str, str]:
-    spread = "-" if one.standard_deviation is None else number(one.standard_deviation)
-    return number(one.mean), spread, number(one.median)
+    spread = "-" if one.standard_deviation is None else short_number(one.standard_deviation)
+    return short_number(one.mean), spread, short_number(one.median)
 
 
 def _paper(one: "ParameterSummary") -> str:

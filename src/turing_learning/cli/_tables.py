@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from ._live import number
+from turing_learning.report import short_number
 
 if TYPE_CHECKING:
     from turing_learning.runs import Result
@@ -70,11 +70,11 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
         table.add_column(column.partition(":")[0], justify="right")
     for name, value in result.estimate.items():
         entries = (
-            number(value),
-            f"±{number((result.interval[name][1] - result.interval[name][0]) / 2)}",
+            short_number(value),
+            f"±{short_number((result.interval[name][1] - result.interval[name][0]) / 2)}",
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
-            number(result.best_model[name]),
+            short_number(result.best_model[name]),
             _entry(result.absolute_error, name),
             _entry(result.paper_absolute_error, name, digits=2),
         )
@@ -97,7 +97,7 @@ def _entry(values: dict[str, float] | None, name: str, digits: int = 3) -> str:
 def _optional(value: float | None, digits: int = 3) -> str:
     if value is None:
         return "-"
-    return f"{value:.{digits}f}" if digits < 3 else number(value)
+    return f"{value:.{digits}f}" if digits < 3 else short_number(value)
 
 
 def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:

@@ -13,10 +13,13 @@
     Write a page so that it appears whole or not at all.
 `describe_selection`
     In words, in which generations selection stopped.
+`short_number`
+    A number in a few characters, with significant digits where it is small.
 """
 
 from ._film import write_gif, write_mp4
 from ._listing import Listing
+from ._numbers import short_number
 from ._page import replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
@@ -34,6 +37,7 @@ __all__ = [
     "describe_selection",
     "replay_page",
     "report_page",
+    "short_number",
     "study_page",
     "write_gif",
     "write_mp4",

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
+from ._numbers import short_number
+
 Cell = str | float | int | None
 
 
@@ -64,5 +66,5 @@ def _cell(value: Cell) -> str:
     if value is None:
         return "&ndash;"
     if isinstance(value, float):
-        return f"{value:.4f}" if abs(value) < 1000 else f"{value:.4g}"
+        return short_number(value, 4)
     return escape(str(value))

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ._listing import listing_markup, section
+from ._numbers import short_number
 from ._replay import Replay, Swarm
 from ._run import ACTIVE, ParameterRow, Picture, RunReport, RunTable, describe_selection
 
@@ -110,9 +111,7 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
 
 
 def _number(value: float | None) -> str:
-    if value is None:
-        return "&ndash;"
-    return f"{value:.4f}" if abs(value) < 1000 else f"{value:.4g}"
+    return "&ndash;" if value is None else short_number(value, 4)
 
 
 def _table(table: RunTable) -> str:

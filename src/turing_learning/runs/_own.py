@@ -78,13 +78,11 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
         )
         center, scale = data.scales()
         name = options.get("name", "own-system")
-        signals = options.get("signals") or getattr(genuine, "names", None)
-        signals = signals or [f"signal{d}" for d in range(data.samples.shape[2])]
         system = OwnSystem(
             name=name,
             title=options.get("title", name),
             parameters=_parameters(parameters),
-            signals=tuple(signals),
+            signals=_signals(options, genuine, data.samples.shape[2]),
             steps=data.samples.shape[1],
             center=center,
             input_scale=scale,
@@ -113,7 +111,8 @@ def observed(genuine: Any) -> Any:
     if isinstance(genuine, str):
         if genuine not in SCENARIOS:
             raise ConfigurationError(
-                f"`genuine` must be samples, a scenario or the name of one; got {genuine!r}. {nearest(genuine, SCENARIOS)}"
+                f"`genuine` must be samples, a scenario or the name of one; got {genuine!r}. {nearest(genuine, SCENARIOS)} A file "
+                "is read with `load_trajectories`."
             )
         genuine = SCENARIOS[genuine]
     if not isinstance(genuine, Scenario):
@@ -193,6 +192,13 @@ def _shown(value: Any) -> str:
     return repr(value) if isinstance(value, str | int | float | bool) else type(value).__name__
 
 
+def _signals(options: OwnOptions, genuine: Any, count: int) -> tuple[str, ...]:
+    names: Any = options.get("signals") or getattr(genuine, "names", None)
+    if isinstance(names, str):
+        raise ConfigurationError(f"`signals` must be a tuple of names; got {names!r}. For one signal: ({names!r},).")
+    return tuple(names or (f"signal{d}" for d in range(count)))
+
+
 def _parameters(given: Any) -> dict[str, Parameter]:
     if not isinstance(given, Mapping):
         raise ConfigurationError(
@@ -205,6 +211,8 @@ def _parameters(given: Any) -> dict[str, Parameter]:
 def _parameter(name: str, value: Any) -> Parameter:
     if isinstance(value, Parameter):
         return value
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if not isinstance(value, tuple | list) or len(value) != 2:
         raise ConfigurationError(
             f"`parameters` must have two bounds (low, high) or a `Parameter` for each name; got {value!r} [{name!r}]. "

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
-from turing_learning.config import Configuration
+from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.models import Parameter
+from turing_learning.report import short_number
 
 from ._paper import paper_absolute_errors
 from ._traces import SELECTION_CODES, Traces
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     import xarray
 
     from turing_learning.identifiability import Check
+
+LARGEST_DECADE = 300.0
+"""Ends of an interval on a logarithmic scale are at most so many decades from 1."""
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
@@ -188,8 +193,8 @@ class Result:
 def _lines(result: Result) -> list[str]:
     lines = [f"{'parameter':>10}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
     for name in result.estimate:
-        true = "-" if result.truth is None else f"{result.truth[name]:.3f}"
-        error = "-" if result.estimate_absolute_error is None else f"{result.estimate_absolute_error[name]:.3f}"
+        true = "-" if result.truth is None else short_number(result.truth[name])
+        error = "-" if result.estimate_absolute_error is None else short_number(result.estimate_absolute_error[name])
         numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
         lines.append(f"{name:>10}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}")
     return lines
@@ -197,7 +202,7 @@ def _lines(result: Result) -> list[str]:
 
 def _number(result: Result, value: float) -> str:
     """Return a parameter as text: wheel speeds are of the order of 1, others of any size."""
-    return f"{value:.3f}" if result.failed_simulations is None else f"{value:.4g}"
+    return short_number(value) if result.failed_simulations is None else f"{value:.4g}"
 
 
 def summarize(
@@ -226,7 +231,7 @@ def summarize(
     window = configuration.run.estimated_from(traces.completed)
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred, ends = estimate(typical, window), interval(typical, window)
+    inferred, ends = estimate(typical, window), _interval(configuration, typical, window)
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
@@ -244,6 +249,23 @@ def summarize(
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
     )
+
+
+def _interval(configuration: Configuration, typical: np.ndarray, window: int) -> np.ndarray:
+    """Return the ends (P, 2) of the interval, for a system of one's own within the bounds and in decades where it has any."""
+    if not isinstance(configuration, OwnConfiguration):
+        return interval(typical, window)
+    named = zip(configuration.scenario.parameters.values(), typical.T, strict=True)
+    return np.array([_bounded_interval(parameter, values[:, None], window) for parameter, values in named])
+
+
+def _bounded_interval(parameter: Parameter, values: np.ndarray, window: int) -> np.ndarray:
+    if parameter.scale == "log":
+        ends = 10.0 ** np.clip(interval(np.log10(values), window)[0], -LARGEST_DECADE, LARGEST_DECADE)
+    else:
+        ends = interval(values, window)[0]
+    low = -np.inf if parameter.low is None else parameter.low
+    return np.clip(ends, low, np.inf if parameter.high is None else parameter.high)
 
 
 def _networks(

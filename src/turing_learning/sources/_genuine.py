@@ -124,6 +124,7 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
         raise ValueError(f'`length` must be an integer of at least 1, "shortest", or None; got {length!r}.')
     if isinstance(given, SplitSamples):
         given = [*given.learning, *given.held_out]
+    _refuse_single_series(given)
     series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
     arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
     if not arrays:
@@ -135,6 +136,16 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     samples = np.stack([array[:steps] for array in arrays])
     _check_values(samples)
     return samples
+
+
+def _refuse_single_series(given: Any) -> None:
+    """Raise ValueError for one table (T, D), whose rows, or column names, would be taken for samples."""
+    shape = getattr(given, "shape", ())
+    if isinstance(shape, tuple) and len(shape) == 2:
+        raise ValueError(
+            f"`genuine` must be samples (K, T, D), or a list of K tables (T, D); got one table of shape {shape}. Give "
+            "[table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
+        )
 
 
 def _as_series(sample: Any, number: int) -> np.ndarray:

@@ -197,15 +197,11 @@ class _Simulated:
 
     def __init__(self, system: OwnSystem, parameters: np.ndarray, generation: int) -> None:
         self.parameters = parameters
+        self.failed = np.zeros(len(parameters), dtype=bool)  # which models have no samples, (M,)
         self.reasons: dict[int, str] = {}
         self._system = system
         self._generation = generation
         self._samples: np.ndarray | None = None  # (M, C, T, D), C being that of the first proper answer
-
-    @property
-    def failed(self) -> np.ndarray:
-        """Which models have no samples, (M,) bool."""
-        return np.isin(np.arange(len(self.parameters)), list(self.reasons))
 
     def take(self, places: np.ndarray, answer: Answer) -> None:
         """Take an answer for the models at `places`; raise OwnSystemError where the run has to end."""
@@ -218,6 +214,9 @@ class _Simulated:
             return
         if self._samples is None:
             self._samples = np.zeros((len(self.parameters), *answer.shape[1:]))
+        if np.isfinite(answer).all():  # as nearly always
+            self._samples[places] = answer
+            return
         fine = np.isfinite(answer).all(axis=(1, 2, 3))
         self._samples[places[fine]] = answer[fine]
         for k in np.flatnonzero(~fine):
@@ -238,6 +237,7 @@ class _Simulated:
 
     def _fail(self, places: np.ndarray, reason: str) -> None:
         self.reasons |= dict.fromkeys(places.tolist(), reason)
+        self.failed[places] = True
         if 2 * len(self.reasons) > len(self.parameters):
             raise OwnSystemError(
                 f"`simulate` must not fail for more than half of the {len(self.parameters)} models of a generation; got "

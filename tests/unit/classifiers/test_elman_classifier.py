@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.classifiers import ElmanClassifier
+from turing_learning.classifiers import ElmanClassifier, _elman
+from turing_learning.kernels.parallel import run_range
 
 
 def genomes(count=2):
@@ -76,6 +77,19 @@ def test_read_only_samples_are_judged():
     np.testing.assert_array_equal(
         ElmanClassifier().judge(genomes(), frozen), ElmanClassifier().judge(genomes(), samples())
     )
+
+
+def test_equal_genomes_are_judged_once_and_answered_each(monkeypatch):
+    given, judged = genomes(4)[[2, 0, 2, 3, 0]], []
+    separate = [ElmanClassifier().judge(genome[None], samples())[0] for genome in given]
+
+    def counted(function, count, *rest):
+        judged.append(count)
+        run_range(function, count, *rest)
+
+    monkeypatch.setattr(_elman, "run_range", counted)
+    assert np.array_equal(ElmanClassifier().judge(given, samples()), separate)
+    assert judged[-1] == 3  # of one block of samples each
 
 
 @pytest.mark.parametrize(("count", "number"), [(0, 3), (2, 0), (0, 0)])

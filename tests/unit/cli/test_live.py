@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from turing_learning.cli._live import number, watching
+from turing_learning.cli._live import watching
 from turing_learning.coevolution import Generation
 from turing_learning.runs import Progress
 
@@ -62,11 +62,6 @@ def test_a_line_says_in_how_many_generations_selection_stopped_since_the_last():
     first, second = shown(*stopped, terminal=False).splitlines()
     assert first.endswith("  SELECTION STOPPED in 2 of the last 100 generations (all accepted)")
     assert "SELECTION" not in second
-
-
-@pytest.mark.parametrize(("value", "text"), [(-0.70004, "-0.700"), (9999.0, "9999.000"), (-1.5e300, "-1.50e+300")])
-def test_numbers_of_any_size_stay_short(value, text):
-    assert number(value) == text
 
 
 @pytest.mark.parametrize(

@@ -70,8 +70,14 @@ def test_without_truth_the_table_shows_what_was_inferred():
     table = report.RunTable((report.ParameterRow("a", 1234.5678, 2.0),))
     assert Reader(report.report_page(make_report(table=table))).rows == [
         ["Parameter", "Inferred", "Best model"],
-        ["a", "1235", "2.0000"],
+        ["a", "1234.5678", "2.0000"],
     ]
+
+
+def test_a_tiny_parameter_is_not_shown_as_zero():
+    row = report.ParameterRow("rate", 1.234e-5, 0.00011, interval=(1.2e-5, 1.3e-5))
+    (_, shown) = Reader(report.report_page(make_report(table=report.RunTable((row,))))).rows
+    assert shown == ["rate", "1.234e-05", "1.2e-05 to 1.3e-05", "0.00011"]
 
 
 def test_a_number_that_is_missing_in_one_row_is_a_dash():

@@ -105,6 +105,19 @@ def test_a_result_without_truth_prints_small_parameters():
     assert re.search(r"\b1\.\d+e-06\b", str(result))
 
 
+def test_intervals_stay_within_the_bounds_on_any_scale():
+    limits = {"a": tl.Parameter(1e-6, 1e-2, scale="log"), "b": tl.Parameter(0, None)}
+    result = infer(generations=12, parameters=limits)  # so few that the interval is wide
+    (low, high), (least, most) = result.interval["a"], result.interval["b"]
+    assert 1e-6 <= low <= result.estimate["a"] <= high <= 1e-2
+    assert 0 <= least <= result.estimate["b"] <= most
+
+
+def test_bounds_may_be_an_array():
+    ranges = {name: np.array(bounds) for name, bounds in RANGES.items()}
+    assert infer(parameters=ranges, generations=1).estimate == infer(generations=1).estimate
+
+
 def test_a_stopped_run_goes_on_bit_by_bit(whole, tmp_path, stop_after):
     path = tmp_path / "run"
     infer(out=path, should_stop=stop_after(4), settings=FULL, **FISH)
@@ -256,6 +269,12 @@ def test_settings_reach_runs_of_robots_too():
         ({"worker": 2}, "`worker` must be a known option; got 2. Did you mean `workers`?"),
         ({"batches": 2, "vectorized": False}, "`batches` must be left out where vectorized is False; got 2."),
         ({"batches": 0}, "`batches` must be an integer of at least 1; got 0."),
+        ({"signals": "x"}, "`signals` must be a tuple of names; got 'x'. For one signal: ('x',)."),
+        ({"genuine": "fish.csv"}, "A file is read with `load_trajectories`."),
+        (
+            {"genuine": recorded()[0]},
+            "`genuine` must be samples (K, T, D), or a list of K tables (T, D); got one table of",
+        ),
         ({"signals": ("x",)}, "`signals` must be as many names as the data has signals"),
         ({"simulate": 3}, "`simulate` must be a function of (parameters, rng); got int."),
         ({"genuine": np.full((3, 4, 2), np.nan)}, "got nan [sample 0, step 0, signal 0]"),

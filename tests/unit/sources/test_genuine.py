@@ -107,7 +107,8 @@ def test_a_value_that_is_not_finite_is_refused_with_its_place(value):
 @pytest.mark.parametrize(
     ("genuine", "options", "message"),
     [
-        (np.ones((3, 4)), {}, "got shape (4,) of float64 [sample 0]. Add an axis for a single signal: samples[..., None]."),
+        (np.ones((3, 4)), {}, "got one table of shape (3, 4). Give [table] if it is one sample of several signals"),
+        (list(np.ones((3, 4))), {}, "got shape (4,) of float64 [sample 0]. Add an axis for a single signal: samples[..., None]."),
         ([], {}, "`genuine` must hold at least one sample; got none."),
         (3.0, {}, "`genuine` must be samples (K, T, D) of real numbers"),
         ([["a"]], {}, "`genuine` must be samples (K, T, D) of real numbers"),

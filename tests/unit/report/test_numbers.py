@@ -1,0 +1,31 @@
+"""Numbers as a reader sees them."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from turing_learning.report import short_number
+
+
+@pytest.mark.parametrize(
+    ("value", "decimals", "text"),
+    [
+        (-0.70004, 3, "-0.700"),
+        (9999.0, 3, "9999.000"),
+        (-1.5e300, 3, "-1.50e+300"),
+        (0.0123, 3, "0.012"),
+        (0.00123, 3, "0.00123"),
+        (1e-4, 3, "0.0001"),
+        (-1.23456e-7, 3, "-1.23e-07"),
+        (0.0, 3, "0.000"),
+        (0.0001234, 4, "0.0001234"),
+        (12345.0, 4, "1.234e+04"),
+    ],
+)
+def test_numbers_of_any_size_stay_short(value, decimals, text):
+    assert short_number(value, decimals) == text
+
+
+@given(st.floats(-1e300, 1e300))
+def test_no_number_loses_more_than_a_twentieth_of_itself(value):
+    assert float(short_number(value)) == pytest.approx(value, rel=0.05, abs=0)
