@@ -17,7 +17,7 @@ from ._options import (
     require_scenario,
     settings_of,
 )
-from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
+from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption, YAxisOption
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -89,6 +89,7 @@ def infer(
     scale: ScaleOption = None,
     model: ModelOption = None,
     window: WindowOption = None,
+    y_axis: YAxisOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
     from turing_learning.config import ConfigurationError, load_configuration
@@ -98,7 +99,7 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis)
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -124,6 +125,7 @@ def resume(
     scale: ScaleOption = None,
     model: ModelOption = None,
     window: WindowOption = None,
+    y_axis: YAxisOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
 
@@ -147,7 +149,7 @@ def resume(
     if is_laboratory_run(run):
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis)
     genuine, simulate = recording.system() if recording.given else (None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._numbers import integer
-from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption
+from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption, YAxisOption
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,6 +55,7 @@ def check(
     scale: ScaleOption = None,
     model: ModelOption = None,
     window: WindowOption = None,
+    y_axis: YAxisOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -69,7 +70,7 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis)
     system = {}
     if recording.given:
         windows, family, motion = recording.opened()

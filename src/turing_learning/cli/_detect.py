@@ -7,6 +7,7 @@ import typer
 
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
+from ._recording import YAxisOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -95,6 +96,7 @@ def detect(
             "--scale", metavar="PIXELS", help="Pixels per cm; 1 for a file in cm.", parser=real, rich_help_panel=PANEL
         ),
     ] = None,
+    y_axis: YAxisOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -109,11 +111,15 @@ def detect(
 
     _require_one(motion, simulate, samples)
     recorded = motion is not None and is_recording(motion, fps, scale)
-    _require_recording(recorded, {"fps": fps, "scale": scale, "out": out})
+    _require_recording(recorded, {"fps": fps, "scale": scale, "y-axis": y_axis, "out": out})
     refuse_taken(out)
     result = load_run(run)
     learned = run_classifiers(result)
-    timed = read_recording(motion, fps, scale, learned) if recorded and motion is not None else None
+    timed = (
+        read_recording(motion, learned, fps=fps, scale=scale, y_axis=y_axis)
+        if recorded and motion is not None
+        else None
+    )
     observed, *calibration = (
         None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals)
         for path in (None if recorded else motion, genuine, abnormal)

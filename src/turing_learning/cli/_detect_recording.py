@@ -22,7 +22,9 @@ def is_recording(path: Path, fps: float | None, scale: float | None) -> bool:
     return fps is not None or scale is not None or path.suffix.lower() not in MOTION_FILES
 
 
-def read_recording(path: Path, fps: float | None, scale: float | None, run: "RunClassifiers") -> "RecordedMotion":
+def read_recording(
+    path: Path, run: "RunClassifiers", *, fps: float | None, scale: float | None, y_axis: Any = None
+) -> "RecordedMotion":
     """Return the windows of a recording.
 
     Raises
@@ -37,7 +39,7 @@ def read_recording(path: Path, fps: float | None, scale: float | None, run: "Run
     from ._recording import in_options
 
     try:
-        recording = load_trajectories(path, fps=fps, pixels_per_cm=scale)
+        recording = load_trajectories(path, fps=fps, pixels_per_cm=scale, y_axis=y_axis)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(f"`motion` must be a file that can be read; got {path} ({reason}).") from error

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 WINDOW_S = 4.0
 
+_OPTIONS = {"pixels_per_cm": "--scale", "fps": "--fps", "length_s": "--window", "y_axis": "--y-axis"}
+"""Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
+
 PANEL = "Recorded motion instead of a scenario"
 
 TrajectoriesOption = Annotated[
@@ -29,6 +32,15 @@ ScaleOption = Annotated[
     float | None,
     typer.Option(
         "--scale", metavar="PIXELS", help="Pixels per cm; 1 for a file in cm.", parser=real, rich_help_panel=PANEL
+    ),
+]
+YAxisOption = Annotated[
+    str | None,
+    typer.Option(
+        "--y-axis",
+        metavar="DIRECTION",
+        help="Where y points in a file that does not say so: down, as in images, or up.",
+        rich_help_panel=PANEL,
     ),
 ]
 ModelOption = Annotated[
@@ -56,6 +68,7 @@ class Recording:
     scale: float | None
     model: str | None
     window: float | None
+    y_axis: Any = None
 
     @property
     def given(self) -> bool:
@@ -66,7 +79,7 @@ class Recording:
     def options(self) -> str:
         """The options as they are typed; empty if there are none."""
         given = {name: value for name, value in vars(self).items() if value is not None}
-        return "".join(f" --{name} {shlex.quote(str(value))}" for name, value in given.items())
+        return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items())
 
     def system(self) -> tuple["Windows", "Family"]:
         """Return windows of the recording, and a family of models that fits it; see `opened`."""
@@ -96,7 +109,7 @@ class Recording:
                 f"`--model` must be one of {', '.join(FAMILIES)}; got {self.model!r}. {nearest(self.model, FAMILIES)}"
             )
         try:
-            motion = load_trajectories(self.trajectories, fps=self.fps, pixels_per_cm=self.scale)
+            motion = load_trajectories(self.trajectories, fps=self.fps, pixels_per_cm=self.scale, y_axis=self.y_axis)
             windows = motion.windows(length_s=WINDOW_S if self.window is None else self.window)
             family = FAMILIES[self.model](
                 individuals=len(motion.individuals),
@@ -129,6 +142,6 @@ class Recording:
 def in_options(message: str) -> str:
     """Return a message with the names that arguments have on the command line."""
     message = message.replace(' Say "unknown" to stay in pixels, 1 if the file is in cm.', " Say 1 if it is in cm.")
-    return (
-        message.replace("`pixels_per_cm`", "`--scale`").replace("`fps`", "`--fps`").replace("`length_s`", "`--window`")
-    )
+    for argument, option in _OPTIONS.items():
+        message = message.replace(f"`{argument}`", f"`{option}`")
+    return message

@@ -191,12 +191,17 @@ class Result:
 
 
 def _lines(result: Result) -> list[str]:
-    lines = [f"{'parameter':>10}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"]
+    width = max(10, *map(len, result.estimate))
+    lines = [
+        f"{'parameter':>{width}}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"
+    ]
     for name in result.estimate:
         true = "-" if result.truth is None else short_number(result.truth[name])
         error = "-" if result.estimate_absolute_error is None else short_number(result.estimate_absolute_error[name])
         numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
-        lines.append(f"{name:>10}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}")
+        lines.append(
+            f"{name:>{width}}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}"
+        )
     return lines
 
 

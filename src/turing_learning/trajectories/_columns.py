@@ -11,6 +11,9 @@ from ._text import header, read_table
 TRACKTOR = {"frame": "frame", "x": "pos_x", "y": "pos_y", "id": "id"}
 TIDY = {"frame": "frame", "x": "x", "y": "y", "id": "id", "headings": "heading", "confidence": "confidence"}
 
+WHO = {"individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id"}
+"""Other names that columns of individuals have; without `id`, all of them would become one individual."""
+
 
 def _separator(line: str) -> str:
     return max(",\t;", key=line.count)
@@ -55,6 +58,10 @@ def _read(path: Path, wanted: dict[str, str], *, y_axis: YAxis | None) -> Record
     missing = [wanted[key] for key in ("frame", "x", "y") if wanted[key] not in names]
     if missing:
         raise refusal(f"have the columns {wanted['frame']}, {wanted['x']}, {wanted['y']}", names, f"{path}:1")
+    other = [name for name in names if name.lower() in WHO]
+    if wanted["id"] not in names and other:
+        rule = f"name the column of its individuals {wanted['id']}"
+        raise refusal(rule, f"{other[0]!r}", f"{path}:1", "Rename it, or remove it if there is one individual only.")
     extra = [key for key in ("headings", "confidence") if wanted.get(key) in names]
     columns = [names.index(wanted[key]) for key in ("frame", "x", "y", *extra)]
     texts = [names.index(wanted["id"])] if wanted["id"] in names else []

@@ -34,6 +34,20 @@ def test_a_recording_and_a_family_of_models_make_a_run(call):
     assert set(result["interval"]) == {"speed", "kick_interval", "glide_time", "turn"}
 
 
+def test_a_table_of_ones_own_says_where_y_points(call):
+    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
+    Path("own.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    table = ["--trajectories", "own.csv", "--fps", "10", "--scale", "1", "--model", "burst-and-coast", "--window", "2"]
+    code, _, err = call("infer", *table, "--out", "run")
+    assert code == 2
+    assert "`--y-axis` must be given; got none" in err
+    code, _, err = call("infer", *table, "--y-axis", "up", *SMALL, "--generations", "1", "--out", "run")
+    assert (code, err) == (0, "")
+    code, _, err = call("detect", "run", "own.csv", "--fps", "10", "--scale", "1")
+    assert code == 2
+    assert "`--y-axis` must be given; got none" in err
+
+
 def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, monkeypatch):
     whole, _, _ = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "whole")
     assert whole == 0
@@ -65,6 +79,7 @@ def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, 
         (["--trajectories", "none.txt", "--model", "couzin"], "must be a readable file; got none.txt (No such file or"),
         (["aggregation", "--fps", "25"], "`SCENARIO` must be left out for recorded motion; got 'aggregation'."),
         ([*RECORDED, "--window", "1e9"], "must"),
+        ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),
     ],
 )
 def test_what_does_not_fit_is_refused(call, arguments, message):

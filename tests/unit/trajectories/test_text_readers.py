@@ -42,6 +42,10 @@ def load(tmp_path, content, **said):
             r"name at least one frame in 100 .*; got frames 0 to 999999999 \[.*file.txt:3\]",
         ),
         ("frame,x,x,y\n0,1,1,1\n", r"name each column once; got 'x' twice \[.*file.txt:1\]"),
+        (
+            "frame,individual,x,y\n0,a,1,1\n0,b,3,3\n",
+            r"name the column of its individuals id; got 'individual' \[.*:1\]. Rename",
+        ),
         ("frame,x,y,heading\n0,1,1,\n", r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]"),
         (
             TWO_FISH[:-2] + "3\t\n1\t2\tNaN\t1\t2\tNaN\n",
