@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from turing_learning.report import short_number
-
 from ._main import REFUSED, Interrupted
 from ._options import GenerationsOption, SettingsOption, settings_of
 
@@ -184,6 +182,8 @@ def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: 
 
 
 def _show(console: "Console", progress: "Progress") -> None:
+    from turing_learning.report import short_number
+
     names = zip(progress.parameter_names, progress.generation.best_model, strict=True)
     models = " ".join(f"{name} {short_number(value)}" for name, value in names)
     text = f"generation {progress.completed}/{progress.total}  {progress.seconds_per_generation:.0f} s each  {models}"
