@@ -22,6 +22,10 @@ CORRESPONDENCE = 0.1
 LATE = 0.2
 """Share of the generations, the last ones, over which medians are compared."""
 HIGH = 0.9
+NO_NOISE = (
+    "as in simulation, the fittest classifier comes to know the present models only; the paper supposes that the noise of its "
+    "robots has prevented that, and emulated robots have none but that of their wheels and of the camera"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +130,13 @@ def classifiers_verdict(best: BestAccuracies) -> Verdict:
     """Hold the accuracy of the best classifiers against what the text says of the figure."""
     objective, subjective = best.objective.mean(axis=0), best.subjective.mean(axis=0)
     lowest = int(subjective.argmin())
+    agrees = bool(objective[-1] >= HIGH and does_not_drop(best.subjective))
     return Verdict(
         CLASSIFIERS,
-        bool(objective[-1] >= HIGH and does_not_drop(best.subjective)),
+        agrees,
         "best classifier (objective) high; best classifier (subjective) does not drop within 100 generations",
         f"objective best {objective[0]:.2f} at first, {objective[-1]:.2f} in the end; subjective best {subjective[0]:.2f} at "
         f"first, {subjective[-1]:.2f} in the end, lowest {subjective[lowest]:.2f} in generation {best.generations[lowest]}",
         "classifiers in the laboratory",
+        reason="" if agrees else NO_NOISE,
     )
