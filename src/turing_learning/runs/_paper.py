@@ -2,9 +2,7 @@
 
 from turing_learning.swarm import SCENARIOS, Scenario
 
-SOURCE = (
-    "Li, Gauci and Gross (2016), Turing learning, Swarm Intelligence 10, 4.3, 4.6.1 and 5.4: means of 30 (5.4: 10) runs"
-)
+SOURCE = "Li, Gauci and Gross (2016), Turing learning, Swarm Intelligence 10, sections 4.3, 4.6.1, 5.4: means of 30 (5.4: 10) runs"
 
 ABSOLUTE_ERRORS: dict[str, tuple[float, ...]] = {
     "aggregation": (0.01, 0.01, 0.07, 0.06),

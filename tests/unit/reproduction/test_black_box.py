@@ -101,4 +101,5 @@ def test_mixed_and_separated_runs_have_the_same_seeds_and_other_results(conducte
         for name in ("mixed", "separated")
     }
     assert [row["seed"] for row in by_grouping["mixed"]] == [row["seed"] for row in by_grouping["separated"]]
-    assert by_grouping["mixed"][0]["vl0"] != by_grouping["separated"][0]["vl0"]
+    found_by = {name: [row["vl0"] for row in of] for name, of in by_grouping.items()}
+    assert found_by["mixed"] != found_by["separated"]

@@ -38,4 +38,4 @@ def test_the_table_holds_the_papers_figures_and_their_source(result):
     table = run_table(result)
     assert [row.published_error for row in table.rows] == [0.01, 0.01, 0.07, 0.06]
     assert [row.truth for row in table.rows] == [-0.7, -1.0, 1.0, -1.0]
-    assert "sections 4.3 and 4.6.1" in table.note
+    assert "sections 4.3, 4.6.1, 5.4" in table.note
