@@ -5,14 +5,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ._studies import draw_convergence
 from ._style import (
     BLUE,
     DASHED,
     GREEN,
     INK,
     ORANGE,
-    SERIES_COLORS,
-    SERIES_DASHES,
     add_legend,
     checked,
     checked_names,
@@ -66,12 +65,7 @@ def convergence_panels_figure(
     names = checked_names(names, np.shape(medians[0])[-1])
     truth = checked("truth", truth, len(names))
     for axes, values in zip(panels, medians, strict=True):
-        values = checked("medians", values, "G", len(names))
-        for k, name in enumerate(names):
-            color, dashes = SERIES_COLORS[k % len(SERIES_COLORS)], SERIES_DASHES[k % len(SERIES_DASHES)]
-            axes.plot(values[:, k], color=color, linestyle=dashes, linewidth=1.3, label=name)
-            axes.axhline(truth[k], color=color, linewidth=0.7, linestyle=(0, (2, 3)), label="_")
-        over_generations(axes, len(values))
+        draw_convergence(axes, checked("medians", values, "G", len(names)), names, truth)
         label(axes, "")
     label(panels[0], "Median over the runs")
     _common_legend(figure, panels[0], ncols=min(len(names), 6))

@@ -189,17 +189,21 @@ def convergence_figure(
     figure = new_figure(6.4, 3.4)
     axes = figure.subplots()
     prepare_axes(axes)
+    draw_convergence(axes, medians, names, None if truth is None else checked("truth", truth, len(names)))
+    label(axes, "Median over the runs")
+    add_legend(figure, loc="outside upper left", ncols=min(len(names), 6))
+    return figure
+
+
+def draw_convergence(axes: "Axes", medians: np.ndarray, names: Sequence[str], truth: np.ndarray | None) -> None:
+    """Draw parameters over the generations, their true values thin and dashed in the same colors."""
     for k, name in enumerate(names):
         color, dashes = SERIES_COLORS[k % len(SERIES_COLORS)], SERIES_DASHES[k % len(SERIES_DASHES)]
         marker: dict[str, Any] = {"marker": "o", "markersize": 4} if len(medians) == 1 else {}
         axes.plot(medians[:, k], color=color, linestyle=dashes, linewidth=1.3, label=name, **marker)
         if truth is not None:
-            level = checked("truth", truth, len(names))[k]
-            axes.axhline(level, color=color, linewidth=0.7, linestyle=(0, (2, 3)), label="_")
+            axes.axhline(truth[k], color=color, linewidth=0.7, linestyle=(0, (2, 3)), label="_")
     over_generations(axes, len(medians))
-    label(axes, "Median over the runs")
-    add_legend(figure, loc="outside upper left", ncols=min(len(names), 6))
-    return figure
 
 
 def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float] = (0.05, 0.1)) -> "Figure":

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning.analysis import compare
 from turing_learning.swarm import AGGREGATION
 
-from ._case_outcome import KINDS, PRESETS, values_of
+from ._case_outcome import KINDS, PRESETS, values_of, variant_of
 from ._claims import load_claims
 from ._experiment import Cell, Experiment, Findings, Picture, Table
 from ._shares import ShareSizes, sensor_shares
@@ -45,10 +45,6 @@ class _Outcome:
 
     def maes(self, kind: str) -> np.ndarray:
         return self.errors[kind].mean(axis=1)
-
-    def variant(self, kind: str) -> str:
-        preset = "" if self.preset == PRESETS[0] else f"preset {self.preset}"
-        return ", ".join(part for part in (preset, "" if kind == next(iter(KINDS)) else kind) if part)
 
 
 def conduct(work: Work) -> Findings:
@@ -119,7 +115,7 @@ def _verdict(outcome: _Outcome, kind: str) -> Verdict:
         f"MAE below {GOOD} in {good:.1%} of {len(maes)} runs, above {FAIR} in {bad:.1%}; {listed(NAMES, observed)}; "
         f"vl0 and vr0 {'' if _harder(outcome.errors[kind]) else 'not '}significantly lower",
         "random behaviors",
-        outcome.variant(kind),
+        variant_of(outcome.preset, kind),
     )
 
 

@@ -90,16 +90,7 @@ def conduct(work: Work) -> Findings:
 
 
 def _outcome(work: Work, preset: str, hidden: int) -> _Outcome:
-    sizes: BlackBoxSizes = work.sizes
-    result = work.study(
-        f"study-{hidden}-hidden-{preset}",
-        AGGREGATION.name,
-        runs=sizes.runs,
-        first_seed=sizes.first_seed,
-        generations=sizes.generations,
-        preset=preset,
-        settings={**sizes.settings, "models.hidden": hidden},
-    )
+    result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, **{"models.hidden": hidden})
     networks = [list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None]
     return _Outcome(
         preset=preset,

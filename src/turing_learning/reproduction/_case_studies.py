@@ -69,16 +69,7 @@ def conduct(work: Work) -> Findings:
 
 
 def _outcome(work: Work, case: Case, preset: str) -> Outcome:
-    sizes: CaseStudySizes = work.sizes
-    result = work.study(
-        f"study-{case.scenario.name}-{preset}",
-        case.scenario.name,
-        runs=sizes.runs,
-        first_seed=sizes.first_seed,
-        generations=sizes.generations,
-        preset=preset,
-        settings=dict(sizes.settings),
-    )
+    result = work.runs(f"study-{case.scenario.name}-{preset}", case.scenario.name, preset)
     models = {kind: values_of(result, kind) for kind in KINDS}
     return Outcome(
         case=case,

@@ -6,11 +6,32 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import least_dispersion
+from turing_learning.swarm import Scenario
 
 from ._case_outcome import KINDS, Case, Outcome
 from ._claims import Claim
 from ._experiment import Cell, Picture, Table
 from ._verdicts import Spread, printed_spreads
+
+ERROR_COLUMNS = (
+    "scenario", "preset", "model", "parameter", "runs", "mean", "standard_deviation", "median", "paper_mean",
+    "paper_standard_deviation",
+)  # fmt: skip
+"""Of a table of `error_rows`."""
+
+
+def error_rows(
+    scenario: Scenario, preset: str, errors: Mapping[str, np.ndarray], printed: Sequence[Spread]
+) -> list[tuple[Cell, ...]]:
+    """Return the absolute errors of each kind of model (R, P), parameter by parameter, beside the printed ones of the best."""
+    rows: list[tuple[Cell, ...]] = []
+    for kind in KINDS:
+        for k, name in enumerate(scenario.parameter_names):
+            own, median = Spread.of(errors[kind][:, k]), float(np.median(errors[kind][:, k]))
+            theirs = (printed[k].mean, printed[k].standard_deviation) if kind == "best_model" else (None, None)
+            head = (scenario.name, preset, kind, name)
+            rows.append((*head, own.runs, own.mean, own.standard_deviation, median, *theirs))
+    return rows
 
 
 def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Table:
@@ -18,19 +39,12 @@ def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Ta
     rows: list[tuple[Cell, ...]] = []
     for outcome in outcomes:
         printed = printed_spreads(claims[outcome.case.claim("4.3-{}-ae")].values)
-        for kind in KINDS:
-            for k, name in enumerate(outcome.names):
-                own = Spread.of(outcome.errors[kind][:, k])
-                median = float(np.median(outcome.errors[kind][:, k]))
-                theirs = (printed[k].mean, printed[k].standard_deviation) if kind == "best_model" else (None, None)
-                head = (outcome.case.scenario.name, outcome.preset, kind, name)
-                rows.append((*head, own.runs, own.mean, own.standard_deviation, median, *theirs))
-    columns = ("scenario", "preset", "model", "parameter", "runs", "mean", "standard_deviation", "median")
+        rows += error_rows(outcome.case.scenario, outcome.preset, outcome.errors, printed)
     return Table(
         "absolute-errors",
         "Absolute errors over the runs, of the subjectively best model of the last generation (the paper's rule) and of the "
         "estimate, beside what the paper prints",
-        (*columns, "paper_mean", "paper_standard_deviation"),
+        ERROR_COLUMNS,
         rows,
     )
 

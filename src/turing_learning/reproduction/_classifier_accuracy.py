@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.swarm import AGGREGATION, Scenario
 
 from ._accuracy_verdicts import CLAIM, BestAccuracies, accuracy_verdicts
-from ._case_outcome import PRESETS
+from ._case_outcome import PRESETS, variant_of
 from ._experiment import Experiment, Findings, Picture, Table
 from ._populations import Populations, RunSizes, run_populations
 from ._verdicts import Spread
@@ -112,7 +112,7 @@ def _outcome(
         for judging, one in zip(populations.judging, archived, strict=True)
     ]
     best = BestAccuracies(
-        variant="" if preset == PRESETS[0] else f"preset {preset}",
+        variant=variant_of(preset),
         generations=np.array(sizes.generations),
         subjective=np.take_along_axis(accuracy, fittest, axis=2)[..., 0],
         objective=objective,

@@ -8,7 +8,8 @@ import numpy as np
 
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, Scenario
 
-from ._case_outcome import KINDS, PRESETS
+from ._case_outcome import KINDS, PRESETS, values_of, variant_of
+from ._case_tables import ERROR_COLUMNS, error_rows
 from ._claims import Claim, load_claims
 from ._experiment import Cell, Experiment, Findings, Picture, Table
 from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
@@ -52,36 +53,21 @@ def conduct(work: Work) -> Findings:
 
 
 def _outcome(work: Work, claim: str, preset: str) -> _Outcome:
-    sizes: MorphologySizes = work.sizes
     scenario = CASES[claim]
-    result = work.study(
-        f"study-{scenario.name}-{preset}",
-        scenario.name,
-        runs=sizes.runs,
-        first_seed=sizes.first_seed,
-        generations=sizes.generations,
-        preset=preset,
-        settings=dict(sizes.settings),
-    )
-    found = [run.result for run in result.runs if run.result is not None]
-
-    def of_all(name: str) -> np.ndarray:
-        return np.array([list(one[name].values()) for one in found])
-
+    result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset)
     return _Outcome(
         claim=claim,
         scenario=scenario,
         preset=preset,
         seeds=tuple(run.seed for run in result.runs),
-        models={kind: of_all(kind) for kind in KINDS},
-        errors={kind: of_all(errors) for kind, errors in KINDS.items()},
+        models={kind: values_of(result, kind) for kind in KINDS},
+        errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
     )
 
 
 def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdict:
     printed = printed_spreads(claims[outcome.claim].values)
     observed = [Spread.of(errors) for errors in outcome.errors[kind].T]
-    beside = [] if outcome.preset == PRESETS[0] else [f"preset {outcome.preset}"]
     names = outcome.scenario.parameter_labels
     return Verdict(
         outcome.claim,
@@ -89,7 +75,7 @@ def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdi
         listed(names, printed, 2),
         listed(names, observed),
         "absolute errors",
-        ", ".join([*beside, *([] if kind == "best_model" else [kind])]),
+        variant_of(outcome.preset, kind),
     )
 
 
@@ -97,18 +83,12 @@ def _errors_table(outcomes: list[_Outcome], claims: Mapping[str, Claim]) -> Tabl
     rows: list[tuple[Cell, ...]] = []
     for one in outcomes:
         printed = printed_spreads(claims[one.claim].values)
-        for kind in KINDS:
-            for k, name in enumerate(one.scenario.parameter_names):
-                own, median = Spread.of(one.errors[kind][:, k]), float(np.median(one.errors[kind][:, k]))
-                theirs = (printed[k].mean, printed[k].standard_deviation) if kind == "best_model" else (None, None)
-                head = (one.scenario.name, one.preset, kind, name)
-                rows.append((*head, own.runs, own.mean, own.standard_deviation, median, *theirs))
-    columns = ("scenario", "preset", "model", "parameter", "runs", "mean", "standard_deviation", "median")
+        rows += error_rows(one.scenario, one.preset, one.errors, printed)
     return Table(
         "absolute-errors",
         "Absolute errors over the runs, that of theta in rad, of the subjectively best model of the last generation (the "
         "paper's rule) and of the estimate, beside what the paper prints",
-        (*columns, "paper_mean", "paper_standard_deviation"),
+        ERROR_COLUMNS,
         rows,
     )
 

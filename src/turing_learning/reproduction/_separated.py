@@ -55,17 +55,8 @@ def conduct(work: Work) -> Findings:
 
 
 def _outcome(work: Work, preset: str) -> _Outcome:
-    sizes: SeparatedSizes = work.sizes
     results = {
-        grouping: work.study(
-            f"study-{grouping}-{preset}",
-            AGGREGATION.name,
-            runs=sizes.runs,
-            first_seed=sizes.first_seed,
-            generations=sizes.generations,
-            preset=preset,
-            settings={**sizes.settings, "scenario.grouping": grouping},
-        )
+        grouping: work.runs(f"study-{grouping}-{preset}", AGGREGATION.name, preset, **{"scenario.grouping": grouping})
         for grouping in GROUPINGS
     }
     return _Outcome(

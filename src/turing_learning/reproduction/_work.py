@@ -202,6 +202,25 @@ class Work:
         self.seconds += sum(run.seconds or 0.0 for run in result.runs)
         return result
 
+    def runs(self, name: str, scenario: str, preset: str, **settings: Any) -> "StudyResult":
+        """Return the study of as many runs and generations as the sizes say, from their first seed on; see `study`.
+
+        Parameters
+        ----------
+        settings
+            Dotted keys with values, beside those of the sizes.
+        """
+        sizes = self.sizes
+        return self.study(
+            name,
+            scenario,
+            runs=sizes.runs,
+            first_seed=sizes.first_seed,
+            generations=sizes.generations,
+            preset=preset,
+            settings={**sizes.settings, **settings},
+        )
+
     def _conducted(self, name: str, scenario: str, arguments: Mapping[str, Any]) -> "StudyResult":
         from turing_learning.studies import study
 
