@@ -26,13 +26,18 @@ from typing import TYPE_CHECKING, Any
 from ._errors import Stopped
 
 if TYPE_CHECKING:
+    from turing_learning.reproduction.experiments.baseline._least_squares import LeastSquares, squared_errors
+    from turing_learning.reproduction.experiments.baseline._theorem import (
+        check_statements,
+        expected_squared_error,
+        least_squares_optimum,
+    )
+
     from ._claims import Claim, load_claims
     from ._experiment import Experiment, Findings, Picture, Table
-    from ._least_squares import LeastSquares, squared_errors
     from ._page import page, readme, write_page, write_readme
     from ._registry import EXPERIMENTS
     from ._reproduce import Standing, default_folder, reproduce, standings
-    from ._theorem import check_statements, expected_squared_error, least_squares_optimum
     from ._verdicts import RULES, Verdict
 
 __all__ = [
@@ -67,20 +72,20 @@ _LAZY = {
     "Claim": "_claims",
     "Experiment": "_experiment",
     "Findings": "_experiment",
-    "LeastSquares": "_least_squares",
+    "LeastSquares": "experiments.baseline._least_squares",
     "Picture": "_experiment",
     "Standing": "_reproduce",
     "Table": "_experiment",
     "Verdict": "_verdicts",
-    "check_statements": "_theorem",
+    "check_statements": "experiments.baseline._theorem",
     "default_folder": "_reproduce",
-    "expected_squared_error": "_theorem",
-    "least_squares_optimum": "_theorem",
+    "expected_squared_error": "experiments.baseline._theorem",
+    "least_squares_optimum": "experiments.baseline._theorem",
     "load_claims": "_claims",
     "page": "_page",
     "readme": "_page",
     "reproduce": "_reproduce",
-    "squared_errors": "_least_squares",
+    "squared_errors": "experiments.baseline._least_squares",
     "standings": "_reproduce",
     "write_page": "_page",
     "write_readme": "_page",

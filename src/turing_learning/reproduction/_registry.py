@@ -2,35 +2,35 @@
 
 from turing_learning.config import ConfigurationError
 
-from . import (
-    _baseline,
-    _behaviors,
-    _black_box,
-    _case_studies,
-    _classifier_accuracy,
-    _comparison,
-    _laboratory,
-    _morphology,
-    _separated,
-    _snapshots,
-)
 from ._experiment import Experiment
+from .experiments import (
+    baseline,
+    behaviors,
+    black_box,
+    case_studies,
+    classifier_accuracy,
+    comparison,
+    laboratory,
+    morphology,
+    separated,
+    snapshots,
+)
 
 ALL = "all"
 
 EXPERIMENTS: dict[str, Experiment] = {
     module.EXPERIMENT.id: module.EXPERIMENT
     for module in (
-        _snapshots,
-        _case_studies,
-        _classifier_accuracy,
-        _baseline,
-        _comparison,
-        _morphology,
-        _black_box,
-        _separated,
-        _behaviors,
-        _laboratory,
+        snapshots,
+        case_studies,
+        classifier_accuracy,
+        baseline,
+        comparison,
+        morphology,
+        black_box,
+        separated,
+        behaviors,
+        laboratory,
     )
 }
 """Id -> experiment."""

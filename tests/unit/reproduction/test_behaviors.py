@@ -5,8 +5,8 @@ import csv
 import numpy as np
 import pytest
 
-from turing_learning.reproduction._behaviors import _harder, _Outcome, _verdict
 from turing_learning.reproduction._verdicts import shares_not_worse
+from turing_learning.reproduction.experiments.behaviors import _harder, _Outcome, _verdict
 
 
 def outcome(errors):

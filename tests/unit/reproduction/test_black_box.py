@@ -7,9 +7,9 @@ import pytest
 
 from turing_learning.analysis import dynamic_outputs, response_error
 from turing_learning.models import ElmanModel
-from turing_learning.reproduction._black_box import TRUTH, _Outcome, _verdict, settling
-from turing_learning.reproduction._separated import _Outcome as SeparatedOutcome
-from turing_learning.reproduction._separated import _verdict as separated_verdict
+from turing_learning.reproduction.experiments.black_box import TRUTH, _Outcome, _verdict, settling
+from turing_learning.reproduction.experiments.separated import _Outcome as SeparatedOutcome
+from turing_learning.reproduction.experiments.separated import _verdict as separated_verdict
 from turing_learning.studies import load_study
 
 

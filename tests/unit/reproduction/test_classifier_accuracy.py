@@ -8,9 +8,9 @@ import pytest
 from turing_learning.config import classifier_of
 from turing_learning.detection import accuracy_over_generations, grid_models
 from turing_learning.reproduction import EXPERIMENTS, Stopped
-from turing_learning.reproduction._accuracy_verdicts import BestAccuracies, accuracy_verdicts
-from turing_learning.reproduction._populations import RunSizes, run_populations
 from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments.classifier_accuracy._populations import RunSizes, run_populations
+from turing_learning.reproduction.experiments.classifier_accuracy._verdicts import BestAccuracies, accuracy_verdicts
 from turing_learning.runs import infer
 from turing_learning.swarm import AGGREGATION
 

@@ -5,7 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turing_learning.reproduction._groups import Groups, Inferred, baseline, summaries, wheel_speeds
+from turing_learning.reproduction.experiments.comparison._groups import (
+    Groups,
+    Inferred,
+    baseline,
+    summaries,
+    wheel_speeds,
+)
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, initial_poses, simulate
 
 ALONE = replace(AGGREGATION, robot=replace(AGGREGATION.robot, wheel_noise=0.0))

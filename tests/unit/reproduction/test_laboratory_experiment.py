@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
-from turing_learning.reproduction._accuracy_verdicts import BestAccuracies
 from turing_learning.reproduction._claims import load_claims
-from turing_learning.reproduction._laboratory_runs import LaboratoryRuns, LaboratoryRunSizes, emulated_runs
-from turing_learning.reproduction._laboratory_validation import Gathering, Validation, places_apart
-from turing_learning.reproduction._laboratory_verdicts import (
+from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments.classifier_accuracy._verdicts import BestAccuracies
+from turing_learning.reproduction.experiments.laboratory._runs import LaboratoryRuns, LaboratoryRunSizes, emulated_runs
+from turing_learning.reproduction.experiments.laboratory._validation import Gathering, Validation, places_apart
+from turing_learning.reproduction.experiments.laboratory._verdicts import (
     ErrorDynamics,
     classifiers_verdict,
     distances,
@@ -21,7 +22,6 @@ from turing_learning.reproduction._laboratory_verdicts import (
     medians,
     validation_verdict,
 )
-from turing_learning.reproduction._work import Work
 
 TRUTH = np.array([-0.7, -1.0, 1.0, -1.0])
 NAMES = ("vl0", "vr0", "vl1", "vr1")

@@ -8,12 +8,12 @@ import pytest
 
 from turing_learning.config import ConfigurationError
 from turing_learning.reproduction import EXPERIMENTS, Findings, Picture, Table, page, readme, reproduce
-from turing_learning.reproduction._comparison import ComparisonSizes
-from turing_learning.reproduction._comparison_outcome import METHODS, Outcome
-from turing_learning.reproduction._comparison_text import remarks
 from turing_learning.reproduction._folder import ExperimentFolder
-from turing_learning.reproduction._groups import Groups, summaries
 from turing_learning.reproduction._reproduce import _possible, standings
+from turing_learning.reproduction.experiments.comparison._conduct import ComparisonSizes
+from turing_learning.reproduction.experiments.comparison._groups import Groups, summaries
+from turing_learning.reproduction.experiments.comparison._outcome import METHODS, Outcome
+from turing_learning.reproduction.experiments.comparison._text import remarks
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
 ID = "4.5+"
@@ -124,7 +124,7 @@ def test_without_claims_an_experiment_is_finished(folder):
 
 def test_a_mixture_finds_the_levels_of_the_wheels():
     pytest.importorskip("sklearn")
-    from turing_learning.reproduction._mixture import fit_mixture
+    from turing_learning.reproduction.experiments.comparison._mixture import fit_mixture
 
     genuine = Groups(OBJECT_CLUSTERING).observe(40, np.random.default_rng(1))
     found = fit_mixture(genuine, OBJECT_CLUSTERING, seed=1)
@@ -147,7 +147,7 @@ def still():
 
 def test_abc_smc_comes_near_and_leaves_global_random_numbers_alone(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
 
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     found = infer_by_abc_smc(*still, 600, seed=1)
@@ -159,7 +159,7 @@ def test_abc_smc_comes_near_and_leaves_global_random_numbers_alone(still):
 
 def test_abc_smc_gives_the_same_for_the_same_seed(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
 
     first, second = (infer_by_abc_smc(*still, 120, seed=3) for _ in range(2))
     np.testing.assert_array_equal(first.estimate, second.estimate)
@@ -167,7 +167,7 @@ def test_abc_smc_gives_the_same_for_the_same_seed(still):
 
 def test_abc_smc_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction._abc_smc import infer_by_abc_smc
+    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
 
     assert infer_by_abc_smc(*still, 120, 1, should_stop=lambda: True) is None
     with pytest.raises(ValueError, match="`evaluations` must be at least 100; got 99"):
@@ -177,7 +177,7 @@ def test_abc_smc_can_be_stopped_and_refuses_too_few_models(still):
 @pytest.mark.parametrize("rounds", [1, 2])
 def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, rounds, tmp_path, monkeypatch, capfd):
     pytest.importorskip("sbi")
-    from turing_learning.reproduction._neural_posterior import infer_by_npe
+    from turing_learning.reproduction.experiments.comparison._neural_posterior import infer_by_npe
 
     monkeypatch.chdir(tmp_path)
     found = infer_by_npe(*still, 400, seed=1, rounds=rounds)
@@ -188,7 +188,7 @@ def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, ro
 
 def test_a_neural_posterior_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("sbi")
-    from turing_learning.reproduction._neural_posterior import infer_by_npe
+    from turing_learning.reproduction.experiments.comparison._neural_posterior import infer_by_npe
 
     assert infer_by_npe(*still, 100, 1, should_stop=lambda: True) is None
     with pytest.raises(ValueError, match="`evaluations` must be at least 20 in each of 1 or more rounds; got 30 in 2"):

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import check_statements, expected_squared_error, least_squares_optimum
-from turing_learning.reproduction._theorem import Check
+from turing_learning.reproduction.experiments.baseline._theorem import Check
 
 
 def test_the_expected_error_is_that_of_many_drawn_pairs():

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Verdict
-from turing_learning.reproduction._case_verdicts import settled
 from turing_learning.reproduction._verdicts import (
     Spread,
     listed,
@@ -11,6 +10,7 @@ from turing_learning.reproduction._verdicts import (
     shares_not_worse,
     within_spread,
 )
+from turing_learning.reproduction.experiments.case_studies._verdicts import settled
 
 PRINTED = Spread(0.1, 0.03, 30)
 

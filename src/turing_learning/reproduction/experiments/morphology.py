@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.reproduction._claims import Claim, load_claims
+from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, Scenario
 
-from ._case_outcome import KINDS, PRESETS, values_of, variant_of
-from ._case_tables import ERROR_COLUMNS, error_rows
-from ._claims import Claim, load_claims
-from ._experiment import Cell, Experiment, Findings, Picture, Table
-from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
-from ._work import Work
+from ._error_rows import ERROR_COLUMNS, error_rows
+from ._variants import KINDS, PRESETS, values_of, variant_of
 
 CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
 """Claim -> scenario."""

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import compare
+from turing_learning.reproduction._claims import load_claims
+from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed, not_worse, printed_spreads, shares_not_worse
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
-from ._case_outcome import KINDS, PRESETS, values_of, variant_of
-from ._claims import load_claims
-from ._experiment import Cell, Experiment, Findings, Picture, Table
 from ._shares import ShareSizes, sensor_shares
-from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads, shares_not_worse
-from ._work import Work
+from ._variants import KINDS, PRESETS, values_of, variant_of
 
 CLAIM = "4.6.4-random-behaviors"
 PAPER_RUNS = 1000

@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from turing_learning.analysis import Comparison, compare, dispersion, largest_cluster
-
-from ._work import Work
+from turing_learning.reproduction._work import Work
 
 STARTS, NOISE, CAMERA = range(11, 14)
 """Purposes of random numbers."""

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from ._comparison_outcome import ABC_SMC, METHODS, MIXTURE, NPE_IN_ROUNDS, TURING_LEARNING, Outcome
-from ._comparison_text import CONDITIONS, remarks
-from ._experiment import Cell, Experiment, Findings, Picture, Table
 from ._groups import Groups, Inferred, baseline, summaries
-from ._work import Work
+from ._outcome import ABC_SMC, METHODS, MIXTURE, NPE_IN_ROUNDS, TURING_LEARNING, Outcome
+from ._text import CONDITIONS, remarks
 
 PACKAGES = ("pyabc", "sbi", "sklearn")
 OBSERVATION = 1

@@ -1,21 +1,13 @@
 """What the runs of a case study have inferred."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from turing_learning.reproduction.experiments._variants import variant_of
 from turing_learning.swarm import Scenario
 
 from ._emergence import Emergence, EmergenceSizes
-
-if TYPE_CHECKING:
-    from turing_learning.studies import StudyResult
-
-PRESETS = ("default", "paper")
-"""The first one decides; the other stands beside it."""
-KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
-"""What a run infers, and its errors in the result of the run; the first one is the paper's rule, and decides."""
 
 
 @dataclass(frozen=True)
@@ -84,14 +76,3 @@ class Outcome:
     def variant(self, kind: str = "best_model") -> str:
         """Return what stands beside the verdict that counts; nothing for that one."""
         return variant_of(self.preset, kind)
-
-
-def variant_of(preset: str, kind: str = "best_model") -> str:
-    """Return what a verdict is about; nothing for the one that counts."""
-    parts = [] if preset == PRESETS[0] else [f"preset {preset}"]
-    return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
-
-
-def values_of(result: "StudyResult", name: str) -> np.ndarray:
-    """Return what each run of a study has under a name, parameter by parameter (R, P)."""
-    return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])

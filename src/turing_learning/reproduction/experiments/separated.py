@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import Comparison, compare
+from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
-from ._case_outcome import KINDS, PRESETS, values_of, variant_of
-from ._experiment import Cell, Experiment, Findings, Picture, Table
-from ._verdicts import Spread, Verdict, listed
-from ._work import Work
+from ._variants import KINDS, PRESETS, values_of, variant_of
 
 CLAIM = "4.6.3-separated"
 GROUPINGS = ("mixed", "separated")

@@ -5,9 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from ._case_outcome import Case, Outcome
-from ._claims import Claim
-from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads, shares_not_worse
+from turing_learning.reproduction._claims import Claim
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed, not_worse, printed_spreads, shares_not_worse
+
+from ._outcome import Case, Outcome
 
 NEAR = 0.1
 LASTING = 20

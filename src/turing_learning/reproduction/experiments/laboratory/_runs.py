@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._work import Work
+from turing_learning.reproduction._work import Work
 
 if TYPE_CHECKING:
     from turing_learning.robots import Laboratory

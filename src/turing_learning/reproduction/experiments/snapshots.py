@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import dispersion, largest_cluster
+from turing_learning.reproduction._experiment import Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Verdict
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
-
-from ._experiment import Experiment, Findings, Picture, Table
-from ._verdicts import Verdict
-from ._work import Work
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,24 +6,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turing_learning.reproduction._claims import load_claims
+from turing_learning.reproduction._experiment import Experiment, Findings
+from turing_learning.reproduction._verdicts import Spread
+from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments._shares import ShareSizes, sensor_shares
+from turing_learning.reproduction.experiments._variants import KINDS, PRESETS, values_of
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
-from ._case_outcome import KINDS, PRESETS, Case, Outcome, values_of
-from ._case_tables import (
-    convergence_table,
-    dispersion_table,
-    errors_table,
-    models_table,
-    outcome_pictures,
-    shares_table,
-)
-from ._case_verdicts import convergence_verdict, emergence_verdict, errors_verdict, shares_verdict
-from ._claims import load_claims
 from ._emergence import EmergenceSizes, measure_emergence
-from ._experiment import Experiment, Findings
-from ._shares import ShareSizes, sensor_shares
-from ._verdicts import Spread
-from ._work import Work
+from ._outcome import Case, Outcome
+from ._tables import convergence_table, dispersion_table, errors_table, models_table, outcome_pictures, shares_table
+from ._verdicts import convergence_verdict, emergence_verdict, errors_verdict, shares_verdict
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyResult

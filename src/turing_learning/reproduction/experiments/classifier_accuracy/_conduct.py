@@ -5,14 +5,14 @@ from functools import partial
 
 import numpy as np
 
+from turing_learning.reproduction._experiment import Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread
+from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments._variants import PRESETS, variant_of
 from turing_learning.swarm import AGGREGATION, Scenario
 
-from ._accuracy_verdicts import CLAIM, BestAccuracies, accuracy_verdicts
-from ._case_outcome import PRESETS, variant_of
-from ._experiment import Experiment, Findings, Picture, Table
 from ._populations import Populations, RunSizes, run_populations
-from ._verdicts import Spread
-from ._work import Work
+from ._verdicts import CLAIM, BestAccuracies, accuracy_verdicts
 
 
 @dataclass(frozen=True)

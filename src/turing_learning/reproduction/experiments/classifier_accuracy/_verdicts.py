@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._verdicts import Spread, Verdict
+from turing_learning.reproduction._verdicts import Spread, Verdict
 
 CLAIM = "4.4-classifier-accuracy"
 RISEN = 5  # the generation up to which the paper sees the subjectively best rise

@@ -4,11 +4,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._claims import load_claims
-from ._experiment import Experiment, Findings
-from ._laboratory_accuracy import RandomModelSizes, laboratory_accuracies
-from ._laboratory_runs import LaboratoryRunSizes, emulated_runs, simulated_runs
-from ._laboratory_tables import (
+from turing_learning.reproduction._claims import load_claims
+from turing_learning.reproduction._experiment import Experiment, Findings
+from turing_learning.reproduction._work import Work
+
+from ._accuracy import RandomModelSizes, laboratory_accuracies
+from ._runs import LaboratoryRunSizes, emulated_runs, simulated_runs
+from ._tables import (
     EMULATED,
     SIMULATED,
     accuracy_picture,
@@ -20,8 +22,8 @@ from ._laboratory_tables import (
     run_pictures,
     validation_pictures,
 )
-from ._laboratory_validation import ValidationSizes, validate
-from ._laboratory_verdicts import (
+from ._validation import ValidationSizes, validate
+from ._verdicts import (
     CLASSIFIERS,
     DYNAMICS,
     ERRORS,
@@ -31,7 +33,6 @@ from ._laboratory_verdicts import (
     errors_verdict,
     validation_verdict,
 )
-from ._work import Work
 
 
 @dataclass(frozen=True)

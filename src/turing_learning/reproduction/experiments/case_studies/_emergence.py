@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import Comparison, compare, dispersion
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import Scenario
-
-from ._work import Work
 
 STARTS = 1
 """Purpose of random numbers, beside the noise of each model's trials, whose purposes count from 2."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from turing_learning.swarm import Scenario
 
-from ._comparison_outcome import METHODS, MIXTURE, TURING_LEARNING, Outcome
+from ._outcome import METHODS, MIXTURE, TURING_LEARNING, Outcome
 
 CONDITIONS = (
     "A trial is the paper's, 10 s of agents and one replica. Every method that simulates has the same number of them. All get the "

@@ -9,12 +9,12 @@ import numpy as np
 from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import dynamic_outputs, median_place, response_error
 from turing_learning.models import ElmanModel
+from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, Verdict
+from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
-from ._case_outcome import KINDS, PRESETS, values_of, variant_of
-from ._experiment import Cell, Experiment, Findings, Picture, Table
-from ._verdicts import Spread, Verdict
-from ._work import Work
+from ._variants import KINDS, PRESETS, values_of, variant_of
 
 CLAIM = "4.6.2-black-box"
 NEAR = 0.1

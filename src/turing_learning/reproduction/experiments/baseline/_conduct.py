@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error
+from turing_learning.reproduction._claims import load_claims
+from turing_learning.reproduction._experiment import Experiment, Findings, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed, printed_spreads, within_spread
+from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments._shares import ShareSizes, sensor_shares
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from ._claims import load_claims
-from ._experiment import Experiment, Findings, Picture, Table
-from ._shares import ShareSizes, sensor_shares
 from ._theorem import Check, check_statements, least_squares_optimum
-from ._verdicts import Spread, Verdict, listed, printed_spreads, within_spread
-from ._work import Work
 
 AGGREGATION_CLAIM = "4.5-least-squares-aggregation"
 CLUSTERING_CLAIM = "4.5-least-squares-clustering"

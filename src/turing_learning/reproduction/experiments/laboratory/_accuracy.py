@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import decision_accuracy
+from turing_learning.reproduction._work import Work
+from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
 
-from ._accuracy_verdicts import BestAccuracies
-from ._laboratory_runs import LaboratoryRuns, laboratory_file
-from ._work import Work
+from ._runs import LaboratoryRuns, laboratory_file
 
 MODELS = 15
 """Purpose of random numbers."""

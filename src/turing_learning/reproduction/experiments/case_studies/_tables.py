@@ -3,35 +3,14 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from turing_learning.analysis import least_dispersion
-from turing_learning.swarm import Scenario
+from turing_learning.reproduction._claims import Claim
+from turing_learning.reproduction._experiment import Cell, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, printed_spreads
+from turing_learning.reproduction.experiments._error_rows import ERROR_COLUMNS, error_rows
+from turing_learning.reproduction.experiments._variants import KINDS
 
-from ._case_outcome import KINDS, Case, Outcome
-from ._claims import Claim
-from ._experiment import Cell, Picture, Table
-from ._verdicts import Spread, printed_spreads
-
-ERROR_COLUMNS = (
-    "scenario", "preset", "model", "parameter", "runs", "mean", "standard_deviation", "median", "paper_mean",
-    "paper_standard_deviation",
-)  # fmt: skip
-"""Of a table of `error_rows`."""
-
-
-def error_rows(
-    scenario: Scenario, preset: str, errors: Mapping[str, np.ndarray], printed: Sequence[Spread]
-) -> list[tuple[Cell, ...]]:
-    """Return the absolute errors of each kind of model (R, P), parameter by parameter, beside the printed ones of the best."""
-    rows: list[tuple[Cell, ...]] = []
-    for kind in KINDS:
-        for k, name in enumerate(scenario.parameter_names):
-            own, median = Spread.of(errors[kind][:, k]), float(np.median(errors[kind][:, k]))
-            theirs = (printed[k].mean, printed[k].standard_deviation) if kind == "best_model" else (None, None)
-            head = (scenario.name, preset, kind, name)
-            rows.append((*head, own.runs, own.mean, own.standard_deviation, median, *theirs))
-    return rows
+from ._outcome import Case, Outcome
 
 
 def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Table:

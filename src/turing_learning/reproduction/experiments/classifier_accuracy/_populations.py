@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.config import Configuration, load_configuration
-
-from ._work import Work
+from turing_learning.reproduction._work import Work
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress

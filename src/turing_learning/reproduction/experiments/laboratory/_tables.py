@@ -5,13 +5,13 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error, least_dispersion
+from turing_learning.reproduction._experiment import Cell, Picture, Table
+from turing_learning.reproduction._verdicts import Spread, printed_spreads
+from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
 
-from ._accuracy_verdicts import BestAccuracies
-from ._experiment import Cell, Picture, Table
-from ._laboratory_runs import LaboratoryRuns
-from ._laboratory_validation import KINDS, Validation, ValidationSizes
-from ._laboratory_verdicts import CLASSIFIERS, DYNAMICS, ERRORS, VALIDATION, ErrorDynamics, medians
-from ._verdicts import Spread, printed_spreads
+from ._runs import LaboratoryRuns
+from ._validation import KINDS, Validation, ValidationSizes
+from ._verdicts import CLASSIFIERS, DYNAMICS, ERRORS, VALIDATION, ErrorDynamics, medians
 
 EMULATED, SIMULATED = "emulated laboratory", "plain simulation"
 

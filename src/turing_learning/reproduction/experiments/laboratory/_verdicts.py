@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from turing_learning.analysis import absolute_error, mean_absolute_error
+from turing_learning.reproduction._claims import Claim
+from turing_learning.reproduction._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
+from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
 
-from ._accuracy_verdicts import BestAccuracies
-from ._claims import Claim
-from ._laboratory_runs import LaboratoryRuns
-from ._laboratory_validation import QUANTITIES, Validation
-from ._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
+from ._runs import LaboratoryRuns
+from ._validation import QUANTITIES, Validation
 
 ERRORS, DYNAMICS, VALIDATION, CLASSIFIERS = (
     f"5-physical-{what}" for what in ("ae", "dynamics", "validation", "classifiers")
