@@ -37,8 +37,9 @@ from ._files import write_atomically, write_json
 if TYPE_CHECKING:
     from ._check_run import check_run
     from ._checkpoints import stored_generations, stored_traces
+    from ._execute import start
     from ._folder import RunFolder, resume_command
-    from ._infer import infer, load_run, new_run_path, resume, start
+    from ._infer import infer, new_run_path, resume
     from ._laboratory import (
         SimulatedRun,
         is_laboratory_run,
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
         stored_laboratory,
     )
     from ._manifest import new_manifest
+    from ._open import load_run
     from ._paper import paper_absolute_errors
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
@@ -102,7 +104,7 @@ _LAZY = {
     "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",
-    "load_run": "_infer",
+    "load_run": "_open",
     "new_manifest": "_manifest",
     "new_run_path": "_infer",
     "paper_absolute_errors": "_paper",
@@ -112,7 +114,7 @@ _LAZY = {
     "run_table": "_present",
     "scenario_named": "_trial",
     "simulate_laboratory": "_laboratory",
-    "start": "_infer",
+    "start": "_execute",
     "start_laboratory": "_laboratory",
     "stored_generations": "_checkpoints",
     "stored_laboratory": "_laboratory",

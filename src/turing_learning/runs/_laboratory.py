@@ -21,8 +21,8 @@ from turing_learning.robots import (
 )
 
 from ._errors import RunFolderError
+from ._execute import go_on, in_memory, start
 from ._folder import CALIBRATION, LABORATORY, RunFolder
-from ._infer import go_on, in_memory, start
 from ._post_evaluation import judged_again, post_evaluate
 from ._result import Result
 from ._session import Observer, Progress

@@ -1,0 +1,172 @@
+"""Execute a configuration: in memory, in a folder from generation 0, or on from where it was stopped."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from turing_learning.config import Configuration, to_toml
+from turing_learning.robots import LaboratoryError
+from turing_learning.sources import OwnSource, OwnSystemError
+
+from ._checkpoints import replace_checkpoints
+from ._errors import RunFolderError
+from ._files import remove_partial, write_json
+from ._folder import RunFolder
+from ._history import dataset_in_memory, thin_dataset
+from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
+from ._open import attachments_of, checker, is_whole, load_run, reporter, restored_result
+from ._own import refuse_without_source
+from ._resolve import resolved
+from ._result import Attachments, Result, summarize
+from ._session import Observer, Session, storage
+
+if TYPE_CHECKING:
+    import xarray
+
+    from turing_learning.robots import LaboratorySource
+
+    from ._assemble import GivenSource
+
+
+def in_memory(
+    configuration: Configuration,
+    observer: Observer | None,
+    should_stop: Callable[[], bool] | None,
+    source: "GivenSource | None" = None,
+) -> Result:
+    """Run a configuration from generation 0 without a folder; see `start`."""
+    refuse_without_source(configuration, source)
+    manifest = new_manifest(to_toml(configuration), configuration.run.seed)
+    session = Session(configuration, source=source)
+    session.run(observer, should_stop)
+    completed = session.traces.completed
+
+    def history() -> "xarray.Dataset":
+        if configuration.run.history == "thin":
+            return thin_dataset(session.traces, session.layout.parameters)
+        return dataset_in_memory(session.layout, session.arrays, completed)
+
+    manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
+    attachments = Attachments(history, reporter(configuration, lambda: manifest, None), checker(configuration))
+    return summarize(
+        configuration,
+        session.traces,
+        session.seconds,
+        attachments=attachments,
+        failed_simulations=session.failed_simulations,
+    )
+
+
+def start(
+    configuration: Configuration,
+    out: str | Path,
+    *,
+    force: bool = False,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    source: "GivenSource | None" = None,
+    files: Mapping[str, bytes] | None = None,
+) -> Result:
+    """Run a configuration from generation 0 in a folder of its own; see `infer`.
+
+    A system of one's own, or a laboratory, has its `source`, which the caller closes, and may have `files` of its own in the
+    folder, name -> content.
+    """
+    refuse_without_source(configuration, source)
+    folder = RunFolder(Path(out))
+    with ExitStack() as lock:
+        with _writable(folder, "out"):
+            folder.refuse_if_taken(force=force)
+            folder.path.mkdir(parents=True, exist_ok=True)
+            lock.enter_context(folder.locked())
+            folder.create(configuration, force=force, files=files)
+            session = Session(configuration, folder, source)
+        return _run(session, folder, configuration, observer, should_stop)
+
+
+def go_on(
+    path: str | Path,
+    reopen: "Callable[[RunFolder, Configuration], OwnSource | LaboratorySource | None]",
+    *,
+    threads: int | None = None,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+) -> Result:
+    """Go on with a run whose source `reopen` opens, while the folder is locked; see `resume`."""
+    folder = RunFolder(Path(path))
+    configuration = folder.configuration()
+    if is_whole(folder, configuration):
+        return load_run(path)
+    here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
+    with ExitStack() as lock:
+        with _writable(folder, "run"):
+            lock.enter_context(folder.locked())
+            if is_whole(folder, configuration) or restored_result(folder, configuration):
+                return load_run(path)
+            source = reopen(folder, configuration)
+            if source is not None:
+                lock.enter_context(source)
+            remove_partial(folder.path)
+            folder.update_manifest(state=RUNNING, process=this_process())
+            session = Session(here, folder, source)
+        return _run(session, folder, configuration, observer, should_stop)
+
+
+def _run(
+    session: Session,
+    folder: RunFolder,
+    configuration: Configuration,
+    observer: Observer | None,
+    should_stop: Callable[[], bool] | None,
+) -> Result:
+    try:
+        session.run(observer, should_stop)
+    except (OwnSystemError, LaboratoryError):
+        folder.update_manifest(state=STOPPED, seconds=session.seconds)
+        raise
+    result = summarize(
+        configuration,
+        session.traces,
+        session.seconds,
+        path=folder.path,
+        attachments=attachments_of(folder, configuration, session.traces.completed),
+        failed_simulations=session.failed_simulations,
+    )
+    with storage(folder):
+        write_json(folder.result_path, result.to_json())
+        folder.update_manifest(state=RUNNING if session.complete else STOPPED, seconds=session.seconds)
+        if session.complete and configuration.run.history == "thin":
+            folder.update_manifest(state=FINISHED, finished=now())
+            replace_checkpoints(folder.checkpoints_path, session.outcome())
+        elif session.complete:
+            session.keep_calibration(result)
+            _finish(result, folder, configuration)
+    return result
+
+
+def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> None:
+    """Draw and write everything; the state comes last, so that a run that was killed here does it again."""
+    from turing_learning.report import write_page
+
+    from ._present import draw, drawn_history, report_page, save_figures
+
+    history = drawn_history(result)
+    drawings = draw(history, configuration)
+    save_figures(drawings, folder.figures_path)
+    closed = {"state": FINISHED, "finished": now()}
+    rows = manifest_rows(folder.manifest() | closed)
+    write_page(report_page(result, history, configuration, drawings, rows), folder.report_path)
+    folder.update_manifest(**closed)
+
+
+@contextmanager
+def _writable(folder: RunFolder, name: str) -> Iterator[None]:
+    """Turn what the operating system says before generation 0 into one message."""
+    try:
+        yield
+    except OSError as error:
+        raise RunFolderError(
+            f"`{name}` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
+            "Choose another folder, or make room."
+        ) from error

@@ -1,0 +1,162 @@
+"""Open what a run has left behind."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.sources import FailureLog
+
+from ._check import complete_check
+from ._checkpoints import Checkpoint, latest_checkpoint
+from ._errors import RunFolderError
+from ._files import write_json
+from ._folder import RunFolder, resume_command
+from ._history import dataset_on_disk, thin_dataset
+from ._manifest import FINISHED, manifest_rows
+from ._result import Attachments, Result, result_from_json, summarize
+from ._session import FAILURES, part
+from ._traces import Traces
+
+if TYPE_CHECKING:
+    import xarray
+
+    from turing_learning.identifiability import Check
+
+
+def load_run(path: str | Path) -> Result:
+    """Open a run that is finished, stopped, killed, or still running.
+
+    Parameters
+    ----------
+    path
+        The run folder.
+
+    Returns
+    -------
+    Result
+        What was inferred up to the last checkpoint.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a run, or has not been saved for the first time.
+    """
+    folder = RunFolder(Path(path))
+    configuration = folder.configuration()
+    finished = folder.manifest()["state"] == FINISHED
+    stored = _stored_result(folder, configuration) if finished else None
+    if stored is not None:
+        return stored
+    return _result_of(_stored_checkpoint(folder), folder, configuration)
+
+
+def is_whole(folder: RunFolder, configuration: Configuration) -> bool:
+    """Return whether a run is finished and has its result."""
+    return folder.manifest()["state"] == FINISHED and _stored_result(folder, configuration) is not None
+
+
+def restored_result(folder: RunFolder, configuration: Configuration) -> bool:
+    """Write the result of a finished run again, if its checkpoint is left; the caller holds the lock."""
+    if folder.manifest()["state"] != FINISHED:
+        return False
+    checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
+    if checkpoint is not None:
+        write_json(folder.result_path, _result_of(checkpoint, folder, configuration).to_json())
+    return checkpoint is not None
+
+
+def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
+    try:
+        content = json.loads(folder.result_path.read_text(encoding="utf-8"))
+        attachments = attachments_of(folder, configuration, content["generations"])
+        return result_from_json(content, path=folder.path, attachments=attachments)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
+    traces = _traces_of(checkpoint, configuration)
+    return summarize(
+        configuration,
+        traces,
+        float(checkpoint.arrays["seconds"]),
+        path=folder.path,
+        attachments=attachments_of(folder, configuration, traces.completed),
+        failed_simulations=_failed_simulations(checkpoint, configuration),
+    )
+
+
+def _stored_checkpoint(folder: RunFolder) -> Checkpoint:
+    checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
+    if checkpoint is None:
+        raise RunFolderError(
+            f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
+            f"Begin it with `{resume_command(folder.path)}`."
+        )
+    return checkpoint
+
+
+def _stored_traces(folder: RunFolder, configuration: Configuration) -> Traces:
+    return _traces_of(_stored_checkpoint(folder), configuration)
+
+
+def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
+    traces = Traces(configuration.run.generations, len(configuration.parameter_names))
+    traces.restore(part(checkpoint.arrays, "traces/"))
+    return traces
+
+
+def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) -> dict[str, Any] | None:
+    if not isinstance(configuration, OwnConfiguration):
+        return None
+    log = FailureLog(configuration.scenario.parameter_names)
+    log.restore(part(checkpoint.arrays, FAILURES))
+    return log.summary()
+
+
+def attachments_of(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
+    """Return what the result of a run in a folder can open or make."""
+
+    def history() -> "xarray.Dataset":
+        if configuration.run.history == "thin":
+            return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)
+        return dataset_on_disk(folder.history_path, completed)
+
+    return Attachments(
+        history=history,
+        report=reporter(configuration, folder.manifest, folder.report_path),
+        check=checker(configuration),
+    )
+
+
+def reporter(
+    configuration: Configuration, manifest: Callable[[], dict[str, Any]], default: Path | None
+) -> Callable[[Result, Path | None], Path]:
+    """Return what writes the report of a run, by default to a file of its folder."""
+
+    def write(result: Result, path: Path | None) -> Path:
+        from turing_learning.report import write_page
+
+        from ._present import draw, drawn_history, report_page
+
+        target = path or default
+        assert target is not None
+        history = drawn_history(result)
+        drawings = draw(history, configuration)
+        rows, check = manifest_rows(manifest()), complete_check(result.path)
+        return write_page(report_page(result, history, configuration, drawings, rows, check), target)
+
+    return write
+
+
+def checker(configuration: Configuration, **given: Any) -> "Callable[..., Check]":
+    """Return what checks a run, whose own system may be given."""
+
+    def check(result: Result, **options: Any) -> "Check":
+        from ._check_run import check_run
+
+        return check_run(result, configuration, **given | options)
+
+    return check
