@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import _arena, _check, _detect, _reproduce, _robots, _search, _study
-from ._main import Interrupted
+from ._exit import Interrupted
 from ._numbers import integer, real
 from ._options import (
     GenerationsOption,

@@ -5,13 +5,9 @@ import os
 import sys
 from collections.abc import Sequence
 
+from ._exit import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
+
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-
-DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
-
-
-class Interrupted(Exception):
-    """A run was stopped and can be resumed."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ._main import Interrupted
+from ._exit import Interrupted
 from ._options import WorkersOption
 
 if TYPE_CHECKING:

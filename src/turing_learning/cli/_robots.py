@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ._main import REFUSED, Interrupted
+from ._exit import REFUSED, Interrupted
 from ._options import GenerationsOption, SettingsOption, settings_of
 
 if TYPE_CHECKING:

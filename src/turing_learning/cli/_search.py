@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ._main import Interrupted
+from ._exit import Interrupted
 from ._numbers import integer, real
 from ._options import ThreadsOption
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ._main import Interrupted
+from ._exit import Interrupted
 from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
 
 if TYPE_CHECKING:
