@@ -34,32 +34,32 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ._arena import EmulatedLaboratory
-    from ._arena_conditions import LABORATORY, Conditions
-    from ._arena_console import obey, usage
-    from ._arena_motion import move_alone
-    from ._arena_service import ArenaService
-    from ._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
-    from ._camera import EmulatedCamera, Optics, overhead_camera
-    from ._capture import CameraError, Capture
     from ._clock import Clock, RealClock, VirtualClock
-    from ._emulated_robot import Body, EmulatedRobot
-    from ._epuck import EPuck
-    from ._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
     from ._errors import LaboratoryError
-    from ._export import write_table
-    from ._inspection import Finding, inspect
-    from ._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
-    from ._link import Link, LinkError, open_link
-    from ._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
-    from ._messages import Model, Signal, Status
-    from ._motion import signed_speeds
-    from ._program import Event, LaboratorySource
-    from ._rehearsal import rehearse
-    from ._robot_server import RobotServer, serve_tcp, serve_terminal
-    from ._simulated import SimulatedLaboratory
-    from ._states import Disturbance, ObservedTrial, PcProgram
-    from ._tracker import Fault, Sighting, Track, Tracker, compare_labels
+    from .emulation._arena import EmulatedLaboratory
+    from .emulation._camera import EmulatedCamera, Optics, overhead_camera
+    from .emulation._conditions import LABORATORY, Conditions
+    from .emulation._console import obey, usage
+    from .emulation._emulated_robot import Body, EmulatedRobot
+    from .emulation._motion import move_alone
+    from .emulation._rehearsal import rehearse
+    from .emulation._robot_server import RobotServer, serve_tcp, serve_terminal
+    from .emulation._service import ArenaService
+    from .emulation._simulated import SimulatedLaboratory
+    from .links._epuck import EPuck
+    from .links._link import Link, LinkError, open_link
+    from .links._messages import Model, Signal, Status
+    from .program._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
+    from .program._inspection import Finding, inspect
+    from .program._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
+    from .program._program import Event, LaboratorySource
+    from .program._states import Disturbance, ObservedTrial, PcProgram
+    from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
+    from .tracking._capture import CameraError, Capture
+    from .tracking._export import write_table
+    from .tracking._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
+    from .tracking._motion import signed_speeds
+    from .tracking._tracker import Fault, Sighting, Track, Tracker, compare_labels
 
 __all__ = [
     "LABORATORY",
@@ -130,32 +130,39 @@ __all__ = [
 ]
 
 _HOMES = {
-    "_arena": ("EmulatedLaboratory",),
-    "_arena_conditions": ("LABORATORY", "Conditions"),
-    "_arena_console": ("obey", "usage"),
-    "_arena_motion": ("move_alone",),
-    "_arena_service": ("ArenaService",),
-    "_calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
-    "_camera": ("EmulatedCamera", "Optics", "overhead_camera"),
-    "_capture": ("CameraError", "Capture"),
     "_clock": ("Clock", "RealClock", "VirtualClock"),
-    "_emulated_robot": ("Body", "EmulatedRobot"),
-    "_epuck": ("EPuck",),
     "_errors": ("LaboratoryError",),
-    "_equipment": ("Camera", "Equipment", "Operator", "TerminalOperator", "laboratory_tracker", "real_equipment"),
-    "_export": ("write_table",),
-    "_inspection": ("Finding", "inspect"),
-    "_laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
-    "_link": ("Link", "LinkError", "open_link"),
-    "_markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
-    "_messages": ("Model", "Signal", "Status"),
-    "_motion": ("signed_speeds",),
-    "_program": ("Event", "LaboratorySource"),
-    "_rehearsal": ("rehearse",),
-    "_robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
-    "_simulated": ("SimulatedLaboratory",),
-    "_states": ("Disturbance", "ObservedTrial", "PcProgram"),
-    "_tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
+    "emulation._arena": ("EmulatedLaboratory",),
+    "emulation._camera": ("EmulatedCamera", "Optics", "overhead_camera"),
+    "emulation._conditions": ("LABORATORY", "Conditions"),
+    "emulation._console": ("obey", "usage"),
+    "emulation._emulated_robot": ("Body", "EmulatedRobot"),
+    "emulation._motion": ("move_alone",),
+    "emulation._rehearsal": ("rehearse",),
+    "emulation._robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
+    "emulation._service": ("ArenaService",),
+    "emulation._simulated": ("SimulatedLaboratory",),
+    "links._epuck": ("EPuck",),
+    "links._link": ("Link", "LinkError", "open_link"),
+    "links._messages": ("Model", "Signal", "Status"),
+    "program._equipment": (
+        "Camera",
+        "Equipment",
+        "Operator",
+        "TerminalOperator",
+        "laboratory_tracker",
+        "real_equipment",
+    ),
+    "program._inspection": ("Finding", "inspect"),
+    "program._laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
+    "program._program": ("Event", "LaboratorySource"),
+    "program._states": ("Disturbance", "ObservedTrial", "PcProgram"),
+    "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
+    "tracking._capture": ("CameraError", "Capture"),
+    "tracking._export": ("write_table",),
+    "tracking._markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
+    "tracking._motion": ("signed_speeds",),
+    "tracking._tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),
 }
 _LAZY = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from . import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
 from ._recording import Format, Glance, Options, Recording, YAxis, refusal
-from ._text import LONGEST_LINE
 from ._trajectories import Trajectories
+from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
+from .readers._text import LONGEST_LINE
 
 _ALL = (
     _idtracker.FORMAT,
@@ -151,7 +151,7 @@ def _look(path: Path) -> Glance:
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
-        from ._hdf5 import open_hdf5
+        from .readers._hdf5 import open_hdf5
 
         with open_hdf5(path) as content:
             return Glance(datasets=frozenset(content))

@@ -72,9 +72,9 @@ def from_xarray(
     ValueError
         If dimensions are missing, or something is not stated, or stated twice and differently.
     """
-    from ._arrays import check_rate, from_array
-    from ._keypoints import choose
     from ._load import finish
+    from .readers._arrays import check_rate, from_array
+    from .readers._keypoints import choose
 
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
         raise ValueError(f"`dataset` must have `position` {DIMENSIONS}; got {dict(dataset.sizes)}.")

@@ -5,7 +5,7 @@ import pytest
 from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
 
 from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
-from turing_learning.robots._states import _listed
+from turing_learning.robots.program._states import _listed
 
 MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
 

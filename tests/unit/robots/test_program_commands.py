@@ -20,7 +20,7 @@ def laboratory(tmp_path):
 def doors(monkeypatch):
     """Let the commands find a scripted laboratory where they look for the real one."""
     lab = ScriptedLaboratory(noise=2.0)
-    monkeypatch.setattr("turing_learning.robots._equipment.real_equipment", lambda setup: lab.equipment())
+    monkeypatch.setattr("turing_learning.robots.program._equipment.real_equipment", lambda setup: lab.equipment())
     return lab
 
 

@@ -5,7 +5,7 @@ from program_laboratory import FILE
 
 from turing_learning.config import ConfigurationError
 from turing_learning.robots import load_laboratory
-from turing_learning.robots._laboratory_config import read_setup
+from turing_learning.robots.program._laboratory_config import read_setup
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots import CameraError, VirtualClock
-from turing_learning.robots._punctual import drop_old_images, punctual_images
+from turing_learning.robots.program._punctual import drop_old_images, punctual_images
 
 
 class Camera:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from tracker_files import SAID, WRITERS, expected, idtracker_ai_h5, idtracker_ai_npy, sleap, trex, walk
 
-from turing_learning.trajectories import _hdf5, _trex, load_trajectories
+from turing_learning.trajectories import load_trajectories
+from turing_learning.trajectories.readers import _hdf5, _trex
 
 SAY = {"fps": 25, "pixels_per_cm": 10}
 

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from tracker_files import SAID, WRITERS, expected, walk, write_attributes
 
-from turing_learning.trajectories import _text, load_trajectories
+from turing_learning.trajectories import load_trajectories
+from turing_learning.trajectories.readers import _text
 
 TIDY = "frame,id,x,y\n"
 TWO_FISH = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n"

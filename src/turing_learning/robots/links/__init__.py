@@ -1,0 +1,1 @@
+"""What is said to robots, and heard from them."""

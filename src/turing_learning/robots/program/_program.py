@@ -1,0 +1,181 @@
+"""A laboratory as a source of samples: what the PC does when a trial is disturbed."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.coevolution import Samples
+from turing_learning.robots.tracking._tracker import Tracker
+
+from ._equipment import Equipment
+from ._laboratory_config import LaboratorySetup
+from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
+
+ALONE = 2
+"""How often in a generation the program tries again alone, before it asks the operator."""
+PAUSE_S = 2.0
+"""Before links are opened again."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happened in a laboratory, for its log.
+
+    Attributes
+    ----------
+    kind
+        "disturbed": the trials are started again; "batteries": they are replaced; "complete": all trials are observed.
+    stage
+        The generation, or which post-evaluation.
+    attempt
+        At the trials of this stage, from 1.
+    state
+        "P1" to "P5" of the program, "P0" while connecting.
+    fault
+        What was wrong; empty for the other kinds.
+    asked
+        What the operator was asked to do; empty if nobody was asked.
+    """
+
+    kind: str
+    stage: str
+    attempt: int
+    state: str
+    fault: str = ""
+    asked: str = ""
+
+
+class LaboratorySource:
+    """Samples of real agents and of the replicas among them, observed in trials of all models.
+
+    A disturbed trial is not used: all trials of the generation are started again, after links and camera have been opened
+    anew and the operator has done what had to be done. A context manager.
+
+    Parameters
+    ----------
+    setup
+        The laboratory.
+    steps
+        Samples T of a trial.
+    equipment
+        Its doors.
+    tracker
+        Of all robots, agents first.
+    keep
+        Is given stage, attempt and every trial as it is observed, disturbed ones too.
+    note
+        Is given every event.
+    on_state
+        Is told every state of the program.
+    last_attempt
+        Stage -> number of its attempts in earlier sessions.
+
+    Attributes
+    ----------
+    generation
+        Number of the generation that is collected next; whoever runs the generations keeps it.
+
+    Source
+    ------
+    Paper, sections 5.2 and 5.3.
+    """
+
+    def __init__(
+        self,
+        setup: LaboratorySetup,
+        steps: int,
+        equipment: Equipment,
+        tracker: Tracker,
+        *,
+        keep: Callable[[str, int, ObservedTrial], None] = lambda stage, attempt, trial: None,
+        note: Callable[[Event], None] = lambda event: None,
+        on_state: Callable[[str], None] | None = None,
+        last_attempt: Callable[[str], int] = lambda stage: 0,
+    ) -> None:
+        self.generation = 0
+        self._setup, self._equipment = setup, equipment
+        self._keep, self._note, self._last_attempt = keep, note, last_attempt
+        self._stage, self._attempt = "", 0
+        self._fresh_at = 0  # the generation at whose beginning batteries were fresh
+        self._program = PcProgram(setup, steps, equipment, tracker, keep=self._keep_trial, on_state=on_state)
+
+    def __enter__(self) -> "LaboratorySource":
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close links and camera."""
+        self._program.disconnect()
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their tanh.
+
+        Source: paper, section 5.3.
+        """
+        return np.tanh(models)
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2).
+
+        Raises
+        ------
+        LaboratoryError
+            If nobody helps.
+        """
+        self._replace_batteries()
+        return self.observe(self.to_units(models), f"generation-{self.generation:04d}")
+
+    def observe(self, speeds: np.ndarray, stage: str) -> Samples:
+        """Return samples of models (M, P) in wheel speeds; see `collect`."""
+        self._stage, self._attempt = stage, self._last_attempt(stage)
+        alone = 0
+        while True:
+            self._attempt += 1
+            try:
+                if not self._program.connected:
+                    self._program.connect()
+                trials = self._program.run(speeds)
+            except Disturbance as disturbance:
+                alone = alone + 1 if disturbance.transient and alone < ALONE else 0
+                self._recover(disturbance, ask=alone == 0)
+            else:
+                self._tell("complete", self._program.state)
+                return self._samples(trials)
+
+    def _recover(self, disturbance: Disturbance, *, ask: bool) -> None:
+        remedy = f"{disturbance.remedy.rstrip('.')}."
+        self._tell("disturbed", disturbance.state, disturbance.fault, remedy if ask else "")
+        self._program.disconnect()
+        if ask:
+            again = "" if disturbance.state == BEGIN else " The trials of this generation will be started again."
+            fault = f"{disturbance.fault[0].upper()}{disturbance.fault[1:]}".rstrip(".")
+            self._equipment.operator.ask(f"{fault}.{again} {remedy}")
+        self._equipment.clock.sleep(PAUSE_S)
+
+    def _replace_batteries(self) -> None:
+        every = self._setup.interventions.batteries_every
+        if not every or self.generation % every or self.generation == self._fresh_at:
+            return
+        self._stage, self._attempt = f"generation-{self.generation:04d}", 0
+        self._program.disconnect()
+        todo = f"Replace the batteries of all robots; then {REMOTE}."
+        self._tell("batteries", BEGIN, asked=todo)
+        self._equipment.operator.ask(todo)
+        self._fresh_at = self.generation
+
+    def _keep_trial(self, trial: ObservedTrial) -> None:
+        self._keep(self._stage, self._attempt, trial)
+
+    def _tell(self, kind: str, state: str, fault: str = "", asked: str = "") -> None:
+        self._note(Event(kind, self._stage, self._attempt, state, fault, asked))
+
+    def _samples(self, trials: list[ObservedTrial]) -> Samples:
+        speeds = np.array([trial.track.speeds() for trial in trials])  # (trials, robots, T, 2)
+        agents, shape = len(self._setup.agents), speeds.shape[2:]
+        return Samples(
+            genuine=speeds[:, :agents].reshape(-1, *shape),
+            counterfeit=speeds[:, agents:].reshape(-1, 1, *shape),
+        )

@@ -1,0 +1,83 @@
+"""Images at the right moments."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from turing_learning.robots._clock import Clock
+from turing_learning.robots.tracking._capture import CameraError
+
+from ._equipment import Camera
+
+_MOST_OLD = 200  # images that a camera may have kept for later
+_MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
+
+
+def punctual_images(
+    camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float
+) -> Iterator[np.ndarray]:
+    """Yield images (H, W, 3) that were taken one interval after the other.
+
+    A camera takes its images regularly; they come when the computer has time. So one may come late if the next ones do not.
+
+    Parameters
+    ----------
+    begin_s
+        When the first is taken, by the clock; not before.
+    count
+        How many.
+    interval_s
+        Time between two images.
+
+    Raises
+    ------
+    CameraError
+        If there is none; after the last one, if one was left out, or they came faster than they should.
+    """
+    clock.sleep(begin_s - interval_s - clock.now())
+    drop_old_images(camera, clock, interval_s)
+    delays: list[float] = []  # of each image after the time at which a regular camera takes it
+    begun = clock.now()
+    for number in range(count):
+        image = camera.take()
+        delays.append(clock.now() - begun - number * interval_s)
+        yield image
+    while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
+        camera.take()
+        delays.append(clock.now() - begun - len(delays) * interval_s)
+    _require_regular(np.array(delays), interval_s)
+
+
+def _require_regular(delays: np.ndarray, interval_s: float) -> None:
+    """Refuse images after which all others come later than all before: one was left out. And images that come too fast."""
+    before, after = np.minimum.accumulate(delays), np.minimum.accumulate(delays[::-1])[::-1]
+    lost = after - before
+    third = max(len(delays) // 3, 1)
+    drift = float(np.median(delays[-third:]) - np.median(delays[:third]))
+    if lost.max() > interval_s / 2:
+        place = int(np.argmax(lost > interval_s / 2))
+        fault = f"one left out before image {place}, or more"
+    elif drift < -interval_s / 2:
+        fault = "them faster"
+    else:
+        return
+    raise CameraError(
+        f"`camera` must give an image every {interval_s:.3g} s; got {fault}. Check camera.fps, and that the PC has nothing "
+        "else to do."
+    )
+
+
+def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> None:
+    """Take images until one has to be waited for: cameras keep some for who does not come in time.
+
+    Raises
+    ------
+    CameraError
+        If there is none, or no end of them.
+    """
+    for _ in range(_MOST_OLD):
+        asked = clock.now()
+        camera.take()
+        if clock.now() - asked >= interval_s / 4:
+            return
+    raise CameraError(f"`camera` must give an image every {interval_s:.3g} s; got {_MOST_OLD} without a pause.")

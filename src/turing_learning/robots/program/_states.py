@@ -1,0 +1,349 @@
+"""The program of the PC: its five states, and what moves it from one to the next."""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeVar
+
+import numpy as np
+
+from turing_learning.robots.links._epuck import EPuck
+from turing_learning.robots.links._link import Link, LinkError
+from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Signal
+from turing_learning.robots.tracking._capture import CameraError
+from turing_learning.robots.tracking._tracker import Track, Tracker
+
+from ._equipment import Camera, Equipment
+from ._laboratory_config import LaboratorySetup, RobotSection
+from ._punctual import punctual_images
+from ._stuck import stuck_robots
+
+STATES = ("P1", "P2", "P3", "P4", "P5")
+"""Wait for STOP; send models; wait for START; track; update."""
+BEGIN = "P0"
+"""Before the states: connecting."""
+_POLL_S = 0.05
+_SHOWN = 3
+"""Faults of a trial that the operator is told."""
+REMOTE = "put all robots in their places, and press the remote control"
+State = Callable[[], "State | None"]
+Answer = TypeVar("Answer")
+
+
+class Disturbance(Exception):
+    """A trial cannot be used.
+
+    Attributes
+    ----------
+    state
+        "P1" to "P5", "P0" while connecting.
+    fault
+        What happened.
+    remedy
+        What the operator has to do.
+    transient
+        Whether it may pass by itself, so that the program tries again alone a few times.
+    """
+
+    def __init__(self, state: str, fault: str, remedy: str, *, transient: bool = False) -> None:
+        super().__init__(fault)
+        self.state, self.fault, self.remedy, self.transient = state, fault, remedy, transient
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedTrial:
+    """What was observed in one trial.
+
+    Attributes
+    ----------
+    number
+        In its generation, from 0.
+    models : (R, P)
+        Wheel speeds that the replicas executed, fractions of the maximum.
+    sequences
+        Numbers of these models.
+    counts
+        The replicas' own counts of trials.
+    started_s
+        When START came, by the clock.
+    track
+        Agents first, then replicas.
+    faults
+        What makes it useless: what the tracker says, and robots that are stuck. The first words are for the operator.
+    """
+
+    number: int
+    models: np.ndarray
+    sequences: tuple[int, ...]
+    counts: tuple[int, ...]
+    started_s: float
+    track: Track
+    faults: tuple[str, ...]
+
+
+class PcProgram:
+    """Run trials in step with the replicas.
+
+    Parameters
+    ----------
+    setup
+        The laboratory.
+    steps
+        Samples T of a trial; T + 1 images are taken.
+    equipment
+        Its doors.
+    tracker
+        Of all robots, agents first.
+    keep
+        Is given every trial as it is observed, disturbed ones too.
+    on_state
+        Is told every state that is entered.
+
+    Source
+    ------
+    Paper, section 5.2.
+    """
+
+    def __init__(
+        self,
+        setup: LaboratorySetup,
+        steps: int,
+        equipment: Equipment,
+        tracker: Tracker,
+        *,
+        keep: Callable[[ObservedTrial], None],
+        on_state: Callable[[str], None] | None = None,
+    ) -> None:
+        self._setup, self._timing, self._steps = setup, setup.timing, steps
+        self._equipment, self._clock, self._tracker = equipment, equipment.clock, tracker
+        self._keep, self._tell = keep, on_state or (lambda state: None)
+        self._links: dict[str, Link] = {}
+        self._robots: dict[str, EPuck] = {}
+        self._camera: Camera | None = None
+        self._sequence = 0
+        self.state = BEGIN
+        self._forget_all()
+
+    def _forget_all(self) -> None:
+        self._queue: deque[np.ndarray] = deque()
+        self._sent: dict[str, Model] = {}
+        self._starts: dict[str, Signal] = {}
+        self._counts: dict[str, int] = {}
+        self._done: list[ObservedTrial] = []
+        self._send_until = -np.inf
+
+    @property
+    def connected(self) -> bool:
+        """Whether links and camera are open."""
+        return self._camera is not None
+
+    def connect(self) -> None:
+        """Open links and camera.
+
+        Raises
+        ------
+        Disturbance
+            If one does not open, a replica does not answer, or the robots have not begun.
+        """
+        self._enter(BEGIN)
+        for replica in self._setup.replicas:
+            self._connect_replica(replica)
+        try:
+            camera = self._equipment.open_camera()
+        except (CameraError, FileNotFoundError) as error:
+            raise Disturbance(BEGIN, str(error), "Connect the camera", transient=True) from error
+        self._camera = camera
+
+    def _connect_replica(self, replica: RobotSection) -> None:
+        try:
+            link = self._equipment.open_link(str(replica.address))
+            self._links[replica.name] = link
+            robot = self._robots[replica.name] = EPuck(link)
+            status = robot.status()
+        except LinkError as error:
+            raise self._lost(replica.name, str(error)) from error
+        if status.state == "R0":
+            raise Disturbance(BEGIN, f"replica {replica.name} has not begun", REMOTE.capitalize())
+        self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
+
+    def disconnect(self) -> None:
+        """Close links and camera, and forget the trials that were not returned."""
+        for link in self._links.values():
+            link.close()
+        if self._camera is not None:
+            self._camera.close()
+        self._links, self._robots, self._camera = {}, {}, None
+        self._forget_all()
+
+    def run(self, models: np.ndarray) -> list[ObservedTrial]:
+        """Let models (M, P), wheel speeds, be executed, as many in each trial as there are replicas; return the trials.
+
+        Raises
+        ------
+        Disturbance
+            If something goes wrong. Call `disconnect`, then `connect`; all models must be run again.
+        """
+        self._queue.extend(models.reshape(-1, len(self._robots), models.shape[1]))
+        self._done = []
+        state: State | None = self._wait_for_stop
+        while state is not None:
+            state = state()
+        return self._done
+
+    def _enter(self, state: str) -> None:
+        self.state = state
+        self._tell(state)
+
+    def _wait_for_stop(self) -> State | None:
+        """P1: wait until a trial is over. STOP confirms the one that was tracked; without one, any STOP will do."""
+        self._enter("P1")
+        timing = self._timing
+        if self._starts:
+            end_s = max(start.received_s for start in self._starts.values()) + timing.wait_s + timing.execute_s
+            stops = self._signals("STOP", end_s - self._clock.now())
+            self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
+        elif self._clock.now() > self._send_until:
+            self._drop_signals()
+            stops = self._signals("STOP", timing.loop_s)
+        else:
+            stops = {}
+        if stops:
+            self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
+            first = min(stop.received_s for stop in stops.values())
+            self._send_until = first + timing.wait_s + timing.disperse_s - timing.tolerance_s
+        return self._send_models if self._queue else None
+
+    def _send_models(self) -> State:
+        """P2: put a model into the buffer of each replica."""
+        self._enter("P2")
+        for (name, robot), parameters in zip(self._robots.items(), self._queue[0], strict=True):
+            model = Model(self._sequence, tuple(np.round(parameters, 4).tolist()))
+            self._sequence = (self._sequence + 1) % (LARGEST_SEQUENCE + 1)
+            self._guard(name, partial(robot.send_model, model))
+            status = self._guard(name, robot.status)
+            if not status.battery_ok:
+                raise Disturbance(
+                    "P2", f"replica {name} has a low battery", f"Change the battery of replica {name}; then {REMOTE}"
+                )
+            self._sent[name] = model
+        return self._wait_for_start
+
+    def _wait_for_start(self) -> State:
+        """P3: wait until a trial begins, with the models that were sent."""
+        self._enter("P3")
+        timing = self._timing
+        starts = self._signals("START", self._send_until + timing.tolerance_s + timing.wait_s - self._clock.now())
+        self._compare(
+            "START", starts, {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
+        )
+        self._starts = starts
+        return self._track_robots
+
+    def _track_robots(self) -> State:
+        """P4: take the images of the middle of the trial, and follow everybody."""
+        self._enter("P4")
+        assert self._camera is not None
+        interval_s, timing = self._tracker.interval_s, self._timing
+        started_s = max(start.received_s for start in self._starts.values())
+        begin_s = started_s + timing.wait_s + (timing.execute_s - self._steps * interval_s) / 2
+        images = punctual_images(self._camera, self._clock, begin_s, self._steps + 1, interval_s)
+        try:
+            track = self._tracker.track(images)
+        except CameraError as error:
+            raise Disturbance("P4", str(error), "Look after the camera", transient=True) from error
+        return partial(self._update, track, started_s)
+
+    def _update(self, track: Track, started_s: float) -> State:
+        """P5: keep the trial, and go on unless it was disturbed. The generation is judged when it is complete."""
+        self._enter("P5")
+        models = np.array([model.parameters for model in self._sent.values()])
+        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm)
+        trial = ObservedTrial(
+            number=len(self._done),
+            models=models,
+            sequences=tuple(model.sequence for model in self._sent.values()),
+            counts=tuple(start.trial for start in self._starts.values()),
+            started_s=started_s,
+            track=track,
+            faults=tuple(fault.text for fault in (*track.faults, *stuck)),
+        )
+        self._keep(trial)
+        if trial.faults:
+            raise Disturbance("P5", trial.faults[0], f"Look after the robots: {_listed(trial.faults)} Then {REMOTE}")
+        self._done.append(trial)
+        self._queue.popleft()
+        return self._wait_for_stop
+
+    def _signals(self, kind: str, expected_s: float) -> dict[str, Signal]:
+        """Return a signal of a kind from every replica, in the order of the replicas."""
+        deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
+        found: dict[str, Signal] = {}
+        while len(found) < len(self._robots):
+            for name in [name for name in self._robots if name not in found]:
+                signal = self._poll(name, kind)
+                if signal is not None:
+                    found[name] = signal
+            if self._clock.now() > deadline and len(found) < len(self._robots):
+                silent = ", ".join(name for name in self._robots if name not in found)
+                raise self._missed(f"{kind} has not come from {silent}")
+        times = [signal.received_s for signal in found.values()]
+        if max(times) - min(times) > self._timing.tolerance_s:
+            apart = max(times) - min(times)
+            raise Disturbance(self.state, f"the replicas are {apart:.1f} s out of step", REMOTE.capitalize())
+        return {name: found[name] for name in self._robots}
+
+    def _poll(self, name: str, kind: str) -> Signal | None:
+        try:
+            return self._robots[name].wait_for(kind, _POLL_S)
+        except TimeoutError:
+            return None
+        except LinkError as error:
+            raise self._lost(name, str(error)) from error
+
+    def _compare(self, kind: str, signals: Mapping[str, Signal], counts: Mapping[str, int]) -> None:
+        """Refuse signals of another trial or with another model than expected."""
+        for name, signal in signals.items():
+            if signal.trial != counts[name]:
+                fault = (
+                    f"{kind} of trial {signal.trial} has come from {name}, {counts[name]} was expected: one was missed"
+                )
+                raise self._missed(fault)
+            if signal.sequence != self._sent[name].sequence:
+                model = self._sent[name].sequence
+                raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
+
+    def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
+        """Use a replica's link; one that had to be opened again counts as lost."""
+        robot = self._robots[name]
+        before = robot.reconnections
+        try:
+            answer = use()
+        except LinkError as error:
+            raise self._lost(name, str(error)) from error
+        if robot.reconnections > before:
+            raise self._lost(name, "it has come back")
+        return answer
+
+    def _lost(self, name: str, how: str) -> Disturbance:
+        remedy = f"Switch replica {name} on, and see to its link; then {REMOTE}"
+        return Disturbance(
+            self.state, f"the link to replica {name} is lost ({how.rstrip('.')})", remedy, transient=True
+        )
+
+    def _missed(self, fault: str) -> Disturbance:
+        return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", transient=True)
+
+    def _drop_signals(self) -> None:
+        for name, robot in self._robots.items():
+            self._guard(name, robot.drop_signals)
+
+
+def _listed(faults: Sequence[str]) -> str:
+    """Return sentences of the first faults, and how many more there are; where nearly all robots jump, the camera is at fault."""
+    sentences = [f"{text[0].upper()}{text[1:]}" for text in faults[:_SHOWN]]
+    if len(faults) > _SHOWN:
+        sentences.append(
+            f"And {len(faults) - _SHOWN} more; if they are of nearly all robots, look after the camera and the PC."
+        )
+    return " ".join(sentences)

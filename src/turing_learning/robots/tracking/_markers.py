@@ -1,0 +1,345 @@
+"""What robots wear on their tops, and how it is found in an image."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+
+from ._opencv import gray, vision
+
+HUES = {"blue": 220.0, "orange": 28.0, "purple": 290.0, "green": 130.0, "red": 0.0}
+"""Hue (degrees) of each color that a marker may have."""
+HUE_TOLERANCE = 27.0
+UNKNOWN = "unknown color"
+_LEAST_PIXELS = 8  # of a spot, at half the resolution
+Shapes = list[tuple[np.ndarray, tuple[int, int, int]]]
+"""What is printed on the white disk: outlines (k, 2) in the robot's axes (cm, x ahead), and their colors (blue, green, red)."""
+_PAINTS = {
+    "blue": (200, 90, 20),
+    "orange": (30, 120, 235),
+    "purple": (190, 50, 150),
+    "green": (60, 170, 40),
+    "red": (40, 40, 210),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Detections:
+    """The n markers found in one image.
+
+    Attributes
+    ----------
+    positions : (n, 2)
+        Centre of the robot (cm).
+    headings : (n,) or None
+        Heading of the robot (rad, anticlockwise); None for markers that do not show it.
+    labels
+        For each, the color, or the identity of an ArUco marker as text.
+    """
+
+    positions: np.ndarray
+    headings: np.ndarray | None
+    labels: tuple[str, ...]
+
+
+class Markers(Protocol):
+    """A kind of marker."""
+
+    @property
+    def height_cm(self) -> float:
+        """Height of the marker above the floor."""
+
+    @property
+    def disk_radius_cm(self) -> float:
+        """Radius of the white disk that it is printed on."""
+
+    @property
+    def has_heading(self) -> bool:
+        """Whether it shows where the robot is heading."""
+
+    def shapes(self, label: str) -> Shapes:
+        """Return what is printed on the disk of a robot with this label."""
+
+    def check_label(self, label: str) -> None:
+        """Refuse a label that such a marker cannot have."""
+
+    def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
+        """Find all markers in an image (H, W, 3), given x, y (H, W, 2) of every pixel at the markers' height."""
+
+
+def _check_color(label: str) -> None:
+    if label not in HUES:
+        raise ValueError(f"`label` must be one of {', '.join(HUES)}; got {label!r}.")
+
+
+@dataclass(frozen=True)
+class _Spot:
+    """A colored spot: weight (n,) and x, y (n, 2) of its pixels, and its color's name."""
+
+    weights: np.ndarray
+    places: np.ndarray
+    label: str
+
+    @cached_property
+    def center(self) -> np.ndarray:
+        """Weighted mean (2,)."""
+        return np.asarray(self.weights @ self.places / self.weights.sum())
+
+    @cached_property
+    def taper(self) -> "_Taper":
+        """How the spot is long and tapers off."""
+        offsets = self.places - self.center
+        shares = self.weights / self.weights.sum()
+        (xx, xy), (_, yy) = (offsets * shares[:, None]).T @ offsets
+        angle = 0.5 * math.atan2(2 * xy, xx - yy)
+        along = offsets @ np.array([math.cos(angle), math.sin(angle)])
+        longest = float(shares @ along**2)
+        third = float(shares @ along**3) / longest**1.5
+        return _Taper(angle if third > 0 else angle + math.pi, abs(third), longest / max(xx + yy - longest, 1e-9))
+
+
+@dataclass(frozen=True)
+class _Taper:
+    """Direction (rad) in which a spot tapers off, its skewness that way, and its variance along over that across.
+
+    The direction is the axis of largest variance, on the side of the third moment: a triangle's long tail is its tip.
+    """
+
+    direction: float
+    skewness: float
+    elongation: float
+
+
+def _hue(color: np.ndarray) -> float:
+    """Return the hue (degrees) of blue, green, red (3,)."""
+    blue, green, red = (float(value) for value in color)
+    return math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
+
+
+def _name_hue(hue: float) -> str:
+    """Return the nearest color's name, or `UNKNOWN`."""
+    distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
+    nearest = min(distances, key=lambda name: distances[name])
+    return nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
+
+
+def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
+    """Return the colored spots of about the expected area.
+
+    A pixel's chroma, its largest minus its smallest channel, is high on colored paper alone: skirts, disks, floor and
+    walls are gray. Spots are looked for at half the resolution, where there is less noise, and measured at the full one:
+    weighing pixels by their chroma tells places much finer than a pixel.
+    """
+    cv2 = vision()
+    half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
+    colored = cv2.threshold(_chroma(half), chroma, 255, cv2.THRESH_BINARY)[1]
+    _, _, boxes, _ = cv2.connectedComponentsWithStats(colored, connectivity=8)
+    spots = []
+    for left, top, width, height, _ in boxes[1:][boxes[1:, 4] >= _LEAST_PIXELS]:
+        rows = slice(max(2 * top - 3, 0), 2 * (top + height) + 3)
+        columns = slice(max(2 * left - 3, 0), 2 * (left + width) + 3)
+        spot = _measure(image[rows, columns], places[rows, columns], area_cm2, chroma)
+        if spot is not None:
+            spots.append(spot)
+    return spots
+
+
+def _chroma(image: np.ndarray) -> np.ndarray:
+    """Return the largest minus the smallest channel (H, W)."""
+    cv2 = vision()
+    blue, green, red = cv2.split(image)
+    return np.asarray(cv2.subtract(cv2.max(cv2.max(blue, green), red), cv2.min(cv2.min(blue, green), red)))
+
+
+def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: float) -> _Spot | None:
+    """Weigh the pixels of a cut-out by their chroma above a fifth of the spot's own; None if the area does not fit."""
+    chroma = _chroma(image).astype(np.float64)
+    full = max(float(np.partition(chroma.ravel(), -chroma.size // 6)[-chroma.size // 6]), least)
+    weights = np.clip(chroma / full - 0.2, 0.0, 0.8) / 0.8
+    across, down = places[0, -1] - places[0, 0], places[-1, 0] - places[0, 0]
+    area = abs(float(across[0] * down[1] - across[1] * down[0])) * float(weights.mean())
+    if not 0.75 * area_cm2 <= area <= 1.3 * area_cm2:
+        return None
+    label = _name_hue(_hue(image[weights > 0.7].mean(axis=0)))
+    kept = weights > 0
+    return _Spot(weights[kept], places[kept].astype(np.float64), label)
+
+
+@dataclass(frozen=True)
+class TriangleMarkers:
+    """Colored isosceles triangles on white disks, whose tip points to the robot's back.
+
+    Attributes
+    ----------
+    tip_cm, base_cm
+        Distance of the tip behind the robot's centre, and of the base in front of it.
+    half_width_cm
+        Half the base. The triangle must be longer than wide.
+    disk_radius_cm
+        Radius of the white disk.
+    height_cm
+        Height of the marker above the floor.
+    chroma
+        Least difference between the largest and the smallest channel (0 to 255) of a colored pixel.
+
+    Source
+    ------
+    Paper, section 5.1.3 and figure 16.
+    """
+
+    tip_cm: float = 3.0
+    base_cm: float = 1.5
+    half_width_cm: float = 1.6
+    disk_radius_cm: float = 3.3
+    height_cm: float = 6.0
+    chroma: int = 40
+    has_heading = True
+
+    def __post_init__(self) -> None:
+        length = self.tip_cm + self.base_cm
+        if not 0 < 2.2 * self.half_width_cm <= length:
+            raise ValueError(
+                f"`markers` must be triangles at least 1.1 times as long as wide; got {length} cm by "
+                f"{2 * self.half_width_cm} cm."
+            )
+
+    def shapes(self, label: str) -> Shapes:
+        """Return one triangle; see `Markers`."""
+        corners = [(-self.tip_cm, 0.0), (self.base_cm, -self.half_width_cm), (self.base_cm, self.half_width_cm)]
+        return [(np.array(corners), _PAINTS[label])]
+
+    def check_label(self, label: str) -> None:
+        """Refuse what is not a color."""
+        _check_color(label)
+
+    def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
+        """Find all triangles in an image (H, W, 3); see `Markers`."""
+        found = _find_spots(image, places, (self.tip_cm + self.base_cm) * self.half_width_cm, self.chroma)
+        spots = [spot for spot in found if self._is_triangle(spot.taper)]
+        headings = np.array([spot.taper.direction + math.pi for spot in spots])
+        offset = (2 * self.base_cm - self.tip_cm) / 3
+        ahead = np.column_stack([np.cos(headings), np.sin(headings)])
+        centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
+        wrapped = (headings + math.pi) % (2 * math.pi) - math.pi
+        return Detections(centers - offset * ahead, wrapped, tuple(spot.label for spot in spots))
+
+    def _is_triangle(self, taper: _Taper) -> bool:
+        """Tell a whole triangle from what a cable or a hand leaves of it, or from another colored thing.
+
+        A triangle's variance is a 1/18 of its length squared along, 1/24 of its width squared across; its skewness is 0.57.
+        Blur and noise make both less.
+        """
+        elongation = (self.tip_cm + self.base_cm) ** 2 / 18 / ((2 * self.half_width_cm) ** 2 / 24)
+        return taper.skewness > 0.2 and 0.55 * elongation < taper.elongation < 1.4 * elongation
+
+
+@dataclass(frozen=True)
+class RoundMarkers:
+    """Plain colored disks, for positions alone.
+
+    Attributes
+    ----------
+    radius_cm
+        Radius of the colored disk.
+    height_cm
+        Height of the marker above the floor.
+    chroma
+        As for triangles.
+
+    Source
+    ------
+    Paper, section 5.4: 40 robots, of which only positions were taken.
+    """
+
+    radius_cm: float = 2.0
+    disk_radius_cm: float = 3.3
+    height_cm: float = 6.0
+    chroma: int = 40
+    has_heading = False
+
+    def shapes(self, label: str) -> Shapes:
+        """Return one disk; see `Markers`."""
+        angles = np.linspace(0, 2 * math.pi, 32, endpoint=False)
+        return [(self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])]
+
+    def check_label(self, label: str) -> None:
+        """Refuse what is not a color."""
+        _check_color(label)
+
+    def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
+        """Find all disks in an image (H, W, 3); see `Markers`."""
+        spots = _find_spots(image, places, math.pi * self.radius_cm**2, self.chroma)
+        centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
+        return Detections(centers, None, tuple(spot.label for spot in spots))
+
+
+@dataclass(frozen=True)
+class ArucoMarkers:
+    """Square ArUco markers (`DICT_4X4_50`), each with an identity; their upper edge is the robot's front.
+
+    Attributes
+    ----------
+    side_cm
+        Side of the black square.
+    height_cm
+        Height of the marker above the floor.
+    """
+
+    side_cm: float = 4.8
+    disk_radius_cm: float = 3.7
+    height_cm: float = 6.0
+    has_heading = True
+
+    def check_label(self, label: str) -> None:
+        """Refuse what is not an identity of the dictionary."""
+        if not (label.isdecimal() and int(label) < 50):
+            raise ValueError(f"`label` must be an ArUco identity, 0 to 49; got {label!r}.")
+
+    def shapes(self, label: str) -> Shapes:
+        """Return the black square and its white cells; see `Markers`."""
+        aruco = vision().aruco
+        cells = aruco.getPredefinedDictionary(aruco.DICT_4X4_50).generateImageMarker(int(label), 6)
+        square = self.side_cm * np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+        step = self.side_cm / 6
+        shapes: Shapes = [(square, (20, 20, 20))]
+        for row, column in np.argwhere(cells > 0):
+            center = np.array([2.5 - row, 2.5 - column]) * step
+            shapes.append((center + square / 6, (235, 235, 235)))
+        return shapes
+
+    @cached_property
+    def _detector(self) -> Any:
+        aruco = vision().aruco
+        settings = aruco.DetectorParameters()
+        settings.cornerRefinementMethod, settings.cornerRefinementWinSize = aruco.CORNER_REFINE_SUBPIX, 2
+        settings.adaptiveThreshWinSizeMin, settings.adaptiveThreshWinSizeMax = 11, 19
+        settings.adaptiveThreshWinSizeStep = 8
+        settings.errorCorrectionRate = 1.0  # all that the dictionary can correct: one bit
+        settings.polygonalApproxAccuracyRate = 0.08  # a cell is four pixels wide, and corners are blurred
+        settings.perspectiveRemovePixelPerCell = 8
+        settings.perspectiveRemoveIgnoredMarginPerCell = 0.25
+        return aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_4X4_50), settings)
+
+    def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
+        """Find all ArUco markers in an image (H, W, 3); see `Markers`."""
+        found, identities, _ = self._detector.detectMarkers(gray(image))
+        corners = np.array([np.asarray(square).reshape(4, 2) for square in found]).reshape(-1, 4, 2)
+        on_plane = _interpolate(places, corners.reshape(-1, 2)).reshape(-1, 4, 2)
+        ahead = (on_plane[:, 0] + on_plane[:, 1]) - (on_plane[:, 2] + on_plane[:, 3])
+        labels = tuple(str(identity) for identity in ([] if identities is None else np.asarray(identities).ravel()))
+        return Detections(on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), labels)
+
+
+def _interpolate(places: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """Return x, y (n, 2) between the pixels of a map (H, W, 2)."""
+    cv2 = vision()
+    if len(pixels) == 0:
+        return np.empty((0, 2))
+    at = pixels.astype(np.float32).reshape(-1, 1, 2)
+    return (
+        np.asarray(cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        .reshape(-1, 2)
+        .astype(np.float64)
+    )

@@ -1,0 +1,67 @@
+"""Positions (F, A, 2) as they are, one row for each frame from frame 0."""
+
+import numpy as np
+
+from turing_learning.trajectories._assemble import LARGEST, check_positions
+from turing_learning.trajectories._recording import Recording, YAxis, refusal
+
+
+def from_array(
+    positions: np.ndarray,
+    names: tuple[str, ...],
+    place: str,
+    *,
+    confidence: np.ndarray | None = None,
+    headings: np.ndarray | None = None,
+    first_frame: int = 0,
+    fps: float | None = None,
+    in_cm: bool = False,
+    y_axis: YAxis | None = "down",
+    numbered: bool = True,
+) -> Recording:
+    """Return the recording of positions (F, A, 2), not a number where missing."""
+    frames, count = positions.shape[:2]
+    infinite = np.isinf(positions)
+    if infinite.any():
+        raise refusal(
+            "have finite positions or NaN", "an infinite one", f"{place}, frame {np.argwhere(infinite)[0][0]}"
+        )
+    flat = positions.reshape(-1, 2)
+    present = check_positions(flat, lambda row: f"{place}, frame {row // count}").reshape(frames, count)
+    if not present.any():
+        raise refusal("hold at least one position", "none", place)
+    return Recording(
+        first_frame=first_frame,
+        individuals=names,
+        positions=np.where(present[..., None], positions, 0.0),
+        present=present,
+        confidence=None if confidence is None else np.where(present, np.nan_to_num(confidence), 0.0),
+        headings=None if headings is None else np.where(present, np.nan_to_num(headings), 0.0),
+        fps=fps,
+        in_cm=in_cm,
+        y_axis=y_axis,
+        numbered=numbered,
+    )
+
+
+def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
+    """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
+    known = np.abs(seconds) <= LARGEST
+    if known.sum() < 2:
+        return None
+    seconds, frames = seconds[known], frames[known]
+    span = seconds[-1] - seconds[0]
+    if span <= 0:
+        return None
+    fps = float((frames[-1] - frames[0]) / span)
+    late = (seconds - seconds[0]) * fps - (frames - frames[0])
+    return round(fps, 3) if np.abs(late).max() < 0.1 else None
+
+
+def check_rate(value: object, path: object) -> float:
+    """Return a frame rate that a file states, if it can be one."""
+    stated = np.asarray(value)
+    fps = float(stated.ravel()[0]) if stated.size == 1 and stated.dtype.kind in "fiu" else np.nan
+    if not (np.isfinite(fps) and fps > 0):
+        raise refusal("state a frame rate above 0", repr(value), path)
+    return fps
