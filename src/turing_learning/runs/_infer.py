@@ -225,7 +225,9 @@ def in_memory(
         return dataset_in_memory(session.layout, session.arrays, completed)
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
-    attachments = Attachments(history, _reporter(configuration, lambda: manifest, None), _checker(configuration))
+    attachments = Attachments(
+        configuration, history, _reporter(configuration, lambda: manifest, None), _checker(configuration)
+    )
     return summarize(
         configuration,
         session.traces,
@@ -416,6 +418,7 @@ def _attachments(folder: RunFolder, configuration: Configuration, completed: int
         return dataset_on_disk(folder.history_path, completed)
 
     return Attachments(
+        configuration=configuration,
         history=history,
         report=_reporter(configuration, folder.manifest, folder.report_path),
         check=_checker(configuration),
