@@ -13,8 +13,8 @@ from ._folder import resume_command
 from ._result import Result, named
 from ._scales import on_own_scales
 
-AGREE = 1.2
-"""R-hat up to which runs are said to agree."""
+AGREE, DISAGREE = 1.2, 1.5
+"""R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
 _FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history")
 """Settings in which pooled runs may differ; but for the seed, none of them changes the result."""
@@ -40,7 +40,7 @@ class Pooled:
         Lower and upper end, for each parameter, of what the runs leave open together: nine of ten hold the truth, also where runs
         settle in different regions, see `turing_learning.analysis.pooled_interval`.
     agreement
-        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`.
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it.
     estimates
         Name -> the K estimates, in the order of `seeds`.
     truth
@@ -61,9 +61,9 @@ class Pooled:
     estimate_mae: float | None
 
     @property
-    def disagreeing(self) -> tuple[str, ...]:
-        """The parameters of which the runs settle in different regions, or wander too slowly to say: R-hat above 1.2."""
-        return tuple(name for name, value in self.agreement.items() if value > AGREE)
+    def verdict(self) -> dict[str, str]:
+        """Whether the runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), or "unclear"."""
+        return {name: _word(value) for name, value in self.agreement.items()}
 
     def __str__(self) -> str:
         width = max(10, *map(len, self.estimate))
@@ -73,9 +73,9 @@ class Pooled:
             true = None if self.truth is None else self.truth[name]
             error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
             numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
-            word = "disagree" if name in self.disagreeing else "agree"
-            lines.append(f"{name:>{width}}{numbers}{self.agreement[name]:>10.2f}{word:>10}")
-        lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in self.disagreeing]
+            lines.append(f"{name:>{width}}{numbers}{self.agreement[name]:>10.2f}{self.verdict[name]:>10}")
+        apart = [name for name, word in self.verdict.items() if word == "disagree"]
+        lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
         seeds = ", ".join(map(str, self.seeds))
         return "\n".join(
             [f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {self.generations} generations", *lines]
@@ -197,6 +197,12 @@ def _place(run: Result) -> str:
 def _shown(value: object) -> str:
     text = repr(value)
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _word(agreement: float) -> str:
+    if agreement <= AGREE:
+        return "agree"
+    return "disagree" if agreement > DISAGREE else "unclear"
 
 
 def _number(value: float | None) -> str:

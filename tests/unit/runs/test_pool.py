@@ -80,12 +80,12 @@ def test_a_pool_cannot_be_changed(three):
 
 
 def test_the_table_says_where_runs_disagree(three):
-    text = str(replace(tl.pool(three), agreement={"vl0": 1.0, "vr0": 1.2, "vl1": 1.21, "vr1": np.inf}))
+    text = str(replace(tl.pool(three), agreement={"vl0": 1.2, "vr0": 1.5, "vl1": 1.51, "vr1": np.inf}))
     head, columns, *lines = text.splitlines()
     assert head == f"aggregation, 3 runs, seeds 1, 2, 3, {LENGTH} generations"
     assert columns.split() == ["parameter", "estimate", "90", "%", "from", "to", "true", "|error|", "R-hat", "runs"]
     assert [line.split()[-2:] for line in lines[:4]] == [
-        ["1.00", "agree"], ["1.20", "agree"], ["1.21", "disagree"], ["inf", "disagree"]
+        ["1.20", "agree"], ["1.50", "unclear"], ["1.51", "disagree"], ["inf", "disagree"]
     ]  # fmt: skip
     assert [line.partition(":")[0] for line in lines[4:]] == ["runs disagree on vl1", "runs disagree on vr1"]
     assert f"{three[1].estimate['vl1']:.4g}" in lines[4]
