@@ -1,6 +1,7 @@
 """Are known parameters found again? Each family of models, inferred from recordings of itself.
 
-Run with ``python examples/recovery.py``, at any time again: runs that are in the table are not repeated.
+Run with ``python examples/recovery.py``, at any time again: recordings that are in the table are not repeated, nor are runs whose
+folders are there.
 """
 
 import argparse
@@ -20,14 +21,18 @@ from turing_learning.models import Parameter
 from turing_learning.runs import write_atomically
 from turing_learning.trajectories import SIGNALS
 
-RUNS = 10
+RECORDINGS = 10
+SEEDS = 4
+"""Runs on each recording, which are pooled."""
+
 GROUPS = 100
 """Recorded groups, of each of which some individuals become samples."""
 
 TOLD = 0.02
 """Standard error, as a share of the range, up to which a parameter counts as identifiable."""
 
-DOCS = Path(__file__).parents[1] / "docs"
+ROOT = Path(__file__).parents[1]
+DOCS, WORK = ROOT / "docs", ROOT / "runs" / "recovery"
 
 
 @dataclass(frozen=True)
@@ -73,16 +78,22 @@ CASES = {
 
 @dataclass(frozen=True)
 class Row:
-    """What one run says of one parameter."""
+    """What the runs on one recording, pooled, say of one parameter.
+
+    `estimates` are those of the single runs, separated by spaces, and `held_alone` counts those whose own interval holds the truth.
+    """
 
     family: str
-    run: int
+    recording: int
     parameter: str
     unit: str
     truth: float
     estimate: float
     low: float
     high: float
+    r_hat: float
+    estimates: str
+    held_alone: int
     seconds: float
 
     @property
@@ -90,10 +101,15 @@ class Row:
         """Whether the truth is within the interval."""
         return self.low <= self.truth <= self.high
 
+    @property
+    def runs(self) -> int:
+        """Number of runs."""
+        return len(self.estimates.split())
+
 
 @dataclass(frozen=True)
 class Summary:
-    """What all runs say of one parameter; errors and half widths are shares of the range."""
+    """What all recordings say of one parameter; errors and half widths are shares of the range."""
 
     family: str
     parameter: str
@@ -101,35 +117,61 @@ class Summary:
     truth: float
     least_error: float
     identifiable: bool
-    runs: int
+    recordings: int
     held: int
+    runs: int
+    held_alone: int
     median_estimate: float
     median_error: float
     median_half_width: float
+    median_r_hat: float
 
 
-def recover(name: str, run: int, case: Case) -> list[Row]:
-    """Record a family, infer its parameters from the recording, and return a row for each."""
-    recorded = case.family.observe(case.truth, groups=GROUPS, rng=np.random.default_rng([run, GROUPS]))
-    result = tl.infer(
+def recover(name: str, recording: int, case: Case, work: Path) -> list[Row]:
+    """Record a family, infer its parameters from the recording by several runs, and return a row for each parameter."""
+    recorded = case.family.observe(case.truth, groups=GROUPS, rng=np.random.default_rng([recording, GROUPS]))
+    seeds = [100 * recording + number for number in range(1, SEEDS + 1)]
+    runs = [infer(case, recorded, seed, work / f"{name}-{recording}-seed{seed}") for seed in seeds]
+    pooled = tl.pool(runs)
+    return [
+        Row(
+            name,
+            recording,
+            key,
+            unit,
+            case.truth[key],
+            *map(_rounded, (pooled.estimate[key], *pooled.interval[key], pooled.agreement[key])),
+            estimates=" ".join(f"{_rounded(value):g}" for value in pooled.estimates[key]),
+            held_alone=sum(low <= case.truth[key] <= high for low, high in (run.interval[key] for run in runs)),
+            seconds=round(sum(run.seconds_total for run in runs), 1),
+        )
+        for key, unit in case.family.units.items()
+    ]
+
+
+def infer(case: Case, recorded: np.ndarray, seed: int, folder: Path) -> tl.Result:
+    """Do a run in a folder, or go on with it; one that is finished is opened."""
+    if folder.exists():
+        return tl.resume(folder, genuine=recorded, simulate=case.family, threads=1)
+    return tl.infer(
         genuine=recorded,
         simulate=case.family,
         parameters=case.family.parameters,
         signals=case.family.signals,
         generations=case.generations,
-        seed=run,
+        seed=seed,
         threads=1,
-        settings={"models.population": case.population, "classifiers.population": case.population},
+        out=folder,
+        settings={
+            "models.population": case.population,
+            "classifiers.population": case.population,
+            "run.history": "thin",
+        },
     )
-    return [
-        Row(name, run, key, unit, case.truth[key], *_rounded(result, key), seconds=round(result.seconds_total, 1))
-        for key, unit in case.family.units.items()
-    ]
 
 
-def _rounded(result: tl.Result, name: str) -> Iterator[float]:
-    for value in (result.estimate[name], *result.interval[name]):
-        yield float(f"{value:.5g}")
+def _rounded(value: float) -> float:
+    return float(f"{value:.5g}")
 
 
 def read(path: Path) -> list[Row]:
@@ -150,25 +192,25 @@ def write(path: Path, rows: Sequence[Row | Summary]) -> None:
     write_atomically(path, text.getvalue().encode())
 
 
-def complete(path: Path, names: Sequence[str], runs: int) -> Iterator[list[Row]]:
-    """Do the runs that a table lacks, one after the other through all families, and yield the table after each."""
+def complete(path: Path, names: Sequence[str], recordings: int, work: Path) -> Iterator[list[Row]]:
+    """Do what a table lacks, one recording after the other through all families, and yield the table after each."""
     rows = read(path)
-    done = {(row.family, row.run) for row in rows}
-    for run in range(1, runs + 1):
+    done = {(row.family, row.recording) for row in rows}
+    for recording in range(1, recordings + 1):
         for name in names:
-            if (name, run) not in done:
-                rows = sorted([*rows, *recover(name, run, CASES[name])], key=place)
+            if (name, recording) not in done:
+                rows = sorted([*rows, *recover(name, recording, CASES[name], work)], key=place)
                 write(path, rows)
                 yield rows
 
 
 def place(row: Row) -> tuple[int, int]:
-    """Return where a run stands in the table."""
-    return list(CASES).index(row.family), row.run
+    """Return where a recording stands in the table."""
+    return list(CASES).index(row.family), row.recording
 
 
 def summarize(rows: Sequence[Row]) -> Iterator[Summary]:
-    """Yield for each parameter how often the runs found it, and what its motion tells of it at all."""
+    """Yield for each parameter how often it was found, and what its motion tells of it at all."""
     for name in dict.fromkeys(row.family for row in rows):
         case = CASES[name]
         least = least_errors(case.family, case.truth, GROUPS)
@@ -181,11 +223,14 @@ def summarize(rows: Sequence[Row]) -> Iterator[Summary]:
                 truth=case.truth[key],
                 least_error=round(least[key], 4),
                 identifiable=least[key] <= TOLD,
-                runs=len(own),
+                recordings=len(own),
                 held=sum(row.held for row in own),
+                runs=sum(row.runs for row in own),
+                held_alone=sum(row.held_alone for row in own),
                 median_estimate=float(f"{np.median([row.estimate for row in own]):.4g}"),
                 median_error=share([row.estimate - row.truth for row in own], parameter),
                 median_half_width=share([(row.high - row.low) / 2 for row in own], parameter),
+                median_r_hat=round(float(np.median([row.r_hat for row in own])), 2),
             )
 
 
@@ -197,18 +242,21 @@ def share(lengths: Sequence[float], parameter: Parameter) -> float:
 def main() -> None:
     """Do what is missing, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--runs", type=int, default=RUNS, help="runs of each family")
+    parser.add_argument("--recordings", type=int, default=RECORDINGS, help="recordings of each family")
     parser.add_argument("--only", choices=CASES, action="append", help="a family; all by default")
     parser.add_argument("--docs", type=Path, default=DOCS, help="folder with results/ and images/")
+    parser.add_argument(
+        "--work", type=Path, default=WORK, help="folder of the runs; remove it when the code or a case has changed"
+    )
     chosen = parser.parse_args()
-    path = chosen.docs / "results" / "recovery-runs.csv"
-    for rows in complete(path, chosen.only or list(CASES), chosen.runs):
-        print(f"{len({(row.family, row.run) for row in rows})} runs in {path}", flush=True)
+    path = chosen.docs / "results" / "recovery-pools.csv"
+    for rows in complete(path, chosen.only or list(CASES), chosen.recordings, chosen.work):
+        print(f"{len({(row.family, row.recording) for row in rows})} recordings in {path}", flush=True)
     rows = read(path)
     summaries = list(summarize(rows))
-    write(path.with_name("recovery-summary.csv"), summaries)
+    write(path.with_name("recovery-pools-summary.csv"), summaries)
     dim = {(one.family, one.parameter) for one in summaries if not one.identifiable}
-    draw(rows, dim).savefig(chosen.docs / "images" / "recovery.png", dpi=110)
+    draw(rows, dim).savefig(chosen.docs / "images" / "recovery-pools.png", dpi=110)
 
 
 if __name__ == "__main__":

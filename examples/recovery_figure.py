@@ -1,4 +1,4 @@
-"""Draw what the runs of recovery.py say of each parameter."""
+"""Draw what the recordings of recovery.py say of each parameter."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -9,10 +9,10 @@ HELD, MISSED, INK, MUTED = "#0072b2", "#d55e00", "#1f2933", "#66717d"
 
 
 class Estimate(Protocol):
-    """What one run says of one parameter."""
+    """What the runs on one recording say of one parameter."""
 
     family: str
-    run: int
+    recording: int
     parameter: str
     unit: str
     truth: float
@@ -28,7 +28,7 @@ def draw(rows: Sequence[Estimate], dim: set[tuple[str, str]]) -> Figure:
     Parameters
     ----------
     rows
-        Of all runs.
+        Of all recordings.
     dim
         Family and parameter of those that are not identifiable.
     """
@@ -45,8 +45,8 @@ def draw(rows: Sequence[Estimate], dim: set[tuple[str, str]]) -> Figure:
             axes.axhline(own[0].truth, color=INK, linewidth=0.8, linestyle=(0, (4, 2)))
             for row in own:
                 color = HELD if row.held else MISSED
-                axes.plot([row.run, row.run], [row.low, row.high], color=color, linewidth=1.4)
-                axes.plot(row.run, row.estimate, "o", color=color, markersize=2.6)
+                axes.plot([row.recording, row.recording], [row.low, row.high], color=color, linewidth=1.4)
+                axes.plot(row.recording, row.estimate, "o", color=color, markersize=2.6)
             axes.tick_params(labelsize=6, bottom=False, labelbottom=False)
             axes.spines[["top", "right", "bottom"]].set_visible(False)
         line[0].set_ylabel(name, fontsize=8, color=INK)

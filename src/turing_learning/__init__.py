@@ -4,8 +4,8 @@ The three nouns at the top are the boxes of the method's picture: a sample sourc
 `swarm`), classifiers that judge motion samples (`classifiers`), and the coevolution that pits models against
 classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or with a system and
 a simulator of one's own, whose parameters may be said in detail by `Parameter`; `resume` goes on with a run; `load_run`
-opens what a run left behind; `study` does many runs, and `load_study` opens them. `load_trajectories` reads recorded
-motion.
+opens what a run left behind; `pool` tells several runs as one; `study` does many runs, and `load_study` opens them.
+`load_trajectories` reads recorded motion.
 
 Rooms are imported on first use, so that ``import turing_learning`` stays fast.
 """
@@ -38,12 +38,13 @@ if TYPE_CHECKING:
         trajectories,
     )
     from .models import Parameter
-    from .runs import Result, infer, load_run, resume
+    from .runs import Pooled, Result, infer, load_run, pool, resume
     from .studies import StudyResult, load_study, study
     from .trajectories import Trajectories, load_trajectories
 
 __all__ = [
     "Parameter",
+    "Pooled",
     "Result",
     "StudyResult",
     "Trajectories",
@@ -61,6 +62,7 @@ __all__ = [
     "load_study",
     "load_trajectories",
     "models",
+    "pool",
     "report",
     "reproduction",
     "resume",
@@ -74,7 +76,7 @@ __all__ = [
     "trajectories",
 ]
 
-_FROM_RUNS = ("Result", "infer", "load_run", "resume")
+_FROM_RUNS = ("Pooled", "Result", "infer", "load_run", "pool", "resume")
 _FROM_STUDIES = ("StudyResult", "load_study", "study")
 _FROM_TRAJECTORIES = ("Trajectories", "load_trajectories")
 

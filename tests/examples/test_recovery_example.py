@@ -1,6 +1,7 @@
 """The recovery of known parameters, in a fast form, and its table."""
 
 import csv
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -21,17 +22,21 @@ def recovery(monkeypatch):
 
     fast = replace(recovery.CASES["burst-and-coast"], generations=4, population=8)
     monkeypatch.setattr(recovery, "CASES", {"burst-and-coast": fast})
+    monkeypatch.setattr(recovery, "SEEDS", 2)
     monkeypatch.setattr(sys.modules["identifiability"], "GROUPS", 90)
     return recovery
 
 
-def run(recovery, monkeypatch, folder, runs):
+def run(recovery, monkeypatch, folder, recordings):
     for part in ("results", "images"):
         (folder / part).mkdir(exist_ok=True)
-    monkeypatch.setattr("sys.argv", ["recovery.py", "--runs", str(runs), "--docs", str(folder)])
+    monkeypatch.setattr(
+        "sys.argv",
+        ["recovery.py", "--recordings", str(recordings), "--docs", str(folder), "--work", str(folder / "work")],
+    )
     recovery.main()
-    assert (folder / "images" / "recovery.png").exists()
-    return recovery.read(folder / "results" / "recovery-runs.csv")
+    assert (folder / "images" / "recovery-pools.png").exists()
+    return recovery.read(folder / "results" / "recovery-pools.csv")
 
 
 def test_a_second_call_does_only_what_is_missing(recovery, monkeypatch, tmp_path):
@@ -42,7 +47,30 @@ def test_a_second_call_does_only_what_is_missing(recovery, monkeypatch, tmp_path
     second = run(recovery, monkeypatch, tmp_path, 2)
     assert done == [2]
     assert second[: len(first)] == first
-    assert {row.run for row in second} == {1, 2}
+    assert {row.recording for row in second} == {1, 2}
+
+
+def test_what_was_stopped_goes_on_with_the_run_that_is_missing(recovery, monkeypatch, tmp_path):
+    case = recovery.CASES["burst-and-coast"]
+    whole = recovery.recover("burst-and-coast", 1, case, tmp_path)
+    shutil.rmtree(tmp_path / "burst-and-coast-1-seed102")
+    done = []
+    infer = recovery.tl.infer
+    monkeypatch.setattr(recovery.tl, "infer", lambda **given: done.append(given["seed"]) or infer(**given))
+    again = recovery.recover("burst-and-coast", 1, case, tmp_path)
+    assert done == [102]
+    assert [replace(row, seconds=0) for row in again] == [replace(row, seconds=0) for row in whole]
+
+
+def test_a_row_is_the_pool_of_the_runs_on_one_recording(recovery, tmp_path):
+    rows = recovery.recover("burst-and-coast", 1, recovery.CASES["burst-and-coast"], tmp_path)
+    runs = [recovery.tl.load_run(tmp_path / f"burst-and-coast-1-seed{seed}") for seed in (101, 102)]
+    pooled = recovery.tl.pool(runs)
+    for row in rows:
+        assert (row.low, row.high) == pytest.approx(pooled.interval[row.parameter], rel=1e-4)
+        assert list(map(float, row.estimates.split())) == pytest.approx(pooled.estimates[row.parameter], rel=1e-4)
+        held = [low <= row.truth <= high for low, high in (run.interval[row.parameter] for run in runs)]
+        assert (row.runs, row.held_alone) == (2, sum(held))
 
 
 def test_the_summary_counts_the_intervals_that_hold_the_truth(recovery, monkeypatch, tmp_path):
@@ -50,7 +78,7 @@ def test_the_summary_counts_the_intervals_that_hold_the_truth(recovery, monkeypa
     for summary in recovery.summarize(rows):
         own = [row for row in rows if row.parameter == summary.parameter]
         assert summary.held == sum(row.low <= row.truth <= row.high for row in own)
-        assert summary.runs == 2
+        assert (summary.recordings, summary.runs) == (2, 4)
 
 
 def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
@@ -64,11 +92,17 @@ def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
     )  # the straightened chords of turns within a step show a little
 
 
-def test_the_committed_summary_is_that_of_the_committed_runs():
-    rows = list(csv.DictReader((TABLES / "recovery-runs.csv").read_text(encoding="utf-8").splitlines()))
-    summaries = list(csv.DictReader((TABLES / "recovery-summary.csv").read_text(encoding="utf-8").splitlines()))
+@pytest.mark.parametrize(
+    ("table", "told", "count"),
+    [("runs", "summary", "runs"), ("pools", "pools-summary", "recordings")],
+)
+def test_the_committed_summaries_are_those_of_the_committed_tables(table, told, count):
+    rows, summaries = (
+        list(csv.DictReader((TABLES / f"recovery-{name}.csv").read_text(encoding="utf-8").splitlines()))
+        for name in (table, told)
+    )
     for summary in summaries:
         own = [row for row in rows if (row["family"], row["parameter"]) == (summary["family"], summary["parameter"])]
         held = sum(float(row["low"]) <= float(row["truth"]) <= float(row["high"]) for row in own)
-        assert (len(own), held) == (int(summary["runs"]), int(summary["held"]))
+        assert (len(own), held) == (int(summary[count]), int(summary["held"]))
     assert {row["family"] for row in rows} == {summary["family"] for summary in summaries}

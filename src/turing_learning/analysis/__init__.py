@@ -5,6 +5,8 @@
 `mean_absolute_error`     MAE over all parameters, equation 10.
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
+`pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
+`r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
@@ -26,6 +28,7 @@ from ._errors import absolute_error, mean_absolute_error
 from ._estimate import estimate, interval
 from ._failure import name_failure
 from ._polarization import polarization
+from ._pooled import pooled_estimate, pooled_interval, r_hat
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 
 __all__ = [
@@ -44,6 +47,9 @@ __all__ = [
     "median_place",
     "name_failure",
     "polarization",
+    "pooled_estimate",
+    "pooled_interval",
+    "r_hat",
     "response_error",
     "steady_outputs",
 ]

@@ -52,7 +52,7 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     the normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
     That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
-    docs/results.md. It says nothing of runs that settle in another region.
+    docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from . import _arena, _check, _detect, _reproduce, _robots, _search, _study
+from . import _arena, _check, _detect, _pool, _reproduce, _robots, _search, _study
 from ._exit import Interrupted
 from ._numbers import integer, real
 from ._options import (
@@ -261,6 +261,7 @@ def _numbers(text: str) -> list[float]:
 
 # The order of registration is that of `--help`: what most users need comes first.
 _study.register(app)
+_pool.register(app)
 _check.register(app)
 _detect.register(app)
 _reproduce.register(app)

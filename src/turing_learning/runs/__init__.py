@@ -10,6 +10,8 @@
     The same setup in plain simulation.
 `Result`
     What a run has inferred, with its history and report.
+`pool`, `Pooled`
+    Several runs of one configuration, told as one.
 `check_run`
     Whether its estimate can be believed; `Result.check` calls it.
 `Progress`
@@ -51,6 +53,7 @@ if TYPE_CHECKING:
     from ._manifest import new_manifest
     from ._open import load_run
     from ._paper import paper_absolute_errors
+    from ._pool import Pooled, pool
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
     from ._session import Progress
@@ -59,6 +62,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "TIMINGS",
+    "Pooled",
     "Progress",
     "Result",
     "RunFolder",
@@ -72,6 +76,7 @@ __all__ = [
     "new_manifest",
     "new_run_path",
     "paper_absolute_errors",
+    "pool",
     "read_events",
     "refuse_film_path",
     "refuse_future_format",
@@ -95,6 +100,7 @@ __all__ = [
 
 _LAZY = {
     "TIMINGS": "_result",
+    "Pooled": "_pool",
     "Progress": "_session",
     "Result": "_result",
     "RunFolder": "_folder",
@@ -108,6 +114,7 @@ _LAZY = {
     "new_manifest": "_manifest",
     "new_run_path": "_infer",
     "paper_absolute_errors": "_paper",
+    "pool": "_pool",
     "read_events": "_trial_store",
     "refuse_film_path": "_trial",
     "resume": "_infer",

@@ -48,7 +48,9 @@ def in_memory(
         return dataset_in_memory(session.layout, session.arrays, completed)
 
     manifest |= {"state": FINISHED if session.complete else STOPPED, "finished": now(), "seconds": session.seconds}
-    attachments = Attachments(history, reporter(configuration, lambda: manifest, None), checker(configuration))
+    attachments = Attachments(
+        configuration, history, reporter(configuration, lambda: manifest, None), checker(configuration)
+    )
     return summarize(
         configuration,
         session.traces,

@@ -125,6 +125,7 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
         return dataset_on_disk(folder.history_path, completed)
 
     return Attachments(
+        configuration=configuration,
         history=history,
         report=reporter(configuration, folder.manifest, folder.report_path),
         check=checker(configuration),

@@ -2,26 +2,24 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
-from turing_learning.config import Configuration, OwnConfiguration
-from turing_learning.models import Parameter
+from turing_learning.config import Configuration
 from turing_learning.report import short_number
 
 from ._paper import paper_absolute_errors
+from ._scales import on_own_scales
 from ._traces import SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
     import xarray
 
     from turing_learning.identifiability import Check
-
-LARGEST_DECADE = 300.0
-"""Ends of an interval on a logarithmic scale are at most so many decades from 1."""
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
@@ -33,8 +31,9 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 
 @dataclass(frozen=True)
 class Attachments:
-    """What a result can open or make: its history, its report, and its check."""
+    """What a result can open or make, its history, its report, and its check; and the configuration that ran."""
 
+    configuration: Configuration
     history: Callable[[], "xarray.Dataset"]
     report: Callable[["Result", Path | None], Path]
     check: Callable[..., "Check"]
@@ -119,6 +118,17 @@ class Result:
             If the result has no history.
         """
         return self._attached().history()
+
+    @property
+    def configuration(self) -> Configuration:
+        """What ran.
+
+        Raises
+        ------
+        RuntimeError
+            If the result belongs to no run.
+        """
+        return self._attached().configuration
 
     def report(self, path: str | Path | None = None) -> Path:
         """Write the report of the run, one HTML file.
@@ -236,14 +246,15 @@ def summarize(
     window = configuration.run.estimated_from(traces.completed)
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred, ends = estimate(typical, window), _interval(configuration, typical, window)
+    inferred = estimate(typical, window)
+    ends = on_own_scales(configuration, typical, partial(interval, window=window))
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
         seed=configuration.run.seed,
         complete=traces.completed == configuration.run.generations,
-        best_model=_named(names, best),
-        estimate=_named(names, inferred),
+        best_model=named(names, best),
+        estimate=named(names, inferred),
         interval=dict(zip(names, ends.tolist(), strict=True)),
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
@@ -254,23 +265,6 @@ def summarize(
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
     )
-
-
-def _interval(configuration: Configuration, typical: np.ndarray, window: int) -> np.ndarray:
-    """Return the ends (P, 2) of the interval, for a system of one's own within the bounds and in decades where it has any."""
-    if not isinstance(configuration, OwnConfiguration):
-        return interval(typical, window)
-    named = zip(configuration.scenario.parameters.values(), typical.T, strict=True)
-    return np.array([_bounded_interval(parameter, values[:, None], window) for parameter, values in named])
-
-
-def _bounded_interval(parameter: Parameter, values: np.ndarray, window: int) -> np.ndarray:
-    if parameter.scale == "log":
-        ends = 10.0 ** np.clip(interval(np.log10(values), window)[0], -LARGEST_DECADE, LARGEST_DECADE)
-    else:
-        ends = interval(values, window)[0]
-    low = -np.inf if parameter.low is None else parameter.low
-    return np.clip(ends, low, np.inf if parameter.high is None else parameter.high)
 
 
 def _networks(
@@ -284,7 +278,7 @@ def _networks(
         "best_model": traces["best_model"][-1],
         "estimate": traces["typical_model"][-len(typical) :][nearest],
     }
-    return {name: _named(configuration.parameter_names, values) for name, values in weights.items()}
+    return {name: named(configuration.parameter_names, values) for name, values in weights.items()}
 
 
 def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarray) -> dict[str, Any]:
@@ -295,16 +289,17 @@ def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarr
     truth = np.asarray(scenario.truth, dtype=float)
     errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
     return {
-        "truth": _named(names, truth),
-        "absolute_error": _named(names, errors),
-        "estimate_absolute_error": _named(names, inferred_errors),
+        "truth": named(names, truth),
+        "absolute_error": named(names, errors),
+        "estimate_absolute_error": named(names, inferred_errors),
         "mae": float(errors.mean()),
         "estimate_mae": float(inferred_errors.mean()),
         "paper_absolute_error": None if configuration.models.hidden else paper_absolute_errors(scenario),
     }
 
 
-def _named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
+def named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
+    """Return values (P,) by the names of the parameters."""
     return dict(zip(names, values.tolist(), strict=True))
 
 

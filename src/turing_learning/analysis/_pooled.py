@@ -1,0 +1,125 @@
+"""One model from several runs, its uncertainty, and whether the runs agree."""
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from ._estimate import CENTRAL, _growth, _independent
+
+
+def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
+    """Estimate the agent's parameters from several runs: the median of the estimates of the runs.
+
+    Parameters
+    ----------
+    typical_models : (K, W, P)
+        Typical models of the W generations that make the estimate of each of K >= 2 runs.
+
+    Returns
+    -------
+    (P,)
+        Parameter by parameter.
+
+    Raises
+    ------
+    ValueError
+        If `typical_models` is not of that shape, empty or not finite.
+    """
+    return np.median(_estimates(_checked(typical_models)), axis=0)
+
+
+def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
+    """State the uncertainty of the pooled estimate: an interval for each parameter that holds the truth nine times of ten.
+
+    Two things keep an estimate from the truth. The models of a run wander: that is read off the central 90 % of their distances
+    from the estimate of their run, all runs together, widened as in `interval` by the number of independent values. And runs
+    settle in different regions: if the truth is to the runs what one more run would be, nine of ten truths are within
+    t(K - 1) sqrt(1 + 1 / K) standard deviations of the runs' estimates, with the 95th percentile of Student's t. This factor is 2.6
+    for K = 4, 2.0 for 8, and 7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares of the two.
+
+    Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some times their scatter,
+    and that of two is very wide: two values say little of how they scatter. What shifts all runs alike it does not show.
+
+    Parameters
+    ----------
+    typical_models
+        As for `pooled_estimate`.
+
+    Returns
+    -------
+    (P, 2)
+        Lower and upper end for each parameter.
+
+    Raises
+    ------
+    ValueError
+        As `pooled_estimate`.
+
+    Source
+    ------
+    docs/decisions/0026. The prediction interval of normally distributed regions: Higgins, Thompson and Spiegelhalter, A
+    re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill and Wang, Confidence intervals on
+    nonnegative linear combinations of variances (1980).
+    """
+    typical = _checked(typical_models)
+    estimates, count = _estimates(typical), len(typical)
+    scatter = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count) * estimates.std(axis=0, ddof=1)
+    wandering = np.percentile(typical - estimates[:, None], CENTRAL, axis=(0, 1))
+    growth = [_growth(sum(_independent(series) for series in runs)) for runs in np.moveaxis(typical, 2, 0)]
+    low, high = np.hypot(np.array(growth) * wandering, scatter)
+    middle = np.median(estimates, axis=0)
+    return np.stack([middle - low, middle + high], axis=1)
+
+
+def r_hat(typical_models: np.ndarray) -> np.ndarray:
+    """Say how far the runs agree: the potential scale reduction of the ranks, known from Markov chains.
+
+    It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be told apart. Where no
+    two share a value it is 2.1 for K = 2, 3.1 for 4 and 4.6 for 8, however far apart they are. Ranks make it the same on any
+    scale, and let no excursion of a run hide that the others disagree.
+
+    Parameters
+    ----------
+    typical_models
+        As for `pooled_estimate`.
+
+    Returns
+    -------
+    (P,)
+        At least about 1, for each parameter; infinite where runs that differ do not move.
+
+    Raises
+    ------
+    ValueError
+        As `pooled_estimate`.
+
+    Source
+    ------
+    Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal scores of the ranks: Vehtari
+    et al., Rank-normalization, folding, and localization: an improved R-hat (2021). Runs are not split into halves.
+    """
+    from scipy.stats import rankdata
+
+    typical = _checked(typical_models)
+    count, length, parameters = typical.shape
+    ranks = rankdata(typical.reshape(-1, parameters), axis=0).reshape(typical.shape)
+    scores = ndtri((ranks - 3 / 8) / (count * length + 1 / 4))
+    within = scores.var(axis=1).mean(axis=0)
+    between = scores.mean(axis=1).var(axis=0, ddof=1)
+    ratio = np.divide(between, within, out=np.where(between > 0, np.inf, 0.0), where=within > 0)
+    return np.sqrt(1 + ratio)
+
+
+def _estimates(typical: np.ndarray) -> np.ndarray:
+    """Return the estimate (K, P) of each run."""
+    return np.median(typical, axis=1)
+
+
+def _checked(typical_models: np.ndarray) -> np.ndarray:
+    typical = np.asarray(typical_models, dtype=np.float64)
+    if typical.ndim != 3 or typical.size == 0 or len(typical) < 2:
+        raise ValueError(
+            f"`typical_models` must be of shape (K, W, P) with at least 2 runs, and not empty; got {typical.shape}."
+        )
+    if not np.isfinite(typical).all():
+        raise ValueError(f"`typical_models` must be finite; got {typical[~np.isfinite(typical)].flat[0]}.")
+    return typical

@@ -1,0 +1,213 @@
+"""Several runs of one configuration, told as one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.analysis import absolute_error, pooled_estimate, pooled_interval, r_hat
+from turing_learning.config import Configuration, ConfigurationError, flat_settings
+
+from ._errors import RunFolderError
+from ._folder import resume_command
+from ._result import Result, named
+from ._scales import on_own_scales
+
+AGREE, DISAGREE = 1.2, 1.5
+"""R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
+
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history")
+"""Settings in which pooled runs may differ; but for the seed, none of them changes the result."""
+
+_LONGEST = 60  # characters of a value in a message
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """What several runs of one configuration, with other seeds, have inferred together; dicts are name -> number.
+
+    Attributes
+    ----------
+    scenario
+        Name of the scenario.
+    generations
+        Of each run.
+    seeds
+        Of the K runs.
+    estimate
+        Median of the estimates of the runs; of parameters on a logarithmic scale, of their logarithms.
+    interval
+        Lower and upper end, for each parameter, of what the runs leave open together: nine of ten hold the truth, also where runs
+        settle in different regions, see `turing_learning.analysis.pooled_interval`.
+    agreement
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it.
+    estimates
+        Name -> the K estimates, in the order of `seeds`.
+    truth
+        The agents' parameters; None where there is no truth.
+    estimate_absolute_error, estimate_mae
+        Of `estimate`, and its mean over the parameters; None where there is no truth.
+    """
+
+    scenario: str
+    generations: int
+    seeds: tuple[int, ...]
+    estimate: dict[str, float]
+    interval: dict[str, list[float]]
+    agreement: dict[str, float]
+    estimates: dict[str, list[float]]
+    truth: dict[str, float] | None
+    estimate_absolute_error: dict[str, float] | None
+    estimate_mae: float | None
+
+    @property
+    def verdict(self) -> dict[str, str]:
+        """Whether the runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), or "unclear"."""
+        return {name: _word(value) for name, value in self.agreement.items()}
+
+    def __str__(self) -> str:
+        width = max(10, *map(len, self.estimate))
+        heads = ("estimate", "90 % from", "to", "true", "|error|", "R-hat", "runs")
+        lines = [f"{'parameter':>{width}}{''.join(f'{head:>10}' for head in heads)}"]
+        for name, value in self.estimate.items():
+            true = None if self.truth is None else self.truth[name]
+            error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
+            numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
+            lines.append(f"{name:>{width}}{numbers}{self.agreement[name]:>10.2f}{self.verdict[name]:>10}")
+        apart = [name for name, word in self.verdict.items() if word == "disagree"]
+        lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
+        seeds = ", ".join(map(str, self.seeds))
+        return "\n".join(
+            [f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {self.generations} generations", *lines]
+        )
+
+
+def pool(runs: Sequence[Result]) -> Pooled:
+    """Tell several runs of the same system and configuration as one: their estimate, its interval, and whether they agree.
+
+    The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is far too narrow; that
+    of the pool counts their scatter too.
+
+    Parameters
+    ----------
+    runs
+        Two or more complete runs with other seeds, as `infer` returns them or `load_run` opens them. Where runs disagree, the
+        interval of fewer than four is very wide.
+
+    Returns
+    -------
+    Pooled
+        What they have inferred together.
+
+    Raises
+    ------
+    ConfigurationError
+        If there are fewer than two, one is not complete, two have the same seed, or they are of different systems, samples or
+        settings. Simulators, and live sources of samples, cannot be compared.
+    RunFolderError
+        If the history of a run cannot be read.
+    RuntimeError
+        If a result belongs to no run.
+
+    Source
+    ------
+    docs/decisions/0026.
+
+    Examples
+    --------
+    >>> import turing_learning as tl
+    >>> runs = [tl.infer("aggregation", seed=seed) for seed in (1, 2, 3, 4)]  # doctest: +SKIP
+    >>> print(tl.pool(runs))  # doctest: +SKIP
+    """
+    runs = list(runs)
+    _refuse_unfit(runs)
+    configuration = _common_configuration(runs)
+    scenario, names = configuration.scenario, configuration.scenario.parameter_names
+    typical = np.stack([_typical_models(run, configuration) for run in runs])
+    estimate = on_own_scales(configuration, typical, pooled_estimate)
+    ends = on_own_scales(configuration, typical, pooled_interval)
+    error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
+    return Pooled(
+        scenario=scenario.name,
+        generations=configuration.run.generations,
+        seeds=tuple(run.seed for run in runs),
+        estimate=named(names, estimate),
+        interval=dict(zip(names, ends.tolist(), strict=True)),
+        agreement=named(names, r_hat(typical)),
+        estimates={name: [run.estimate[name] for run in runs] for name in names},
+        truth=runs[0].truth,
+        estimate_absolute_error=None if error is None else named(names, error),
+        estimate_mae=None if error is None else float(error.mean()),
+    )
+
+
+def _refuse_unfit(runs: list[Result]) -> None:
+    for run in runs:
+        if not isinstance(run, Result):
+            raise ConfigurationError(f"`runs` must be results of runs; got {run!r}. Open a run folder with `load_run`.")
+    if len(runs) < 2:
+        raise ConfigurationError(
+            f"`runs` must be at least 2; got {len(runs)}. Make more runs of the same configuration with other seeds."
+        )
+    for run in runs:
+        if not run.complete:
+            advice = "Let it run to its end" if run.path is None else f"Go on with `{resume_command(run.path)}`"
+            raise ConfigurationError(
+                f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."
+            )
+    for number, run in enumerate(runs):
+        if run.seed in {other.seed for other in runs[:number]}:
+            raise ConfigurationError(
+                f"`runs` must have different seeds; got seed {run.seed} twice{_place(run)}. The same seed gives the same run: "
+                "make one with another."
+            )
+
+
+def _common_configuration(runs: list[Result]) -> Configuration:
+    """Return the configuration of the first run, if the others have the same."""
+    first, *others = (flat_settings(run.configuration) for run in runs)
+    for run, other in zip(runs[1:], others, strict=True):
+        different = [key for key in first | other if key not in _FREE and first.get(key) != other.get(key)]
+        if different:
+            # other samples have other centers and scales too
+            key = min(different, key=lambda key: key != "scenario.digest")
+            raise ConfigurationError(
+                f"`runs` must be of the same system and configuration; got {key} = {_shown(first.get(key))} with seed "
+                f"{runs[0].seed} and {_shown(other.get(key))} with seed {run.seed}{_place(run)}. Pool runs that differ in their "
+                "seed alone."
+            )
+    return runs[0].configuration
+
+
+def _typical_models(run: Result, configuration: Configuration) -> np.ndarray:
+    """Return the typical models (W, P) that make the estimate of a run, in the parameters that it states."""
+    window = configuration.run.estimated_from(run.generations)
+    try:
+        return configuration.described(run.history["typical_model"].to_numpy()[-window:])
+    except OSError as error:
+        raise RunFolderError(
+            f"`runs` must have their histories; got {error}{_place(run)}. Restore the folder."
+        ) from error
+
+
+def _place(run: Result) -> str:
+    return "" if run.path is None else f" [{run.path}]"
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _word(agreement: float) -> str:
+    if agreement <= AGREE:
+        return "agree"
+    return "disagree" if agreement > DISAGREE else "unclear"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"
+
+
+def _listed(values: list[float]) -> str:
+    return ", ".join(map(_number, values))
