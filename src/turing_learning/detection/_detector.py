@@ -253,10 +253,10 @@ class Detector:
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
         """Say of each individual of a recording whether it behaves abnormally at some time, and when.
 
-        The mean score of a stretch of consecutive windows speaks against an individual by how many standard errors it lies below
-        that of genuine samples. An individual is called abnormal if its strongest stretch, of whatever length, is stronger than
-        a threshold, placed where the stated share of genuine individuals with as many windows would be called so. All rules
-        keep to that rate here.
+        A window speaks against an individual by how low its score lies among those of genuine samples, a stretch of consecutive
+        windows by the mean of this in standard errors. An individual is called abnormal if its strongest stretch, of whatever
+        length, is stronger than a threshold, placed where the stated share of genuine individuals with as many windows would be
+        called so, if windows are independent. All rules keep to that rate here.
 
         Parameters
         ----------

@@ -3,9 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri
 
-MOST_DRAWN = 5_000_000
-SMALLEST_SPREAD = 1e-3  # of scores; a jury that says the same of all genuine samples still needs some room
+from ._verdict import DIGITS
+
+MOST_DRAWN = 10_000_000  # scores, to place a threshold
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +52,20 @@ class TimedVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Look for the stretch of consecutive windows whose mean score lies farthest below that of genuine samples.
+    """Look for the stretch of consecutive windows whose scores lie lowest among those of genuine samples.
+
+    A score counts by its place among the n genuine ones, 0 if it is below all and n if above all. The evidence of a window is the
+    normal score of its place k, with the sign turned: the value above which a share (k + 1/2) / (n + 1) of a standard normal
+    distribution lies. A score that equals genuine ones has the mean for the places before, between and after them.
 
     Parameters
     ----------
-    genuine_scores : (any,)
+    genuine_scores : (n,)
         Of single genuine samples that had no part in the weights of the votes.
+
+    Source
+    ------
+    Van der Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
     """
 
     genuine_scores: np.ndarray
@@ -63,25 +73,27 @@ class Scan:
     def strengths(self, scores: np.ndarray) -> np.ndarray:
         """Return the strength (...,) of the evidence in scores (..., W), the largest of stretches of 1, 2, 4, ... and all windows.
 
-        The evidence of n windows is the distance of their mean score below that of genuine samples, over its standard error:
-        the standard deviation of genuine scores over the square root of n.
+        It is the mean evidence of the w windows of a stretch over its standard error, sqrt(1 / w + 1 / n): what is known of genuine
+        samples has an error, too. All windows share it, and in long recordings it would hide short stretches otherwise.
         """
-        windows = scores.shape[-1]
-        sums = np.concatenate((np.zeros((*scores.shape[:-1], 1)), np.cumsum(self._evidence(scores), axis=-1)), axis=-1)
-        spans = [*(2**k for k in range(windows.bit_length()) if 2**k < windows), windows]
-        return np.max([(sums[..., n:] - sums[..., :-n]).max(axis=-1) / np.sqrt(n) for n in spans], axis=0)
+        return self._strongest(self._evidence(scores))
 
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
         """Return the strength above which genuine individuals with so many windows lie as often as stated.
 
-        They are made of scores of single samples, drawn at random, and of one that could not be worse: what n samples have not
-        shown may still happen once in n + 1 times.
+        Genuine samples and an individual's windows are drawn anew, alike and independent. All orders of them are then equally
+        frequent, whatever the distribution of scores, and if no two are equal nothing else enters the evidence: but for the number
+        of draws the rate is exact, over all detectors and individuals. Places between equal genuine scores have their evidence.
+
+        Source
+        ------
+        Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
         """
-        known = np.append(self.genuine_scores, 0.0)
-        draws = max(1000, min(draws, MOST_DRAWN // windows))
+        known, evidence = len(self.genuine_scores), self._evidence_of_places()
+        draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))
         rng = np.random.default_rng(windows)
-        parts = np.array_split(np.arange(draws), max(1, draws * windows // 1_000_000))
-        drawn = [self.strengths(rng.choice(known, (len(part), windows))) for part in parts]
+        parts = np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000))
+        drawn = [self._strongest(evidence[_places(len(part), windows, known, rng)]) for part in parts]
         return float(np.sort(np.concatenate(drawn))[-int(false_alarms * draws) - 1])
 
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
@@ -91,7 +103,7 @@ class Scan:
         sums = np.append(0.0, np.cumsum(self._evidence(scores)))
         best, found = threshold, None
         for n in range(1, len(scores) + 1):
-            strengths = (sums[n:] - sums[:-n]) / np.sqrt(n)
+            strengths = (sums[n:] - sums[:-n]) / self._error(n)
             begin = int(np.argmax(strengths))
             if strengths[begin] > best:
                 best, found = strengths[begin], slice(begin, begin + n)
@@ -124,5 +136,39 @@ class Scan:
         )
 
     def _evidence(self, scores: np.ndarray) -> np.ndarray:
-        spread = max(float(self.genuine_scores.std()), SMALLEST_SPREAD)
-        return (float(self.genuine_scores.mean()) - scores) / spread
+        ordered = np.sort(self.genuine_scores)
+        first, last = (np.searchsorted(ordered, scores, side) for side in ("left", "right"))
+        sums = np.append(0.0, np.cumsum(_normal_scores(len(ordered))))
+        return (sums[last + 1] - sums[first]) / (last + 1 - first)
+
+    def _evidence_of_places(self) -> np.ndarray:
+        """Return the evidence (n + 1,) of the places among the genuine scores, the lowest first."""
+        ordered = np.sort(self.genuine_scores)
+        evidence = _normal_scores(len(ordered))
+        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
+        evidence[equal] = self._evidence(ordered[equal])
+        return evidence
+
+    def _strongest(self, evidence: np.ndarray) -> np.ndarray:
+        windows = evidence.shape[-1]
+        sums = np.concatenate((np.zeros((*evidence.shape[:-1], 1)), np.cumsum(evidence, axis=-1)), axis=-1)
+        spans = [*(2**k for k in range(windows.bit_length()) if 2**k < windows), windows]
+        strengths = [(sums[..., n:] - sums[..., :-n]).max(axis=-1) / self._error(n) for n in spans]
+        return np.round(np.max(strengths, axis=0), DIGITS)
+
+    def _error(self, windows: int) -> float:
+        """Return the standard error of the sum of the evidence of so many windows."""
+        return float(np.sqrt(windows * (1 + windows / len(self.genuine_scores))))
+
+
+def _normal_scores(known: int) -> np.ndarray:
+    """Return the evidence (known + 1,) of the places among so many genuine scores of which no two are equal."""
+    return -ndtri((np.arange(known + 1) + 0.5) / (known + 1))
+
+
+def _places(count: int, windows: int, known: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw the places (count, windows) of windows among so many genuine samples; each row has samples of its own."""
+    rows = np.arange(count)[:, None]
+    ordered = np.sort(rng.random((count, known)), axis=1) + rows  # one row behind the other: one search does for all
+    places = np.searchsorted(ordered.ravel(), (rng.random((count, windows)) + rows).ravel())
+    return places.reshape(count, windows) - rows * known

@@ -1,0 +1,57 @@
+"""Rates of detection on recordings, over synthetic detectors; docs/decisions/0022 has more."""
+
+import numpy as np
+import pytest
+
+from turing_learning.detection._scan import Scan
+
+DETECTORS, INDIVIDUALS = 500, 8
+DRAWS = 10_000
+
+
+def close_with_outliers(rng, shape):
+    """Scores that lie close together, one of a hundred far below."""
+    return np.where(rng.random(shape) < 0.01, 0.3, rng.normal(0.8, 0.01, shape))
+
+
+def one_or_zero(rng, shape):
+    return (rng.random(shape) > 0.12).astype(float)
+
+
+def called_abnormal(known, windows, share, scores, lower=None):
+    """Return the share (detectors,) of individuals that are called abnormal; `lower` makes the second half of their windows so."""
+    rng = np.random.default_rng((known, windows))
+    found, thresholds = [], {}
+    for _ in range(DETECTORS):
+        scan = Scan(scores(rng, known))
+        equal = tuple(np.unique(scan.genuine_scores, return_counts=True)[1])  # all that a threshold depends on
+        if equal not in thresholds:
+            thresholds[equal] = scan.threshold(windows, share, DRAWS)
+        drawn = scores(rng, (INDIVIDUALS, windows))
+        if lower is not None:
+            drawn[:, windows // 2 :] -= lower
+        found.append(np.mean(scan.strengths(drawn) > thresholds[equal]))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+@pytest.mark.parametrize(("known", "windows"), [(20, 10), (70, 10), (70, 74), (20, 300), (300, 74)])
+def test_the_rate_of_false_alarms_is_the_stated_one(known, windows, share):
+    found = called_abnormal(known, windows, share, lambda rng, shape: rng.beta(16, 4, shape))
+    # individuals share their detector; 10,000 draws add the rest
+    error = np.hypot(found.std() / np.sqrt(DETECTORS), np.sqrt(share / DRAWS))
+    assert found.mean() == pytest.approx(share, abs=3.5 * error)
+    assert error < 0.4 * share + 0.002
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+@pytest.mark.parametrize(("known", "windows"), [(70, 1), (300, 1), (70, 4), (70, 74)])
+@pytest.mark.parametrize("scores", [close_with_outliers, one_or_zero])
+def test_awkward_scores_raise_no_false_alarms(known, windows, share, scores):
+    found = called_abnormal(known, windows, share, scores)
+    assert found.mean() <= share + 3.5 * np.hypot(found.std() / np.sqrt(DETECTORS), np.sqrt(share / DRAWS))
+
+
+def test_an_outlier_among_the_genuine_scores_does_not_cost_the_power():
+    # with means and standard deviations: 0 at a rate of 0, or a quarter of the normal ones called abnormal
+    assert called_abnormal(70, 74, 0.01, close_with_outliers, lower=0.01).mean() > 0.6
