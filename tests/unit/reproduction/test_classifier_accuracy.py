@@ -21,11 +21,15 @@ ALL, ALONE = "objective best", "objective best without the archive"
 SMALL = RunSizes(runs=2, generations=3, first_seed=7, settings={"models.population": 8, "classifiers.population": 8})
 
 
-def words(subjective=SUBJECTIVE, objective=OBJECTIVE, variant="", jury=None):
-    """Return variant -> verdict, of two runs that differ by 0.002; without an archive, the jury is the population."""
+def best_of(subjective=SUBJECTIVE, objective=OBJECTIVE, variant="", jury=None):
+    """Return the accuracies of two runs that differ by 0.002; without an archive, the jury is the population."""
     curves = (subjective, objective, objective if jury is None else jury)
-    best = BestAccuracies(variant, GENERATIONS, *(np.stack([one - 0.001, one + 0.001]) for one in curves))
-    return {verdict.variant: verdict.word for verdict in accuracy_verdicts(best)}
+    return BestAccuracies(variant, GENERATIONS, *(np.stack([one - 0.001, one + 0.001]) for one in curves))
+
+
+def words(**curves):
+    """Return variant -> verdict."""
+    return {verdict.variant: verdict.word for verdict in accuracy_verdicts(best_of(**curves))}
 
 
 def changed(values, generation, value):
@@ -59,6 +63,25 @@ def test_an_objectively_best_that_does_something_else_differs(generation, value)
 def test_a_population_may_forget_what_its_archive_has_kept():
     found = words(objective=changed(OBJECTIVE, 999, 0.8), jury=OBJECTIVE)
     assert found == {"": "agree", "subjective best": "agree", ALL: "agree", ALONE: "differ"}
+
+
+def reasons(objective=OBJECTIVE, **curves):
+    best = best_of(objective=objective, **curves)
+    return {verdict.variant: verdict.reason for verdict in accuracy_verdicts(best)}
+
+
+def test_a_reason_is_given_only_where_it_was_found():
+    assert not any(reasons().values())
+    assert not any(reasons(subjective=changed(SUBJECTIVE, 50, 0.60)).values())  # below the range
+    assert not any(reasons(objective=OBJECTIVE - 0.05).values())  # never above 0.95
+    higher = reasons(subjective=changed(SUBJECTIVE, 500, 0.84))
+    assert "jump" in higher[""]
+    assert "jump" in higher["subjective best"]
+    assert not higher[ALL] + higher[ALONE]
+    assert not reasons(subjective=changed(SUBJECTIVE, 500, 0.84), variant="preset paper")["preset paper"]
+    forgotten = reasons(objective=changed(changed(OBJECTIVE, 500, 0.96), 999, 0.8), jury=OBJECTIVE)
+    assert "forgets" in forgotten[ALONE]
+    assert not forgotten[""] + forgotten[ALL]
 
 
 def test_a_small_step_back_is_still_almost_monotonic():
