@@ -268,6 +268,7 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColors(); draw(); });
     const observer = new ResizeObserver(draw);
     canvases.forEach((canvas) => observer.observe(canvas));
+    addEventListener("resize", draw);  // another zoom changes the resolution, and may come after the size
     readColors();
     show();
   }
