@@ -62,15 +62,15 @@ def accuracy_figure(
     prepare_axes(axes)
     if jury is not None:
         jury = checked("jury", jury, *objective.shape)
-        name = "best of population and archive (objective)"
+        name = "best with archive (objective)"
         _draw_accuracy(axes, generations, jury, name=name, color=GREEN, marker="^", dashes=":")
     _draw_accuracy(axes, generations, objective, name="best classifier (objective)", color=BLUE, marker="s", dashes="-")
     _draw_accuracy(
         axes, generations, subjective, name="best classifier (subjective)", color=ORANGE, marker="o", dashes="--"
     )
     _even_ratios(axes, generations)
-    lowest = min((values.mean(axis=0) - values.std(axis=0)).min() for values in (objective, subjective))
-    axes.set_ylim(min(0.5, 100 * lowest // 5 / 20), 1.01)
+    ends = [values.mean(axis=0) + sign * values.std(axis=0) for values in (objective, subjective) for sign in (-1, 1)]
+    axes.set_ylim(min(0.5, 100 * np.min(ends) // 5 / 20), max(1.0, np.max(ends)) + 0.01)
     label(axes, "Decision accuracy")
     add_legend(figure, loc="outside upper left", ncols=2)
     return figure
