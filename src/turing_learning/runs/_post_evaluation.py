@@ -12,7 +12,7 @@ from turing_learning.config import Configuration, classifier_of
 
 from ._files import write_json
 from ._folder import RunFolder
-from ._result import Result
+from ._result import Result, named
 from ._session import storage
 
 if TYPE_CHECKING:
@@ -70,9 +70,9 @@ def _summary(result: Result, models: np.ndarray, fitness: list[list[float]], rep
     if len(fitness) < repeats:
         return summary | {"best_model": None, "absolute_error": None}
     best = models[int(np.argmax(np.mean(fitness, axis=0)))]
-    names, truth = list(result.best_model), result.truth
+    names, truth = tuple(result.best_model), result.truth
     errors = None if truth is None else absolute_error(best, np.array([truth[name] for name in names]))
     return summary | {
-        "best_model": dict(zip(names, best.tolist(), strict=True)),
-        "absolute_error": None if errors is None else dict(zip(names, errors.tolist(), strict=True)),
+        "best_model": named(names, best),
+        "absolute_error": None if errors is None else named(names, errors),
     }

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, dotted, load_configuration
 from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
 
@@ -23,9 +23,7 @@ def resolved(
             "`turing_learning.config.load_configuration`, and its result here."
         )
     if isinstance(config, Configuration):
-        flat = {
-            f"{name}.{key}": value for name, section in config.model_dump().items() for key, value in section.items()
-        }
+        flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
         if isinstance(config, OwnConfiguration) and isinstance(scenario, OwnSystem):
             known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}

@@ -81,17 +81,18 @@ def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
     """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
     subjective, objective = rises_drops_and_fluctuates(best), rises_to_the_level(best.jury)
     seen = (_subjective_text(best), _objective_text(best.jury))
-    higher = JUMPS if not best.variant and _exceeds_the_range(best) else ""
+    higher = JUMPS if not (subjective or best.variant) and _exceeds_the_range(best) else ""
+    forgets = _loss(best.jury)
 
     def verdict(part: str, agrees: bool, observed: str, rule: str, reason: str) -> Verdict:
         variant = ", ".join(filter(None, (best.variant, part)))
         return Verdict(CLAIM, agrees, PRINTED, observed, rule, variant, reason)
 
-    reasons = "; ".join(filter(None, (higher, _loss(best.jury))))
+    reasons = "; ".join(filter(None, (higher, forgets)))
     return [
         verdict("", subjective and objective, "; ".join(seen), "accuracy of classifiers", reasons),
         verdict("subjective best", subjective, seen[0], "accuracy of the subjective best", higher),
-        verdict("objective best", objective, seen[1], "accuracy of the objective best", _loss(best.jury)),
+        verdict("objective best", objective, seen[1], "accuracy of the objective best", forgets),
         verdict(
             "objective best without the archive",
             rises_to_the_level(best.objective),
@@ -104,9 +105,7 @@ def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
 
 def _exceeds_the_range(best: BestAccuracies) -> bool:
     means = best.subjective.mean(axis=0)[best.generations >= SETTLED]
-    return bool(
-        len(means) and means.max() > RANGE[1] and means.min() >= RANGE[0] and not rises_drops_and_fluctuates(best)
-    )
+    return bool(len(means) and means.max() > RANGE[1] and means.min() >= RANGE[0])
 
 
 def _loss(highest_of_runs: np.ndarray) -> str:
