@@ -81,6 +81,7 @@ class Verdict:
     reason: str = ""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "agrees", bool(self.agrees))  # a comparison of NumPy's cannot be stored
         if self.rule not in RULES:
             raise ValueError(f"`rule` must be one of {', '.join(RULES)}; got {self.rule!r}.")
 

@@ -64,6 +64,11 @@ def test_a_verdict_without_a_stated_rule_is_refused():
         Verdict("3.2-snapshots", True, "", "", "mood")
 
 
+def test_a_verdict_from_a_comparison_of_arrays_can_be_stored():
+    verdict = Verdict("4.6.4-random-behaviors", np.float64(1) < 2, "", "", "random behaviors")
+    assert verdict.agrees is True
+
+
 def test_an_outcome_names_the_reason_of_a_difference():
     verdict = Verdict("4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator")
     assert (verdict.word, verdict.outcome) == ("differ", "0.8 (why: the simulator)")
