@@ -19,13 +19,17 @@ def errors_like_the_papers(runs, rng):
     return rng.uniform(0.5, 1.5, (runs, 4)) * (0.01, 0.01, 0.04, 0.05)
 
 
+def verdict_on(errors, of_most=None):
+    return _verdict(outcome(errors), "best_model", errors if of_most is None else of_most)
+
+
 def test_small_errors_that_are_larger_where_another_robot_is_seen_agree():
-    assert _verdict(outcome(errors_like_the_papers(100, np.random.default_rng(1))), "best_model").agrees
+    assert verdict_on(errors_like_the_papers(100, np.random.default_rng(1))).agrees
 
 
 def test_errors_that_do_not_depend_on_the_sensor_differ():
     errors = np.random.default_rng(1).uniform(0.0, 0.02, (100, 4))
-    verdict = _verdict(outcome(errors), "best_model")
+    verdict = verdict_on(errors)
     assert not verdict.agrees
     assert "not significantly lower" in verdict.observed
 
@@ -33,7 +37,7 @@ def test_errors_that_do_not_depend_on_the_sensor_differ():
 def test_too_many_runs_that_fail_make_it_differ():
     errors = errors_like_the_papers(100, np.random.default_rng(1))
     errors[:20] += 0.2
-    verdict = _verdict(outcome(errors), "best_model")
+    verdict = verdict_on(errors)
     assert not verdict.agrees
     assert "MAE below 0.05 in 80.0% of 100 runs, above 0.1 in 20.0%" in verdict.observed
 
@@ -48,6 +52,19 @@ def test_a_share_agrees_up_to_twice_the_standard_error_of_the_difference():
 def test_lower_errors_for_one_wheel_alone_are_not_enough():
     errors = np.random.default_rng(2).uniform(0.5, 1.5, (60, 4)) * (0.01, 0.05, 0.05, 0.05)
     assert not _harder(errors)
+
+
+def test_a_few_runs_that_do_not_show_the_difference_are_told_with_how_often_as_few_do():
+    rng = np.random.default_rng(3)
+    many = rng.uniform(0.0, 1.0, (200, 4)) * (0.01, 0.01, 0.016, 0.016)
+    few = rng.uniform(0.0, 0.01, (20, 4))
+    verdict = verdict_on(few, many)
+    assert verdict_on(many).agrees
+    assert not verdict.agrees
+    share = int(verdict.reason.split("preset, ")[1].split("%")[0])
+    assert "of 200 draws of 20 from the 200 runs" in verdict.reason
+    assert 0 < share < 100
+    assert verdict_on(few + 0.3, many).reason == ""  # larger errors are another reason
 
 
 @pytest.mark.parametrize("preset", ["default", "paper"])

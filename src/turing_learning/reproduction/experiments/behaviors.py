@@ -19,6 +19,8 @@ from ._variants import KINDS, PRESETS, values_of, variant_of
 CLAIM = "4.6.4-random-behaviors"
 PAPER_RUNS = 1000
 GOOD, FAIR = 0.05, 0.1
+DRAWS = 200
+"""Of few runs from many, to tell how often a few show what many do."""
 NAMES = AGGREGATION.parameter_names
 
 
@@ -51,7 +53,7 @@ def conduct(work: Work) -> Findings:
     """Run each preset, and see how often each behavior of the first one sees another robot."""
     outcomes = [_outcome(work, preset) for preset in PRESETS]
     seen = _seen(work, outcomes[0])
-    verdicts = [_verdict(outcome, kind) for outcome in outcomes for kind in KINDS]
+    verdicts = [_verdict(outcome, kind, outcomes[0].errors[kind]) for outcome in outcomes for kind in KINDS]
     tables = [
         _summary_table(outcomes),
         *(_runs_table(outcome) for outcome in outcomes),
@@ -94,19 +96,21 @@ def _seen(work: Work, outcome: _Outcome) -> np.ndarray:
 # Verdict.
 
 
-def _verdict(outcome: _Outcome, kind: str) -> Verdict:
+def _verdict(outcome: _Outcome, kind: str, of_most: np.ndarray) -> Verdict:
+    """Return the verdict; `of_most` are the errors (R, P) of the preset with the most runs."""
     values = load_claims()[CLAIM].values
     printed = printed_spreads(values, PAPER_RUNS)
     observed = [Spread.of(errors) for errors in outcome.errors[kind].T]
     maes = outcome.maes(kind)
     good, bad = float(np.mean(maes < GOOD)), float(np.mean(maes > FAIR))
     printed_good, printed_bad = values["share_mae_below_0_05"], values["count_mae_above_0_1"] / PAPER_RUNS
-    agrees = (
+    found = (
         not_worse(observed, printed)
         and shares_not_worse(good, len(maes), printed_good, PAPER_RUNS)
         and shares_not_worse(1 - bad, len(maes), 1 - printed_bad, PAPER_RUNS)
-        and _harder(outcome.errors[kind])
     )
+    agrees = found and _harder(outcome.errors[kind])
+    few = found and not agrees and len(maes) < len(of_most)
     return Verdict(
         CLAIM,
         agrees,
@@ -116,6 +120,7 @@ def _verdict(outcome: _Outcome, kind: str) -> Verdict:
         f"vl0 and vr0 {'' if _harder(outcome.errors[kind]) else 'not '}significantly lower",
         "random behaviors",
         variant_of(outcome.preset, kind),
+        _power(len(maes), of_most) if few else "",
     )
 
 
@@ -124,6 +129,16 @@ def _harder(errors: np.ndarray) -> bool:
     tests = [compare(errors[:, k], [errors[:, 2], errors[:, 3]], level=0.05 / 2) for k in (0, 1)]
     medians = np.median(errors, axis=0)
     return all(test.significant.all() for test in tests) and medians[:2].max() < medians[2:].min()
+
+
+def _power(runs: int, errors: np.ndarray) -> str:
+    """Return how often that few runs, drawn from more of them with errors (R, P), show which parameters are harder."""
+    rng = np.random.default_rng(1)
+    shown = np.mean([_harder(errors[rng.choice(len(errors), runs, replace=False)]) for _ in range(DRAWS)])
+    return (
+        f"{runs} runs are few for comparing I = 0 with I = 1: of {DRAWS} draws of {runs} from the {len(errors)} runs of the "
+        f"default preset, {shown:.0%} show that difference"
+    )
 
 
 # Tables and figures.
