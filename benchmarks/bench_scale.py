@@ -60,3 +60,12 @@ def test_a_trial_of_400_seconds(benchmark, name, robots):
     spent = benchmark.pedantic(lambda: milliseconds(scenario, robots, 4, duration_s=400.0, rounds=2))
     objects = round(scenario.objects.count * robots / scenario.individuals)
     print(f"\n{robots} robots and {objects} objects for 400 s: {spent:.0f} ms per trial")
+
+
+@pytest.mark.parametrize("name", ["aggregation-field-of-view-0", "aggregation-field-of-view-60"])
+def test_trials_of_100_seconds_side_by_side(benchmark, name):
+    scenario = tl.swarm.SCENARIOS[name]
+    spent = benchmark.pedantic(
+        lambda: milliseconds(scenario, scenario.individuals, SIDE_BY_SIDE, duration_s=100.0, rounds=6)
+    )
+    print(f"\n{name}, {SIDE_BY_SIDE} trials side by side for 100 s: {spent:.2f} ms per trial")

@@ -1,7 +1,12 @@
 """Which bodies may touch something in a control cycle, and that cycle for them.
 
 A pair is near if its distance is below the sum of the two reaches; see `stepping` for why no other pair needs to be looked at.
+
+Each contact waits for the one before that moved the same body, and a processor would wait with it. A few trials are therefore
+advanced as one party, in which their contacts come in turns: those of one trial are still in order, and the others fill the wait.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,9 +23,19 @@ PAIRS_PER_BODY = 64
 """Near pairs for which there is room; where there are more, all pairs are looked at, without a list."""
 
 
-def new_pairs(bodies: int) -> np.ndarray:
-    """Allocate a list (pairs, 2) for the near pairs of a trial; it grows with the number of bodies, not with its square."""
-    return np.zeros((max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1), 2), np.int64)
+class Pairs(NamedTuple):
+    """Near pairs of the trials of a party."""
+
+    near: np.ndarray  # (trials, room, 2) int64, bodies of each trial in the order of the physics
+    number: np.ndarray  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+    turn: np.ndarray  # (trials * room, 2) int64, members of the party, the pairs of the trials in turns
+
+
+def new_pairs(trials: int, bodies: int) -> Pairs:
+    """Allocate room for the near pairs of trials; it grows with the number of bodies, not with its square."""
+    room = max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1)
+    near = np.zeros((trials, room, 2), np.int64)
+    return Pairs(near=near, number=np.zeros(trials, np.int64), turn=np.zeros((trials * room, 2), np.int64))
 
 
 @inlined
@@ -73,10 +88,24 @@ def mark_near_walls(w: int, world: World, state: State) -> None:
 
 
 @inlined
-def number_members(listed: int, pairs: np.ndarray, place: np.ndarray) -> None:
-    """Replace the bodies of the listed pairs by the members of the party that they are."""
-    for k in range(listed):
-        pairs[k, 0], pairs[k, 1] = place[pairs[k, 0]], place[pairs[k, 1]]
+def take_turns(trials: int, bodies: int, pairs: Pairs, place: np.ndarray) -> int:
+    """List the near pairs as members of the party, the first of each trial, the second of each, and so on.
+
+    Returns their number; ALL_PAIRS if every pair of a trial counts.
+    """
+    longest = 0
+    for g in range(trials):
+        if pairs.number[g] == ALL_PAIRS:
+            return ALL_PAIRS
+        longest = max(longest, pairs.number[g])
+    listed = 0
+    for k in range(longest):
+        for g in range(trials):
+            if k < pairs.number[g]:
+                pairs.turn[listed, 0] = place[g * bodies + pairs.near[g, k, 0]]
+                pairs.turn[listed, 1] = place[g * bodies + pairs.near[g, k, 1]]
+                listed += 1
+    return listed
 
 
 @inlined
@@ -102,30 +131,49 @@ def list_pairs(w: int, margin: float, world: World, state: State, pairs: np.ndar
 
 
 @inlined
-def count_robots(members: int, world: World, party: Party) -> int:
-    """Return how many members of the party are robots."""
-    robots = members
-    while robots > 0 and party.body[robots - 1] >= world.robots:
-        robots -= 1
-    return robots
+def advance_involved(
+    first: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, tiles: Tiles | None
+) -> None:
+    """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
+
+    All other robots are left for `glide_free_robots`. If a body strays, the trials are advanced one by one.
+    """
+    w, end, attempt = first, stop, 0
+    while w < stop:
+        if try_cycle(w, end, attempt, world, state, pairs, party, tiles):
+            w, end, attempt = end, end + 1, 0
+        elif end - w > 1:
+            end = w + 1
+        else:
+            attempt += 1
 
 
 @inlined
-def advance_involved(w: int, world: World, state: State, pairs: np.ndarray, party: Party, tiles: Tiles | None) -> None:
-    """Advance by one control cycle the bodies of a trial that may touch something or move by themselves.
+def try_cycle(
+    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, party: Party, tiles: Tiles | None
+) -> bool:
+    """Advance the trials in slots first ... stop - 1 together, with the margin of this attempt, after the last with all pairs.
 
-    All other robots are left for `glide_free_robots`.
+    Returns False, with nothing but marks changed, if a body strays; never where one trial is advanced with all pairs.
     """
-    mark_moving_objects(w, world, state)
-    if world.width > 0.0:
-        mark_near_walls(w, world, state)
-    for attempt in range(len(MARGINS) + 1):
-        margin = MARGINS[min(attempt, len(MARGINS) - 1)]
-        listed = list_pairs(w, margin, world, state, pairs, tiles) if attempt < len(MARGINS) else ALL_PAIRS
-        mark_pairs(listed, w, state, pairs)
-        members = gather_party(w, margin, world, state, party)
-        number_members(listed, pairs, party.place)
-        robots = count_robots(members, world, party)
-        if members == 0 or step_cycle(robots, members, listed, pairs, world, party):
-            scatter_party(w, members, state, party)
-            break
+    margin = MARGINS[min(attempt, len(MARGINS) - 1)]
+    for w in range(first, stop):
+        mark_moving_objects(w, world, state)
+        if world.width > 0.0:
+            mark_near_walls(w, world, state)
+        near, listed = pairs.near[w - first], 0
+        if attempt == len(MARGINS):
+            listed = ALL_PAIRS
+        elif may_touch(w, world, state):
+            listed = list_pairs(w, margin, world, state, near, tiles)
+        mark_pairs(listed, w, state, near)
+        pairs.number[w - first] = listed
+    robots, members = gather_party(first, stop, margin, world, state, party)
+    listed = take_turns(stop - first, world.bodies, pairs, party.place)
+    if members > 0:
+        if listed == ALL_PAIRS and stop - first > 1:
+            return False
+        if not step_cycle(robots, members, listed, pairs.turn, world, party):
+            return False
+        scatter_party(first, members, world, state, party)
+    return True

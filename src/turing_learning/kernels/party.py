@@ -1,6 +1,7 @@
-"""The bodies of one trial that may touch something in a control cycle, side by side in memory, in the order of the trial.
+"""The bodies of one trial or several that may touch something in a control cycle, side by side in memory.
 
-A cycle is advanced in copies and written back when it is complete, so that it can be begun anew.
+Robots come first, then objects, of each trial in its order. A cycle is advanced in copies and written back when it is complete,
+so that it can be begun anew.
 """
 
 from typing import NamedTuple
@@ -15,10 +16,10 @@ SAFE = 1.0 - 1e-12
 
 
 class Party(NamedTuple):
-    """Members of the party; arrays are (bodies,) and filled up to the number of members."""
+    """Members of the party; arrays are (trials * bodies,) and filled up to the number of members."""
 
-    body: np.ndarray  # int64, in the trial
-    place: np.ndarray  # int64, the member that each body of the trial is
+    body: np.ndarray  # int64, g * bodies + i is body i of the party's trial g
+    place: np.ndarray  # int64, the member that each of these bodies is
     x: np.ndarray  # cm
     y: np.ndarray
     heading: np.ndarray  # rad
@@ -33,11 +34,11 @@ class Party(NamedTuple):
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
     travel: np.ndarray  # square of the distance from the start that is allowed, cm^2
-    work: np.ndarray  # (3, bodies) angles, sines and cosines
+    work: np.ndarray  # (3, trials * bodies) angles, sines and cosines
 
 
 def new_party(bodies: int) -> Party:
-    """Allocate a party of up to `bodies` members."""
+    """Allocate a party of up to `bodies` members, of all its trials."""
     row = iter(np.zeros((14, bodies)))
     return Party(
         body=np.zeros(bodies, np.int64),
@@ -61,31 +62,55 @@ def new_party(bodies: int) -> Party:
 
 
 @inlined
-def gather_party(w: int, margin: float, world: World, state: State, party: Party) -> int:
-    """Copy the marked bodies of the trial in slot `w`; their travel may be half of `margin` (cm) beyond their reach.
+def gather_party(first: int, stop: int, margin: float, world: World, state: State, party: Party) -> tuple[int, int]:
+    """Copy the marked bodies of the trials in slots first ... stop - 1; they may travel half of `margin` (cm) beyond their reach.
 
-    Returns the number of members.
+    Returns the number of robots and of members.
     """
-    count = 0
-    for i in range(world.bodies):
-        if state.near[i, w] == 1:
-            party.body[count], party.place[i] = i, count
-            party.x[count], party.y[count], party.heading[count] = state.x[i, w], state.y[i, w], state.heading[i, w]
-            party.vx[count], party.vy[count], party.turn[count] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
-            party.forward[count], party.command[count] = state.forward[i, w], state.command[i, w]
-            party.radius[count] = world.radius[i]
-            party.inverse_mass[count], party.inverse_inertia[count] = world.inverse_mass[i], world.inverse_inertia[i]
-            party.start_x[count], party.start_y[count] = state.x[i, w], state.y[i, w]
-            travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
-            party.travel[count] = travel * travel
-            count += 1
-    return count
+    robots = gather_bodies(0, world.robots, 0, first, stop, margin, world, state, party)
+    return robots, gather_bodies(world.robots, world.bodies, robots, first, stop, margin, world, state, party)
 
 
 @inlined
-def scatter_party(w: int, count: int, state: State, party: Party) -> None:
-    """Write the motion of the members back to the trial in slot `w`."""
-    for k in range(count):
-        i = party.body[k]
+def gather_bodies(
+    lowest: int,
+    end: int,
+    members: int,
+    first: int,
+    stop: int,
+    margin: float,
+    world: World,
+    state: State,
+    party: Party,
+) -> int:
+    """Add the marked ones of the bodies lowest ... end - 1 of each trial to so many members; return their new number."""
+    for w in range(first, stop):
+        for i in range(lowest, end):
+            if state.near[i, w] == 1:
+                party.place[(w - first) * world.bodies + i] = members
+                party.body[members] = (w - first) * world.bodies + i
+                enter(i, w, members, margin, world, state, party)
+                members += 1
+    return members
+
+
+@inlined
+def enter(i: int, w: int, k: int, margin: float, world: World, state: State, party: Party) -> None:
+    """Make body `i` of the trial in slot `w` the member `k`."""
+    party.x[k], party.y[k], party.heading[k] = state.x[i, w], state.y[i, w], state.heading[i, w]
+    party.vx[k], party.vy[k], party.turn[k] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
+    party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
+    party.radius[k] = world.radius[i]
+    party.inverse_mass[k], party.inverse_inertia[k] = world.inverse_mass[i], world.inverse_inertia[i]
+    party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
+    travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
+    party.travel[k] = travel * travel
+
+
+@inlined
+def scatter_party(first: int, members: int, world: World, state: State, party: Party) -> None:
+    """Write the motion of the members back to the trials in the slots from `first` on."""
+    for k in range(members):
+        i, w = party.body[k] % world.bodies, first + party.body[k] // world.bodies
         state.x[i, w], state.y[i, w], state.heading[i, w] = party.x[k], party.y[k], party.heading[k]
         state.vx[i, w], state.vy[i, w], state.turn[i, w] = party.vx[k], party.vy[k], party.turn[k]

@@ -85,8 +85,9 @@ def resolve_contacts(members: int, listed: int, pairs: np.ndarray, party: Party)
                 j = i + 1
         else:
             i, j = pairs[k, 0], pairs[k, 1]
-        if push_apart(i, j, party):
-            astray += strays(i, party) + strays(j, party)
+        a, b = np.uint64(i), np.uint64(j)  # no index is negative, and none is looked at for that
+        if push_apart(a, b, party):
+            astray += strays(a, party) + strays(b, party)
     return astray
 
 

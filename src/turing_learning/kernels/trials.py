@@ -6,7 +6,7 @@ import numpy as np
 
 from .compile import compile_cached, inlined
 from .geometry import sines_and_cosines
-from .involved import advance_involved, clear_marks, may_touch, new_pairs
+from .involved import Pairs, advance_involved, clear_marks, new_pairs
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .networks import Networks, drive, forget, with_memory
 from .party import Party, new_party
@@ -18,6 +18,8 @@ from .world import State, World, new_state
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
+TOGETHER = 8
+"""Trials, of those side by side, whose contacts are resolved in turns."""
 MANY = 40
 """Up to this number of bodies, plain loops over all pairs are faster, above it tiles, one trial at a time."""
 
@@ -72,7 +74,7 @@ def act(
     keys: np.ndarray,
     world: World,
     state: State,
-    pairs: np.ndarray,
+    pairs: Pairs,
     party: Party,
     tiles: Tiles | None,
 ) -> None:
@@ -84,9 +86,8 @@ def act(
     for w in range(slots):
         command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
     clear_marks(state)
-    for w in range(slots):
-        if may_touch(w, world, state):
-            advance_involved(w, world, state, pairs, party, tiles)
+    for first in range(0, slots, TOGETHER):
+        advance_involved(first, min(first + TOGETHER, slots), world, state, pairs, party, tiles)
     glide_free_robots(world, state)
 
 
@@ -123,7 +124,7 @@ def _advance_trials(
     sensors: np.ndarray,
     world: World,
     state: State,
-    pairs: np.ndarray,
+    pairs: Pairs,
     party: Party,
     tiles: Tiles | None,
     networks: Networks | None,
@@ -163,8 +164,9 @@ def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, netw
     """
     side_by_side = slots_of(world.bodies)
     state = new_state(min(side_by_side, stop - start), world.bodies)
-    pairs, party = new_pairs(world.bodies), new_party(world.bodies)
-    tiles = new_tiles(world.bodies, len(pairs)) if world.bodies > MANY else None
+    together = min(TOGETHER, side_by_side)
+    pairs, party = new_pairs(together, world.bodies), new_party(together * world.bodies)
+    tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
     remembering = None if networks is None else with_memory(networks, len(state.crowd))
     for block in range(start, stop, side_by_side):
         if stop - block < len(state.crowd):
