@@ -2,40 +2,20 @@
 
 A pair is near if its distance is below the sum of the two reaches; see `stepping` for why no other pair needs to be looked at.
 
-Each contact waits for the one before that moved the same body, and a processor would wait with it. A few trials are therefore
-advanced as one party, in which their contacts come in turns: those of one trial are still in order, and the others fill the wait.
+A few trials are advanced as one party, so that contacts of different trials can be resolved side by side, see `contacts`.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 
 from .compile import inlined
 from .neighbors import find_pairs_in_tiles
-from .party import Party, gather_party, scatter_party
-from .stepping import ALL_PAIRS, step_cycle
+from .party import ALL_PAIRS, Pairs, Party, gather_party, scatter_party
+from .stepping import step_cycle
 from .tiles import Tiles
 from .world import State, World
 
 MARGINS = (0.0, 8.0)
 """Additions to the sum of two reaches, tried in turn (cm): a crowd may push its bodies farther than they drive."""
-PAIRS_PER_BODY = 64
-"""Near pairs for which there is room; where there are more, all pairs are looked at, without a list."""
-
-
-class Pairs(NamedTuple):
-    """Near pairs of the trials of a party."""
-
-    near: np.ndarray  # (trials, room, 2) int64, bodies of each trial in the order of the physics
-    number: np.ndarray  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
-    turn: np.ndarray  # (trials * room, 2) int64, members of the party, the pairs of the trials in turns
-
-
-def new_pairs(trials: int, bodies: int) -> Pairs:
-    """Allocate room for the near pairs of trials; it grows with the number of bodies, not with its square."""
-    room = max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1)
-    near = np.zeros((trials, room, 2), np.int64)
-    return Pairs(near=near, number=np.zeros(trials, np.int64), turn=np.zeros((trials * room, 2), np.int64))
 
 
 @inlined
@@ -88,24 +68,10 @@ def mark_near_walls(w: int, world: World, state: State) -> None:
 
 
 @inlined
-def take_turns(trials: int, bodies: int, pairs: Pairs, place: np.ndarray) -> int:
-    """List the near pairs as members of the party, the first of each trial, the second of each, and so on.
-
-    Returns their number; ALL_PAIRS if every pair of a trial counts.
-    """
-    longest = 0
-    for g in range(trials):
-        if pairs.number[g] == ALL_PAIRS:
-            return ALL_PAIRS
-        longest = max(longest, pairs.number[g])
-    listed = 0
-    for k in range(longest):
-        for g in range(trials):
-            if k < pairs.number[g]:
-                pairs.turn[listed, 0] = place[g * bodies + pairs.near[g, k, 0]]
-                pairs.turn[listed, 1] = place[g * bodies + pairs.near[g, k, 1]]
-                listed += 1
-    return listed
+def number_members(listed: int, trial: int, bodies: int, pairs: np.ndarray, place: np.ndarray) -> None:
+    """Replace the bodies of a trial's listed pairs by the members of the party that they are."""
+    for k in range(listed):
+        pairs[k, 0], pairs[k, 1] = place[trial * bodies + pairs[k, 0]], place[trial * bodies + pairs[k, 1]]
 
 
 @inlined
@@ -169,11 +135,12 @@ def try_cycle(
         mark_pairs(listed, w, state, near)
         pairs.number[w - first] = listed
     robots, members = gather_party(first, stop, margin, world, state, party)
-    listed = take_turns(stop - first, world.bodies, pairs, party.place)
-    if members > 0:
-        if listed == ALL_PAIRS and stop - first > 1:
+    for g in range(stop - first):
+        if pairs.number[g] == ALL_PAIRS and stop - first > 1:
             return False
-        if not step_cycle(robots, members, listed, pairs.turn, world, party):
+        number_members(pairs.number[g], g, world.bodies, pairs.near[g], party.place)
+    if members > 0:
+        if not step_cycle(stop - first, robots, members, pairs, world, party):
             return False
         scatter_party(first, members, world, state, party)
     return True

@@ -14,6 +14,29 @@ from .world import State, World
 SAFE = 1.0 - 1e-12
 """Share of its reach that a body may use: the rest is for the rounding of distances."""
 
+ALL_PAIRS = -1
+"""Number of listed pairs that stands for every pair."""
+PAIRS_PER_BODY = 64
+"""Near pairs for which there is room; where there are more, all pairs are looked at, without a list."""
+
+
+class Pairs(NamedTuple):
+    """Near pairs of the trials of a party."""
+
+    near: np.ndarray  # (trials, room, 2) int64, bodies in the order of the physics, then their places in the party
+    number: np.ndarray  # (trials,) int64, how many of them there are; ALL_PAIRS if every pair counts
+
+
+def new_pairs(trials: int, bodies: int) -> Pairs:
+    """Allocate room for the near pairs of trials; it grows with the number of bodies, not with its square."""
+    room = max(min(bodies * (bodies - 1) // 2, PAIRS_PER_BODY * bodies), 1)
+    near = np.zeros((trials, room, 2), np.int64)
+    return Pairs(near=near, number=np.zeros(trials, np.int64))
+
+
+LANES = 16
+"""Contacts that are resolved side by side, each of another trial."""
+
 
 class Party(NamedTuple):
     """Members of the party; arrays are (trials * bodies,) and filled up to the number of members."""
@@ -34,6 +57,8 @@ class Party(NamedTuple):
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
     travel: np.ndarray  # square of the distance from the start that is allowed, cm^2
+    hit: np.ndarray  # (LANES + 1, 2) int64, members that overlap; the last row is never read
+    lane: np.ndarray  # (16 * LANES,) their motion and disks
     work: np.ndarray  # (3, trials * bodies) angles, sines and cosines
 
 
@@ -57,6 +82,8 @@ def new_party(bodies: int) -> Party:
         start_x=next(row),
         start_y=next(row),
         travel=next(row),
+        hit=np.zeros((LANES + 1, 2), np.int64),
+        lane=np.ones(16 * LANES),
         work=np.zeros((3, bodies)),
     )
 

@@ -10,13 +10,10 @@ import math
 import numpy as np
 
 from .compile import inlined
-from .contacts import keep_inside, push_apart
+from .contacts import keep_inside, overlap, push_all_apart, push_apart
 from .geometry import sines_and_cosines, wrapped
-from .party import Party
+from .party import ALL_PAIRS, Pairs, Party
 from .world import World
-
-ALL_PAIRS = -1
-"""Number of listed pairs that stands for every pair."""
 
 
 @inlined
@@ -86,8 +83,30 @@ def resolve_contacts(members: int, listed: int, pairs: np.ndarray, party: Party)
         else:
             i, j = pairs[k, 0], pairs[k, 1]
         a, b = np.uint64(i), np.uint64(j)  # no index is negative, and none is looked at for that
-        if push_apart(a, b, party):
+        if overlap(a, b, party):
+            push_apart(a, b, party)
             astray += strays(a, party) + strays(b, party)
+    return astray
+
+
+@inlined
+def resolve_in_turns(trials: int, pairs: Pairs, party: Party) -> int:
+    """Resolve the contacts of several trials: the first pair of each, the second of each, and so on."""
+    longest = 0
+    for g in range(trials):
+        longest = max(longest, pairs.number[g])
+    astray = 0
+    for k in range(longest):
+        hits = 0
+        for g in range(trials):
+            if k < pairs.number[g]:
+                i, j = np.uint64(pairs.near[g, k, 0]), np.uint64(pairs.near[g, k, 1])
+                party.hit[hits, 0], party.hit[hits, 1] = i, j
+                hits += overlap(i, j, party)
+        if hits > 0:
+            push_all_apart(hits, party)
+            for c in range(hits):
+                astray += strays(np.uint64(party.hit[c, 0]), party) + strays(np.uint64(party.hit[c, 1]), party)
     return astray
 
 
@@ -105,19 +124,23 @@ def finish_step(members: int, world: World, party: Party) -> int:
 
 
 @inlined
-def step_cycle(robots: int, members: int, listed: int, pairs: np.ndarray, world: World, party: Party) -> bool:
+def step_cycle(trials: int, robots: int, members: int, pairs: Pairs, world: World, party: Party) -> bool:
     """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members, or with all.
 
     Returns False, with the cycle incomplete, as soon as a member strays; never if all pairs are considered.
     """
     dt = world.interval / world.substeps
+    every = pairs.number[0] == ALL_PAIRS
     for _ in range(world.substeps):
         set_robot_velocities(robots, dt, party)
         set_object_velocities(robots, members, dt, world.deceleration, party)
         astray = advance_positions(members, dt, party)
-        if astray == 0 or listed == ALL_PAIRS:
-            astray = resolve_contacts(members, listed, pairs, party)
+        if astray == 0 or every:
+            if trials == 1:
+                astray = resolve_contacts(members, pairs.number[0], pairs.near[0], party)
+            else:
+                astray = resolve_in_turns(trials, pairs, party)
         astray += finish_step(members, world, party)
-        if astray > 0 and listed != ALL_PAIRS:
+        if astray > 0 and not every:
             return False
     return True

@@ -6,10 +6,10 @@ import numpy as np
 
 from .compile import compile_cached, inlined
 from .geometry import sines_and_cosines
-from .involved import Pairs, advance_involved, clear_marks, new_pairs
+from .involved import advance_involved, clear_marks
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .networks import Networks, drive, forget, with_memory
-from .party import Party, new_party
+from .party import LANES, Pairs, Party, new_pairs, new_party
 from .rays import read_sensors
 from .sectors import open_view, sense_one_trial
 from .sensing import sense
@@ -18,8 +18,6 @@ from .world import State, World, new_state
 
 SLOTS = 64
 """Trials that one thread advances side by side at most."""
-TOGETHER = 8
-"""Trials, of those side by side, whose contacts are resolved in turns."""
 MANY = 40
 """Up to this number of bodies, plain loops over all pairs are faster, above it tiles, one trial at a time."""
 
@@ -86,8 +84,8 @@ def act(
     for w in range(slots):
         command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
     clear_marks(state)
-    for first in range(0, slots, TOGETHER):
-        advance_involved(first, min(first + TOGETHER, slots), world, state, pairs, party, tiles)
+    for first in range(0, slots, LANES):
+        advance_involved(first, min(first + LANES, slots), world, state, pairs, party, tiles)
     glide_free_robots(world, state)
 
 
@@ -164,7 +162,7 @@ def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, netw
     """
     side_by_side = slots_of(world.bodies)
     state = new_state(min(side_by_side, stop - start), world.bodies)
-    together = min(TOGETHER, side_by_side)
+    together = min(LANES, side_by_side)
     pairs, party = new_pairs(together, world.bodies), new_party(together * world.bodies)
     tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
     remembering = None if networks is None else with_memory(networks, len(state.crowd))

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from turing_learning.kernels.involved import find_near_pairs, new_pairs
+from turing_learning.kernels.involved import find_near_pairs
 from turing_learning.kernels.neighbors import find_pairs_in_tiles
-from turing_learning.kernels.stepping import ALL_PAIRS
+from turing_learning.kernels.party import ALL_PAIRS, new_pairs
 from turing_learning.kernels.tiles import (
     BOTTOM,
     LEFT,

@@ -1,13 +1,15 @@
 """Trials whose contacts are resolved in turns, against the same trials one at a time: the same to the last bit."""
 
+import re
 from dataclasses import replace
 
+import llvmlite.binding
 import numpy as np
 import pytest
+from numba import njit
 
-from turing_learning.kernels.involved import new_pairs, take_turns
-from turing_learning.kernels.stepping import ALL_PAIRS
-from turing_learning.kernels.trials import TOGETHER
+from turing_learning.kernels.contacts import push_all_apart
+from turing_learning.kernels.party import LANES, new_party
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, initial_poses, observe
 
 SCENARIOS = {
@@ -16,7 +18,7 @@ SCENARIOS = {
     "walls": replace(AGGREGATION, arena=Arena(width_cm=70.0, height_cm=50.0)),
     "fields of view": AGGREGATION_VIEW_60,
 }
-TRIALS = 2 * TOGETHER + 5
+TRIALS = 2 * LANES + 5
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
@@ -39,18 +41,15 @@ def test_trials_side_by_side_are_those_one_at_a_time(name, fastest):
         np.testing.assert_array_equal(together[trial], observed(slice(trial, trial + 1))[0])
 
 
-def test_pairs_of_a_trial_stay_in_order_between_those_of_the_others():
-    bodies, pairs = 4, new_pairs(3, 4)
-    pairs.near[0, :3] = [[0, 1], [0, 2], [2, 3]]
-    pairs.near[2, :1] = [[1, 3]]
-    pairs.number[:] = 3, 0, 1
-    place = np.arange(100, 100 + 3 * bodies)
-    assert take_turns(3, bodies, pairs, place) == 4
-    expected = [[100, 101], [109, 111], [100, 102], [102, 103]]
-    np.testing.assert_array_equal(pairs.turn[:4], expected)
+def test_contacts_of_several_trials_are_resolved_by_vector_instructions():
+    if not llvmlite.binding.get_host_cpu_features().get("avx"):
+        pytest.skip("this processor has no AVX registers")
 
+    @njit(error_model="numpy")
+    def resolve(hits, party):
+        push_all_apart(hits, party)
 
-def test_where_every_pair_of_a_trial_counts_there_is_no_list():
-    pairs = new_pairs(2, 4)
-    pairs.number[:] = 1, ALL_PAIRS
-    assert take_turns(2, 4, pairs, np.arange(8)) == ALL_PAIRS
+    resolve(2, new_party(22))
+    assembly = "\n".join(resolve.inspect_asm().values())
+    assert re.search(r"vdivpd\b.*%[yz]mm", assembly)
+    assert not re.search(r"\bv?divsd\b", assembly)
