@@ -14,7 +14,7 @@ from .stepping import step_cycle
 from .tiles import Tiles
 from .world import State, World
 
-MARGINS = (0.0, 8.0)
+MARGINS = (0.0, 8.0, np.inf)
 """Additions to the sum of two reaches, tried in turn (cm): a crowd may push its bodies farther than they drive."""
 
 
@@ -68,13 +68,6 @@ def mark_near_walls(w: int, world: World, state: State) -> None:
 
 
 @inlined
-def number_members(listed: int, trial: int, bodies: int, pairs: np.ndarray, place: np.ndarray) -> None:
-    """Replace the bodies of a trial's listed pairs by the members of the party that they are."""
-    for k in range(listed):
-        pairs[k, 0], pairs[k, 1] = place[trial * bodies + pairs[k, 0]], place[trial * bodies + pairs[k, 1]]
-
-
-@inlined
 def clear_marks(state: State) -> None:
     """Mark no body."""
     for i in range(state.near.shape[0]):
@@ -102,11 +95,15 @@ def advance_involved(
 ) -> None:
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
 
-    All other robots are left for `glide_free_robots`. If a body strays, the trials are advanced one by one.
+    All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the trials are then
+    advanced one by one, and one trial with larger margins, in the end with every pair.
     """
     w, end, attempt = first, stop, 0
     while w < stop:
-        if try_cycle(w, end, attempt, world, state, pairs, party, tiles):
+        margin = list_involved(w, end, attempt, world, state, pairs, tiles)
+        robots, members = gather_party(w, end, margin, world, state, pairs, party)
+        if step_cycle(end - w, robots, members, margin == np.inf, pairs, world, party, tiles):
+            scatter_party(w, members, world, state, party)
             w, end, attempt = end, end + 1, 0
         elif end - w > 1:
             end = w + 1
@@ -115,32 +112,24 @@ def advance_involved(
 
 
 @inlined
-def try_cycle(
-    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, party: Party, tiles: Tiles | None
-) -> bool:
-    """Advance the trials in slots first ... stop - 1 together, with the margin of this attempt, after the last with all pairs.
+def list_involved(
+    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, tiles: Tiles | None
+) -> float:
+    """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
 
-    Returns False, with nothing but marks changed, if a body strays; never where one trial is advanced with all pairs.
+    Returns the margin: that of the attempt; inf where there is no room for the pairs, which one trial of many bodies alone can
+    have, so that every pair is looked at.
     """
-    margin = MARGINS[min(attempt, len(MARGINS) - 1)]
+    margin = MARGINS[attempt]
     for w in range(first, stop):
         mark_moving_objects(w, world, state)
         if world.width > 0.0:
             mark_near_walls(w, world, state)
         near, listed = pairs.near[w - first], 0
-        if attempt == len(MARGINS):
-            listed = ALL_PAIRS
-        elif may_touch(w, world, state):
-            listed = list_pairs(w, margin, world, state, near, tiles)
+        if attempt > 0 or may_touch(w, world, state):
+            listed = list_pairs(w, MARGINS[attempt], world, state, near, tiles)
         mark_pairs(listed, w, state, near)
         pairs.number[w - first] = listed
-    robots, members = gather_party(first, stop, margin, world, state, party)
-    for g in range(stop - first):
-        if pairs.number[g] == ALL_PAIRS and stop - first > 1:
-            return False
-        number_members(pairs.number[g], g, world.bodies, pairs.near[g], party.place)
-    if members > 0:
-        if not step_cycle(stop - first, robots, members, pairs, world, party):
-            return False
-        scatter_party(first, members, world, state, party)
-    return True
+        if listed == ALL_PAIRS:
+            margin = np.inf
+    return margin

@@ -89,49 +89,36 @@ def new_party(bodies: int) -> Party:
 
 
 @inlined
-def gather_party(first: int, stop: int, margin: float, world: World, state: State, party: Party) -> tuple[int, int]:
-    """Copy the marked bodies of the trials in slots first ... stop - 1; they may travel half of `margin` (cm) beyond their reach.
+def gather_party(
+    first: int, stop: int, margin: float, world: World, state: State, pairs: Pairs, party: Party
+) -> tuple[int, int]:
+    """Copy the marked bodies of the trials in slots first ... stop - 1, and replace the bodies of their pairs by members.
 
-    Returns the number of robots and of members.
+    Members may travel half of `margin` (cm) beyond their reach. Returns the number of robots and of members.
     """
-    robots = gather_bodies(0, world.robots, 0, first, stop, margin, world, state, party)
-    return robots, gather_bodies(world.robots, world.bodies, robots, first, stop, margin, world, state, party)
-
-
-@inlined
-def gather_bodies(
-    lowest: int,
-    end: int,
-    members: int,
-    first: int,
-    stop: int,
-    margin: float,
-    world: World,
-    state: State,
-    party: Party,
-) -> int:
-    """Add the marked ones of the bodies lowest ... end - 1 of each trial to so many members; return their new number."""
-    for w in range(first, stop):
-        for i in range(lowest, end):
-            if state.near[i, w] == 1:
-                party.place[(w - first) * world.bodies + i] = members
-                party.body[members] = (w - first) * world.bodies + i
-                enter(i, w, members, margin, world, state, party)
-                members += 1
-    return members
-
-
-@inlined
-def enter(i: int, w: int, k: int, margin: float, world: World, state: State, party: Party) -> None:
-    """Make body `i` of the trial in slot `w` the member `k`."""
-    party.x[k], party.y[k], party.heading[k] = state.x[i, w], state.y[i, w], state.heading[i, w]
-    party.vx[k], party.vy[k], party.turn[k] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
-    party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
-    party.radius[k] = world.radius[i]
-    party.inverse_mass[k], party.inverse_inertia[k] = world.inverse_mass[i], world.inverse_inertia[i]
-    party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
-    travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
-    party.travel[k] = travel * travel
+    robots, k = 0, 0
+    for kind in range(2):  # robots, then objects
+        for w in range(first, stop):
+            for i in range(world.robots if kind else 0, world.bodies if kind else world.robots):
+                if state.near[i, w] == 1:
+                    party.body[k] = (w - first) * world.bodies + i
+                    party.place[party.body[k]] = k
+                    party.x[k], party.y[k], party.heading[k] = state.x[i, w], state.y[i, w], state.heading[i, w]
+                    party.vx[k], party.vy[k], party.turn[k] = state.vx[i, w], state.vy[i, w], state.turn[i, w]
+                    party.forward[k], party.command[k] = state.forward[i, w], state.command[i, w]
+                    party.radius[k] = world.radius[i]
+                    party.inverse_mass[k], party.inverse_inertia[k] = world.inverse_mass[i], world.inverse_inertia[i]
+                    party.start_x[k], party.start_y[k] = state.x[i, w], state.y[i, w]
+                    travel = (state.reach[i, w] - world.radius[i] + 0.5 * margin) * SAFE
+                    party.travel[k] = travel * travel
+                    k += 1
+        if kind == 0:
+            robots = k
+    for g in range(stop - first):
+        for n in range(pairs.number[g]):
+            for end in range(2):
+                pairs.near[g, n, end] = party.place[g * world.bodies + pairs.near[g, n, end]]
+    return robots, k
 
 
 @inlined

@@ -13,6 +13,7 @@ from .compile import inlined
 from .contacts import keep_inside, overlap, push_all_apart, push_apart
 from .geometry import sines_and_cosines, wrapped
 from .party import ALL_PAIRS, Pairs, Party
+from .tiles import Tiles
 from .world import World
 
 
@@ -69,7 +70,7 @@ def advance_positions(members: int, dt: float, party: Party) -> int:
 
 
 @inlined
-def resolve_contacts(members: int, listed: int, pairs: np.ndarray, party: Party) -> int:
+def resolve_one_by_one(members: int, listed: int, pairs: np.ndarray, party: Party) -> int:
     """Resolve the contacts of the listed pairs of members, in order; return how often a member was pushed astray."""
     count = members * (members - 1) // 2 if listed == ALL_PAIRS else listed
     astray = 0
@@ -90,7 +91,7 @@ def resolve_contacts(members: int, listed: int, pairs: np.ndarray, party: Party)
 
 
 @inlined
-def resolve_in_turns(trials: int, pairs: Pairs, party: Party) -> int:
+def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
     """Resolve the contacts of several trials: the first pair of each, the second of each, and so on."""
     longest = 0
     for g in range(trials):
@@ -124,22 +125,23 @@ def finish_step(members: int, world: World, party: Party) -> int:
 
 
 @inlined
-def step_cycle(trials: int, robots: int, members: int, pairs: Pairs, world: World, party: Party) -> bool:
-    """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members, or with all.
+def step_cycle(
+    trials: int, robots: int, members: int, every: bool, pairs: Pairs, world: World, party: Party, tiles: Tiles | None
+) -> bool:
+    """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members.
 
-    Returns False, with the cycle incomplete, as soon as a member strays; never if all pairs are considered.
+    Returns False, with the cycle incomplete, as soon as a member strays; never if every pair is considered.
     """
     dt = world.interval / world.substeps
-    every = pairs.number[0] == ALL_PAIRS
     for _ in range(world.substeps):
         set_robot_velocities(robots, dt, party)
         set_object_velocities(robots, members, dt, world.deceleration, party)
         astray = advance_positions(members, dt, party)
         if astray == 0 or every:
-            if trials == 1:
-                astray = resolve_contacts(members, pairs.number[0], pairs.near[0], party)
+            if tiles is None and trials > 1:
+                astray = resolve_side_by_side(trials, pairs, party)
             else:
-                astray = resolve_in_turns(trials, pairs, party)
+                astray = resolve_one_by_one(members, pairs.number[0], pairs.near[0], party)
         astray += finish_step(members, world, party)
         if astray > 0 and not every:
             return False
