@@ -33,6 +33,8 @@ def side_by_side(
     """
     context = multiprocessing.get_context("spawn")
     stopping = context.Event()
+    if should_stop():  # asked before: nothing begins
+        stopping.set()
     with ProcessPoolExecutor(workers, context, _begin, (stopping, os.getpid())) as executor:
         names: dict[Future[dict[str, Any] | None], str] = {
             executor.submit(_timed, compute, arguments): name for name, arguments in given.items()
