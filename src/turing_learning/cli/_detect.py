@@ -121,7 +121,7 @@ def detect(
         else None
     )
     observed, *calibration = (
-        None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals)
+        None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
         for path in (None if recorded else motion, genuine, abnormal)
     )
     if observed is None and timed is None:

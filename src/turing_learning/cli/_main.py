@@ -56,9 +56,10 @@ def _code(error: Exception) -> int:
     from turing_learning.config import ConfigurationError
     from turing_learning.robots import LaboratoryError
     from turing_learning.runs import RunFolderError, RunStorageError
+    from turing_learning.sources import OwnSystemError
     from turing_learning.studies import ExecutorError
 
-    if isinstance(error, RunStorageError | ExecutorError | LaboratoryError):
+    if isinstance(error, RunStorageError | OwnSystemError | ExecutorError | LaboratoryError):
         return FAILED
     if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
         return REFUSED

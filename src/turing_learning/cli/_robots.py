@@ -1,5 +1,6 @@
 """The commands of a laboratory with robots."""
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -85,6 +86,7 @@ def run(
         equipment,
         path,
         lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
+        emulated=emulated,
     )
 
 
@@ -94,7 +96,13 @@ def go_on(path: Path, *, emulated: bool = False) -> None:
 
     laboratory = stored_laboratory(path)
     equipment = _equipment(laboratory, emulated)
-    _execute(laboratory, equipment, path, lambda **watch: resume_laboratory(path, equipment=equipment, **watch))
+    _execute(
+        laboratory,
+        equipment,
+        path,
+        lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
+        emulated=emulated,
+    )
 
 
 @app.command(epilog="Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv")
@@ -154,7 +162,14 @@ def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipme
     return fine
 
 
-def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]") -> None:
+def _rehearsal_command(path: Path) -> str:
+    """Return how to go on with emulated robots; `turing-learning resume` would move the real ones."""
+    return f"turing-learning robots run --resume {shlex.quote(str(path))} --emulated"
+
+
+def _execute(
+    laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]", *, emulated: bool
+) -> None:
     """Look at the laboratory, run, and print the result, or how to go on."""
     from rich.console import Console
 
@@ -166,7 +181,7 @@ def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: 
     console = Console()
     if not _inspected(console, laboratory, equipment):
         raise typer.Exit(REFUSED)
-    ahead = f"go on with: {resume_command(path)}"
+    ahead = f"go on with: {_rehearsal_command(path) if emulated else resume_command(path)}"
     try:
         with stop_on_signals() as should_stop:
             result = run(

@@ -65,7 +65,7 @@ def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
     return recordings[:, : count * steps].reshape(individuals, count, steps, signals)
 
 
-def load_motion(path: str | Path, *, steps: int, signals: int) -> Motion:
+def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[str] | None = None) -> Motion:
     """Read motion from a file.
 
     Parameters
@@ -79,6 +79,8 @@ def load_motion(path: str | Path, *, steps: int, signals: int) -> Motion:
           without the column ``sample`` the recordings are cut into samples. Steps and samples are consecutive integers.
     steps, signals
         Steps T and signals D of a sample, as the detector needs them.
+    names
+        Of the D signals: the columns of a table are brought into this order. None takes them as they are.
 
     Raises
     ------
@@ -89,18 +91,20 @@ def load_motion(path: str | Path, *, steps: int, signals: int) -> Motion:
     if path.suffix.lower() not in SUFFIXES:
         raise ConfigurationError(f"`motion` must be a file that ends with one of {', '.join(SUFFIXES)}; got {path}.")
     try:
-        names, values = _read_csv(path) if path.suffix.lower() == ".csv" else _read_arrays(path)
+        individuals, values = _read_csv(path, names) if path.suffix.lower() == ".csv" else _read_arrays(path)
     except OSError as error:
         raise ConfigurationError(
             f"`motion` must be a file that can be read; got {path} ({error.strerror or error})."
         ) from error
     if values.ndim == 3:
         values = cut_recordings(values, steps)
-    if values.ndim == 4 and len(names) != len(values):
+    if values.ndim == 4 and len(individuals) != len(values):
         raise ConfigurationError(
-            f"`individuals` must be one name for each of the {len(values)} individuals; got {len(names)} [{path}]."
+            f"`individuals` must be one name for each of the {len(values)} individuals; got {len(individuals)} [{path}]."
         )
-    return Motion(names, checked_motion("motion", values, signals=signals, steps=steps, where=lambda k: names[k]))
+    return Motion(
+        individuals, checked_motion("motion", values, signals=signals, steps=steps, where=lambda k: individuals[k])
+    )
 
 
 def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
@@ -138,15 +142,17 @@ def _numbered(values: np.ndarray) -> tuple[str, ...]:
     return tuple(str(k + 1) for k in range(len(values) if values.ndim else 0))
 
 
-def _read_csv(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
+def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
-            return _from_rows(path, csv.reader(file))
+            return _from_rows(path, csv.reader(file), signals)
     except (UnicodeDecodeError, csv.Error) as error:
         raise ConfigurationError(f"`motion` must be a text file with commas; got {path} ({error}).") from error
 
 
-def _from_rows(path: Path, rows: Iterable[Sequence[str]]) -> tuple[tuple[str, ...], np.ndarray]:
+def _from_rows(
+    path: Path, rows: Iterable[Sequence[str]], signals: Sequence[str] | None
+) -> tuple[tuple[str, ...], np.ndarray]:
     lines = iter(rows)
     heading = [name.strip() for name in next(lines, [])]
     keys = [name for name in _KEYS if name in heading]
@@ -159,7 +165,18 @@ def _from_rows(path: Path, rows: Iterable[Sequence[str]]) -> tuple[tuple[str, ..
     for line, row in enumerate(lines, start=2):
         if row:
             _take(cells, row, keys, len(heading), f"{path}:{line}")
-    return _assembled(cells, path, cut="sample" not in keys)
+    names, values = _assembled(cells, path, cut="sample" not in keys)
+    return names, values if signals is None else values[..., _columns(heading[len(keys) :], signals, path)]
+
+
+def _columns(found: list[str], signals: Sequence[str], path: Path) -> list[int]:
+    """Return where each signal is among those found."""
+    if sorted(found) != sorted(signals):
+        raise ConfigurationError(
+            f"`motion` must have the signals of the run, {', '.join(signals)}, in any order; got {', '.join(found)} "
+            f"[{path}:1]. Name its columns so."
+        )
+    return [found.index(name) for name in signals]
 
 
 def _take(

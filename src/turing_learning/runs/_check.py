@@ -126,7 +126,7 @@ class Checker:
         if path is None:
             return new
         known = stored_check(path.parent)
-        if known is not None and known["settings"] == settings:
+        if known is not None and known["settings"] == settings and not force:
             return known
         if known is not None:
             if not force:

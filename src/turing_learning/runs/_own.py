@@ -130,10 +130,21 @@ def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOpt
     ConfigurationError
         If the simulator or a setting is refused.
     """
+    _refuse_others_parameters(system, simulate)
     try:
         return OwnSource(system, data, simulate, workers=options.get("workers"), timeout_s=options.get("timeout_s"))
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
+
+
+def _refuse_others_parameters(system: OwnSystem, simulate: Any) -> None:
+    """Raise ConfigurationError if a simulator that names its parameters, as a family of models does, has others."""
+    own = getattr(simulate, "parameters", None)
+    if isinstance(own, Mapping) and tuple(own) != tuple(system.parameters):
+        raise ConfigurationError(
+            f"`simulate` must have the parameters of the run, {', '.join(system.parameters)}, in this order; got "
+            f"{', '.join(map(str, own))}. Give the simulator that the run has, or its parameters."
+        )
 
 
 def reopen_source(

@@ -20,6 +20,7 @@ RECORDED = [
     "--window",
     "2",
 ]
+OTHER_MODEL = ["boids" if word == "burst-and-coast" else word for word in RECORDED]
 SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1"]
 
 
@@ -63,9 +64,20 @@ def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, 
     assert code == 130
     command = err.strip().partition("go on with: turing-learning ")[2].split()
     assert command[:2] == ["resume", "run"]
+    code, _, err = call("resume", "run", *OTHER_MODEL)
+    assert code == 2
+    assert "`simulate` must have the parameters of the run, speed, " in err
     assert call(*command)[0] == 0
     first, second = (json.loads(Path(name, "result.json").read_text()) for name in ("whole", "run"))
     assert first["estimate"] == second["estimate"]
+
+
+def test_another_family_than_that_of_the_run_is_not_checked(call):
+    assert call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "run")[0] == 0
+    code, _, err = call("check", "run", *OTHER_MODEL)
+    assert code == 2
+    assert "`simulate` must have the parameters of the run, speed, " in err
+    assert not Path("run", "check").exists()
 
 
 @pytest.mark.parametrize(

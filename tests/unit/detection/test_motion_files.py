@@ -174,3 +174,17 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path, name, message):
 def test_recordings_that_cannot_be_cut_are_refused(recordings, steps, message):
     with pytest.raises(ConfigurationError, match=message):
         cut_recordings(recordings, steps)
+
+
+def test_columns_of_a_table_are_found_by_the_names_of_the_signals(tmp_path):
+    path = tmp_path / "motion.csv"
+    path.write_text(as_text(SAMPLES[..., ::-1]).replace("speed,turn", "turn,speed"))
+    found = load_motion(path, steps=4, signals=2, names=("speed", "turn"))
+    np.testing.assert_array_equal(found.samples, SAMPLES)
+
+
+def test_columns_with_other_names_are_refused(tmp_path):
+    path = tmp_path / "motion.csv"
+    path.write_text(as_text(SAMPLES).replace("speed,turn", "v,turn"))
+    with pytest.raises(ConfigurationError, match=r"the signals of the run, speed, turn, in any order; got v, turn \["):
+        load_motion(path, steps=4, signals=2, names=("speed", "turn"))

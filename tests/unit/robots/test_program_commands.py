@@ -53,6 +53,18 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
     assert "estimate" in out
 
 
+def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory, call, monkeypatch):
+    answers = iter([False, True])
+    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    code, _, err = call(
+        "robots", "run", "--emulated", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
+    )
+    assert code == 130
+    command = err.strip().partition("go on with: turing-learning ")[2].split()
+    assert command == ["robots", "run", "--resume", "run", "--emulated"]
+    assert call(*command)[0] == 0
+
+
 def test_nothing_runs_in_a_laboratory_that_is_not_in_order(laboratory, doors, call):
     doors.dead_camera = True
     code, out, _ = call("robots", "run", "--out", "run")

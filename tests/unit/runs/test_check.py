@@ -80,6 +80,16 @@ def test_other_settings_are_refused_unless_forced(tmp_path):
     assert content(result.path)["settings"]["seed"] == 1
 
 
+def test_a_forced_check_looks_again(tmp_path):
+    result = infer(out=tmp_path / "run")
+    result.check(effort=QUICK, recoveries=0)
+    calls = []
+    result.check(effort=QUICK, recoveries=0, stage=calls.append)
+    assert calls == []
+    result.check(effort=QUICK, recoveries=0, stage=calls.append, force=True)
+    assert calls[0] == "fresh classifiers against the estimate"
+
+
 def test_other_samples_are_refused(stored):
     with pytest.raises(RunFolderError, match="`genuine` must be the samples that the run began with"):
         stored[0].check(genuine=recorded(seed=9), effort=QUICK)
