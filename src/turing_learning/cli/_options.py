@@ -13,7 +13,8 @@ PresetOption = Annotated[
     str, typer.Option("--preset", metavar="NAME", help='"default", or "paper" to keep to the text of the paper.')
 ]
 GenerationsOption = Annotated[
-    str | None, typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default.")
+    str | None,
+    typer.Option("--generations", metavar="G", help="Number of generations; by default 1000, 100 in a laboratory."),
 ]
 SettingsOption = Annotated[
     list[str] | None,
