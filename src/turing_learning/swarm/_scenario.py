@@ -214,6 +214,15 @@ class Scenario:
             "finite wheel speeds",
             self.controller,
         )
+        largest = max(self.robot.radius_cm, self.objects.radius_cm if self.objects.count else 0.0)
+        for name in ("width_cm", "height_cm"):
+            side = getattr(self.arena, name)
+            _require(
+                not self.arena.bounded or side > 2 * largest,
+                f"scenario.arena.{name}",
+                f"more than the diameter of what moves in it, {2 * largest:g}",
+                side,
+            )
 
     @property
     def individuals(self) -> int:

@@ -52,6 +52,10 @@ def test_scenarios_are_frozen():
             r"`scenario.controller` must be 4 wheel speeds, two for each",
         ),
         (lambda: replace(AGGREGATION, controller=(1.0, 1, 1, float("inf"))), "must be finite wheel speeds"),
+        (
+            lambda: replace(AGGREGATION, arena=Arena(50.0, 6.5)),
+            r"`scenario.arena.height_cm` must be more than the diameter of what moves in it, 7; got 6.5",
+        ),
     ],
 )
 def test_values_that_make_no_sense_are_refused(build, message):
