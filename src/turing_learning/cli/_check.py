@@ -49,7 +49,9 @@ def check(
         ),
     ] = None,
     seed: Annotated[int, typer.Option("--seed", metavar="S", help="Seed of the check.", parser=integer)] = 0,
-    force: Annotated[bool, typer.Option("--force", metavar="", help="Replace a check with other settings.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", metavar="", help="Look anew, and replace the check that is there.")
+    ] = False,
     trajectories: TrajectoriesOption = None,
     fps: FpsOption = None,
     scale: ScaleOption = None,

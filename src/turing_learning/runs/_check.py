@@ -120,20 +120,20 @@ class Checker:
         } | asdict(self.effort)
 
     def _begun(self, path: Path | None, *, force: bool) -> dict[str, Any]:
-        """Return what is known already, under these settings."""
+        """Return what is known already, under these settings; nothing if all is to be looked at anew."""
         settings = self._settings()
         new = {"settings": settings, "profiles": {}, "recoveries": []}
         if path is None:
             return new
         known = stored_check(path.parent)
-        if known is not None and known["settings"] == settings and not force:
-            return known
+        if known is not None and not force:
+            if known["settings"] == settings:
+                return known
+            raise RunFolderError(
+                f"`run` must be checked with the settings that its check began with; got others [{path}]. "
+                "Replace it with --force."
+            )
         if known is not None:
-            if not force:
-                raise RunFolderError(
-                    f"`run` must be checked with the settings that its check began with; got others [{path}]. "
-                    "Replace it with --force."
-                )
             import shutil
 
             shutil.rmtree(path)

@@ -60,7 +60,7 @@ def check_run(
     workers, timeout_s
         As in `infer`.
     force
-        Whether a check with other settings may be replaced.
+        Whether to look anew, and to replace the check that is there, whatever its settings.
     stage
         Called with a word on what comes next.
 

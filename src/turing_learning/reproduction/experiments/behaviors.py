@@ -109,15 +109,15 @@ def _verdict(outcome: _Outcome, kind: str, of_most: np.ndarray) -> Verdict:
         and shares_not_worse(good, len(maes), printed_good, PAPER_RUNS)
         and shares_not_worse(1 - bad, len(maes), 1 - printed_bad, PAPER_RUNS)
     )
-    agrees = found and _harder(outcome.errors[kind])
-    few = found and not agrees and len(maes) < len(of_most)
+    harder = _harder(outcome.errors[kind])
+    few = found and not harder and len(maes) < len(of_most)
     return Verdict(
         CLAIM,
-        agrees,
+        found and harder,
         f"MAE below {GOOD} in {printed_good:.0%} of {PAPER_RUNS} runs, above {FAIR} in {printed_bad:.1%}; "
         f"{listed(NAMES, printed, 2)}; vl0 and vr0 significantly lower",
         f"MAE below {GOOD} in {good:.1%} of {len(maes)} runs, above {FAIR} in {bad:.1%}; {listed(NAMES, observed)}; "
-        f"vl0 and vr0 {'' if _harder(outcome.errors[kind]) else 'not '}significantly lower",
+        f"vl0 and vr0 {'' if harder else 'not '}significantly lower",
         "random behaviors",
         variant_of(outcome.preset, kind),
         _power(len(maes), of_most) if few else "",
