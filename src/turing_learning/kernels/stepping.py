@@ -92,7 +92,10 @@ def resolve_one_by_one(members: int, listed: int, pairs: np.ndarray, party: Part
 
 @inlined
 def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
-    """Resolve the contacts of several trials: the first pair of each, the second of each, and so on."""
+    """Resolve the contacts of several trials, each with all its pairs listed: the first pair of each, the second of each, and so on.
+
+    Returns how often a member was pushed astray. One contact alone is faster without vectors.
+    """
     longest = 0
     for g in range(trials):
         longest = max(longest, pairs.number[g])
@@ -104,10 +107,14 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
                 i, j = np.uint64(pairs.near[g, k, 0]), np.uint64(pairs.near[g, k, 1])
                 party.hit[hits, 0], party.hit[hits, 1] = i, j
                 hits += overlap(i, j, party)
-        if hits > 0:
+        if hits == 0:
+            continue
+        if hits == 1:
+            push_apart(np.uint64(party.hit[0, 0]), np.uint64(party.hit[0, 1]), party)
+        else:
             push_all_apart(hits, party)
-            for c in range(hits):
-                astray += strays(np.uint64(party.hit[c, 0]), party) + strays(np.uint64(party.hit[c, 1]), party)
+        for c in range(hits):
+            astray += strays(np.uint64(party.hit[c, 0]), party) + strays(np.uint64(party.hit[c, 1]), party)
     return astray
 
 
@@ -138,7 +145,7 @@ def step_cycle(
         set_object_velocities(robots, members, dt, world.deceleration, party)
         astray = advance_positions(members, dt, party)
         if astray == 0 or every:
-            if tiles is None and trials > 1:
+            if tiles is None:
                 astray = resolve_side_by_side(trials, pairs, party)
             else:
                 astray = resolve_one_by_one(members, pairs.number[0], pairs.near[0], party)
