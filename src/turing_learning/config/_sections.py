@@ -1,6 +1,7 @@
 """The sections of a configuration as validated, frozen data."""
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -15,6 +16,7 @@ LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
+NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
 SETTLED = 0.7  # share of a run after which no model jumps
 
 Count = Annotated[int, Field(ge=1)]
@@ -60,7 +62,8 @@ class ModelsSection(PopulationSection):
     """The population of models, and what they are.
 
     With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1 or more they are Elman networks
-    with as many hidden neurons (black box; paper, section 4.6.2).
+    with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size` is 0.3 unless it is given: with 1
+    many of them come to oscillate.
 
     A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
     one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
@@ -76,6 +79,13 @@ class ModelsSection(PopulationSection):
     exchange: Share = 0.1
     intermediate: bool = True
     memory: Share = 0.9
+
+    @model_validator(mode="before")
+    @classmethod
+    def _begin_networks_with_small_steps(cls, given: Any) -> Any:
+        if isinstance(given, Mapping) and given.get("hidden"):
+            return {"initial_step_size": NETWORKS_STEP_SIZE, **given}
+        return given
 
 
 class ClassifiersSection(PopulationSection):

@@ -92,9 +92,9 @@ def resolve_one_by_one(members: int, listed: int, pairs: np.ndarray, party: Part
 
 @inlined
 def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
-    """Resolve the contacts of several trials, each with all its pairs listed: the first pair of each, the second of each, and so on.
+    """Resolve the contacts of trials whose pairs are all listed: the first pair of each, the second of each, and so on.
 
-    Returns how often a member was pushed astray. One contact alone is faster without vectors.
+    Returns how often a member was pushed astray. A contact alone is faster without vectors.
     """
     longest = 0
     for g in range(trials):

@@ -320,6 +320,21 @@ def test_models_are_reactive_unless_they_have_hidden_neurons():
     assert len(networks.parameter_names) == 47
 
 
+@pytest.mark.parametrize("preset", ["default", "paper"])
+def test_networks_begin_with_smaller_steps_unless_they_are_given(preset):
+    def step_size(**overrides):
+        return load_configuration(preset=preset, overrides=overrides).models.initial_step_size
+
+    assert step_size() == 1.0
+    assert step_size(**{"models.hidden": 3}) == 0.3
+    assert step_size(**{"models.hidden": 3, "models.initial_step_size": 1.0}) == 1.0
+
+
+def test_a_run_that_has_begun_with_other_steps_keeps_them():
+    begun = load_configuration(overrides={"models.hidden": 3, "models.initial_step_size": 1.0})
+    assert type(begun).model_validate(begun.model_dump()).models.initial_step_size == 1.0
+
+
 def test_models_are_what_the_scenario_says_where_they_are_no_networks():
     assert load_configuration(scenario="aggregation-field-of-view-0").representation == MorphologyModel(states=2)
 
