@@ -277,7 +277,7 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("scenario.robot.radius_cm", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
+        ("scenario.robot.maximum_speed_cm_s", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
         ("scenario.robot.mass_g", 1e-300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e-300"),
         (
             "scenario.robot.wheel_distance_cm",
@@ -308,9 +308,19 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
     ],
 )
 def test_what_no_machine_can_do_is_refused_before_anything_runs(key, value, message):
-    said = refused(overrides={key: value})
+    roomy = {"scenario.trial.start_side_cm": 1e5}  # so that it is not the room that is wanting
+    said = refused(overrides=roomy | {key: value})
     assert said.startswith(f"`{key}` {message}")
     assert f" [override {key}]" in said
+
+
+def test_bodies_that_have_no_room_are_refused():
+    said = refused(overrides={"scenario.arena": {"width_cm": 10.0, "height_cm": 10.0}})
+    assert said == (
+        "`scenario.arena` must have room for the bodies that start in it; got 10 x 10 cm, where at most 2 of 11 bodies of radius "
+        "3.5 cm have room [override scenario.arena]. Enlarge it, or take fewer or smaller bodies (scenario.agents, "
+        "scenario.robot.radius_cm)."
+    )
 
 
 def test_models_are_reactive_unless_they_have_hidden_neurons():
