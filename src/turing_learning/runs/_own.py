@@ -8,8 +8,9 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
-from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+from turing_learning.sources import TIME_STEP_TOLERANCE, Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
 from turing_learning.swarm import SCENARIOS, Scenario
+from turing_learning.trajectories import SIGNALS
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -130,20 +131,37 @@ def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOpt
     ConfigurationError
         If the simulator or a setting is refused.
     """
-    _refuse_others_parameters(system, simulate)
+    _refuse_others_samples(system, simulate)
     try:
         return OwnSource(system, data, simulate, workers=options.get("workers"), timeout_s=options.get("timeout_s"))
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
 
 
-def _refuse_others_parameters(system: OwnSystem, simulate: Any) -> None:
-    """Raise ConfigurationError if a simulator that names its parameters, as a family of models does, has others."""
-    own = getattr(simulate, "parameters", None)
-    if isinstance(own, Mapping) and tuple(own) != tuple(system.parameters):
+def _refuse_others_samples(system: OwnSystem, simulate: Any) -> None:
+    """Raise ConfigurationError if a simulator says that it does not simulate this system, as a family of models can."""
+    told = ("parameters", "signals", "interval_s", "steps")
+    parameters, signals, interval, steps = (getattr(simulate, name, None) for name in told)
+    if isinstance(parameters, Mapping) and tuple(parameters) != system.parameter_names:
         raise ConfigurationError(
             f"`simulate` must have the parameters of the run, {', '.join(system.parameters)}, in this order; got "
-            f"{', '.join(map(str, own))}. Give the simulator that the run has, or its parameters."
+            f"{', '.join(map(str, parameters))}. Give the simulator that the run has, or its parameters."
+        )
+    if isinstance(signals, tuple) and signals != system.signals and {*signals, *system.signals} <= set(SIGNALS):
+        raise ConfigurationError(
+            f"`simulate` must have the signals of the samples, {', '.join(system.signals)}, in this order; got "
+            f"{', '.join(signals)}. Give the family of models signals={system.signals}."
+        )
+    known = system.interval_s  # 0 if it is not
+    if known and isinstance(interval, float | int) and abs(interval / known - 1) > TIME_STEP_TOLERANCE:
+        raise ConfigurationError(
+            f"`simulate` must have the time step of the samples, {known:.6g} s; got {interval:.6g} s. Give the family of models "
+            f"interval_s={known:.6g}, or samples at its rate."
+        )
+    if isinstance(steps, int) and steps != system.steps:
+        raise ConfigurationError(
+            f"`simulate` must have as many steps as the samples, {system.steps}; got {steps}. Give the family of models "
+            f"steps={system.steps}."
         )
 
 

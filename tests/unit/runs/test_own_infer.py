@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, OwnConfiguration, load_configuration, load_variants, to_toml
+from turing_learning.families import BurstAndCoast
 from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, start
 from turing_learning.sources import OwnSystemError
 
@@ -214,6 +216,61 @@ def test_split_samples_keep_their_names(tmp_path):
     infer(genuine=Windows(), generations=1, out=tmp_path / "run")
     system = RunFolder(tmp_path / "run").configuration().scenario
     assert (system.signals, system.held_out) == (("speed", "turn"), tuple(range(40, 45)))
+
+
+WALK = BurstAndCoast(individuals=1, steps=12, interval_s=0.04)
+
+
+class Windows:
+    """Samples as `Trajectories.windows` cuts them."""
+
+    learning, held_out = (WALK(np.full((count, 4), 0.5), np.random.default_rng(count))[:, 0] for count in (20, 5))
+    names, interval_s = ("speed", "turn"), 0.04
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"interval_s": 0.1},
+            "`simulate` must have the time step of the samples, 0.04 s; got 0.1 s. Give the family of models interval_s=0.04,",
+        ),
+        (
+            {"signals": ("turn", "speed")},
+            "`simulate` must have the signals of the samples, speed, turn, in this order; got turn, speed. Give the family of "
+            "models signals=('speed', 'turn').",
+        ),
+        ({"signals": ("speed",)}, "the signals of the samples, speed, turn, in this order; got speed."),
+        (
+            {"steps": 13},
+            "`simulate` must have as many steps as the samples, 12; got 13. Give the family of models steps=12.",
+        ),
+    ],
+)
+def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(tmp_path, stop_after, change, message):
+    other, path = replace(WALK, **change), tmp_path / "run"
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        infer(Windows(), other, WALK.parameters, out=path)
+    assert not path.exists()
+    stopped = infer(Windows(), WALK, WALK.parameters, out=path, should_stop=stop_after(2))
+    for again in (stopped.check, lambda **system: tl.resume(path, **system)):
+        with pytest.raises(ConfigurationError, match=re.escape(message)):
+            again(genuine=Windows(), simulate=other)
+    assert tl.resume(path, genuine=Windows(), simulate=replace(WALK, interval_s=0.0400001)).complete
+
+
+def test_a_recording_of_another_frame_rate_is_refused_in_a_check():
+    other = tl.Trajectories(np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), fps=30.0, individuals=("a",))
+    result = infer(Windows(), WALK, WALK.parameters, generations=1)
+    with pytest.raises(
+        ConfigurationError, match="`recording` must have the frame rate of the samples, 25 per second; got 30"
+    ):
+        result.check(recording=other)
+
+
+def test_what_samples_do_not_say_is_not_held_against_a_family():
+    other = replace(WALK, interval_s=0.1, signals=("turn", "speed"))
+    assert infer(Windows.learning, other, WALK.parameters, generations=1).generations == 1
 
 
 def test_a_configuration_gives_everything_but_the_system():
