@@ -69,7 +69,7 @@ def infer(
         str | None, typer.Argument(metavar="SCENARIO", help="Name of a scenario, see `scenarios`; or in the file.")
     ] = None,
     config: Annotated[
-        Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting of a configuration.")
+        Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting, see docs/scenarios.md.")
     ] = None,
     preset: PresetOption = "default",
     generations: GenerationsOption = None,

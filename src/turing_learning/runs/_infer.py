@@ -53,7 +53,7 @@ def infer(
     Parameters
     ----------
     scenario
-        Name of a preset scenario, or a scenario; by default that of the configuration, else "aggregation". Left out for a
+        Name of a preset scenario, or a scenario; by default that of the configuration, without one "aggregation". Left out for a
         system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
     genuine
         Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
