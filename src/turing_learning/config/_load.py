@@ -364,8 +364,8 @@ def _validated(data: dict[str, Any], origins: Origins, kind: type[Configuration]
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON can carry: a number for one of NumPy's, else a text."""
-    return value.item() if isinstance(value, np.generic) else str(value)
+    """Return what JSON can carry: numbers for those of NumPy, else a text."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else str(value)
 
 
 def _message(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> str:

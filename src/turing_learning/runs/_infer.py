@@ -23,7 +23,7 @@ from ._own import (
     refuse_without_system,
     reopen_source,
 )
-from ._resolve import resolved
+from ._resolve import resolved, single_settings
 from ._result import Result
 from ._session import Observer
 
@@ -73,7 +73,8 @@ def infer(
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings
-        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``.
+        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``. What is an argument, too,
+        must not have another value here.
     threads
         Number of threads; None takes the configuration's, which is all by default.
     out
@@ -112,8 +113,7 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    given = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    overrides = dict(settings or {}) | {key: value for key, value in given.items() if value is not None}
+    overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:

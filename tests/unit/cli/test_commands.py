@@ -114,7 +114,11 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["infer", "aggregation", "--set", "models.parnts=3"], "Did you mean `models.parents`?"),
         (
             ["infer", "aggregation", "--seed", "3", "--set", "run.seed=4"],
-            "`run.seed` must be given once; got --seed 3 and --set run.seed=4.",
+            "`run.seed` must be given once; got --seed 3 and --set run.seed=4. Leave one of them out.",
+        ),
+        (
+            ["infer", "aggregation", "--set", "run.seed=3", "--set", "run={seed=4}"],
+            "`run.seed` must be given once; got --set run.seed=3 and --set run={'seed': 4}. Leave one of them out.",
         ),
         (["infer", "--config", "no.toml"], "`config` must be a readable TOML file; got no.toml (No such file"),
         (
