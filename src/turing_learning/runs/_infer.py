@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack, cast
 
@@ -20,6 +21,7 @@ from ._own import (
     Range,
     describe_system,
     open_source,
+    refuse_unknown_options,
     refuse_without_system,
     reopen_source,
 )
@@ -104,7 +106,7 @@ def infer(
         If the folder cannot be written any more; the run can be resumed.
     OwnSystemError
         If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for more than
-        half of the models of a later one; what was inferred before is saved, and the run can be resumed.
+        half of the models of a later one; a run in a folder has kept what was inferred before, and can be resumed.
 
     Examples
     --------
@@ -113,6 +115,7 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
+    refuse_unknown_options(options, signature(infer).parameters)
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
@@ -198,6 +201,10 @@ def resume(
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
+    if not isinstance(path, str | Path):
+        raise RunFolderError(
+            f"`path` must be the folder of a run; got {path!r}. A run without `out` is kept in no folder, and cannot go on."
+        )
     given = {"workers": workers, "timeout_s": timeout_s}
     options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
 

@@ -1,6 +1,6 @@
 """Systems of one's own: from what a caller hands over to what a run is made of, and back again."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
@@ -10,7 +10,7 @@ from turing_learning.config import Configuration, ConfigurationError, OwnConfigu
 from turing_learning.models import Parameter
 from turing_learning.sources import TIME_STEP_TOLERANCE, Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
 from turing_learning.swarm import SCENARIOS, Scenario
-from turing_learning.trajectories import SIGNALS
+from turing_learning.trajectories import SIGNALS, Signals, Trajectories
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -68,7 +68,6 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
     ConfigurationError
         If anything is refused.
     """
-    refuse_unknown_options(options)
     genuine = observed(genuine)
     try:
         data = read_genuine(
@@ -107,8 +106,13 @@ def observed(genuine: Any) -> Any:
     Raises
     ------
     ConfigurationError
-        If there is no scenario of that name.
+        If there is no scenario of that name, or a recording is given that has not been cut into samples.
     """
+    if isinstance(genuine, Trajectories | Signals):
+        raise ConfigurationError(
+            f"`genuine` must be samples, into which a recording is cut; got {type(genuine).__name__}. Give windows of it, for "
+            "example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned."
+        )
     if isinstance(genuine, str):
         if genuine not in SCENARIOS:
             raise ConfigurationError(
@@ -209,9 +213,9 @@ def refuse_without_system(**given: Any) -> None:
             )
 
 
-def refuse_unknown_options(options: Mapping[str, Any]) -> None:
-    """Raise ConfigurationError if an option is none of `OwnOptions`."""
-    known = OwnOptions.__annotations__
+def refuse_unknown_options(options: Mapping[str, Any], arguments: Iterable[str]) -> None:
+    """Raise ConfigurationError if an option is none of `OwnOptions`; the message names the nearest of all arguments of a call."""
+    known = {*OwnOptions.__annotations__, *arguments} - {"options"}
     for name, value in options.items():
         if name not in known:
             raise ConfigurationError(f"`{name}` must be a known option; got {_shown(value)}. {nearest(name, known)}")
@@ -225,6 +229,8 @@ def _signals(options: OwnOptions, genuine: Any, count: int) -> tuple[str, ...]:
     names: Any = options.get("signals") or getattr(genuine, "names", None)
     if isinstance(names, str):
         raise ConfigurationError(f"`signals` must be a tuple of names; got {names!r}. For one signal: ({names!r},).")
+    if names is not None and not (isinstance(names, Sequence) and all(isinstance(name, str) for name in names)):
+        raise ConfigurationError(f'`signals` must be a tuple of names; got {names!r}. For example ("speed", "turn").')
     return tuple(names or (f"signal{d}" for d in range(count)))
 
 
@@ -254,8 +260,12 @@ def _parameter(name: str, value: Any) -> Parameter:
 
 
 def _batches(options: OwnOptions) -> int:
-    if options.get("vectorized", True):
-        batches: Any = options.get("batches", options.get("workers") or 1)
+    vectorized, workers = options.get("vectorized", True), options.get("workers")
+    if type(vectorized) is not bool:
+        raise ConfigurationError(f"`vectorized` must be True or False; got {vectorized!r}.")
+    if vectorized:
+        sound = type(workers) is int and workers >= 1  # others are refused by those who call the simulator
+        batches: Any = options.get("batches", workers if sound else 1)
         if type(batches) is not int or batches < 1:
             raise ConfigurationError(f"`batches` must be an integer of at least 1; got {batches!r}.")
         return batches

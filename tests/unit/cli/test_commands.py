@@ -230,6 +230,16 @@ def test_help_does_not_import_what_is_slow():
     assert done.returncode == 0, done.stderr
 
 
+def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(call, tmp_path, monkeypatch):
+    def interrupt(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("turing_learning.runs.start", interrupt)
+    code, _, err = call("infer", "aggregation", "--out", "run")
+    assert (code, err) == (130, "interrupted before the run began\n")
+    assert not (tmp_path / "run").exists()
+
+
 def test_a_second_signal_stops_at_once():
     from turing_learning.cli._signals import stop_on_signals
 
