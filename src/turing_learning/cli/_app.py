@@ -69,7 +69,7 @@ def infer(
         str | None, typer.Argument(metavar="SCENARIO", help="Name of a scenario, see `scenarios`; or in the file.")
     ] = None,
     config: Annotated[
-        Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting of a configuration.")
+        Path | None, typer.Option("--config", metavar="FILE", help="TOML file with any setting, see docs/scenarios.md.")
     ] = None,
     preset: PresetOption = "default",
     generations: GenerationsOption = None,
@@ -232,7 +232,7 @@ def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | No
     """Run with a live view; print the result, or how to go on."""
     from rich.console import Console
 
-    from turing_learning.runs import resume_command
+    from turing_learning.runs import RunFolder, resume_command
 
     from ._live import watching
     from ._signals import stop_on_signals
@@ -244,7 +244,8 @@ def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | No
         with stop_on_signals() as should_stop, watching(console) as view:
             result = run(observer=view, should_stop=should_stop)
     except KeyboardInterrupt as error:
-        raise Interrupted(f"interrupted; {ahead}") from error
+        begun = RunFolder(path).is_run()
+        raise Interrupted(f"interrupted; {ahead}" if begun else "interrupted before the run began") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
     print_result(console, result)

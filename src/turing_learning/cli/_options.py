@@ -42,15 +42,12 @@ WorkersOption = Annotated[
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
-    from turing_learning.config import ConfigurationError
+    from turing_learning.config import stated_once
 
-    given = {key: toml_value(text) for key, text in options.items() if text is not None}
-    values = parsed(settings or [])
-    for key in given.keys() & values.keys():
-        raise ConfigurationError(
-            f"`{key}` must be given once; got --{key.removeprefix('run.')} {options[key]} and --set {key}={values[key]}."
-        )
-    values |= given
+    given = {key: text for key, text in options.items() if text is not None}
+    said = [(key, toml_value(text), f"--{key.removeprefix('run.')} {text}") for key, text in given.items()]
+    said += [(key, value, f"--set {key}={value}") for key, value in parsed(settings or [])]
+    values = stated_once(said)
     return values, {key: f"--{key.removeprefix('run.')}" if key in given else f"--set {key}" for key in values}
 
 
@@ -64,18 +61,18 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
         )
 
 
-def parsed(settings: list[str]) -> dict[str, Any]:
-    """Return dotted key -> value of KEY=VALUE texts; a value that is not TOML is a text."""
+def parsed(settings: list[str]) -> list[tuple[str, Any]]:
+    """Return dotted keys and values of KEY=VALUE texts; a value that is not TOML is a text."""
     from turing_learning.config import ConfigurationError
 
-    values: dict[str, Any] = {}
+    values = []
     for setting in settings:
         key, equals, text = setting.partition("=")
         if not equals or not key.strip():
             raise ConfigurationError(
                 f"`--set` must be KEY=VALUE; got {setting!r}. For example: --set models.parents=20"
             )
-        values[key.strip()] = toml_value(text)
+        values.append((key.strip(), toml_value(text)))
     return values
 
 

@@ -5,15 +5,15 @@ setting of a run, and `OwnConfiguration` those of a run with a system of one's o
 from a preset (`PRESETS`), a TOML file and single settings, and refuses what is wrong in one message
 (`ConfigurationError`); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
-and `with_settings` see a configuration as dotted keys with values, `dotted` any table. `classifier_of` makes the
-classifiers' network.
+and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
+said twice, and not the same. `classifier_of` makes the classifiers' network.
 
 Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
 """
 
 from ._classifier import classifier_of
 from ._errors import ConfigurationError, nearest
-from ._flat import dotted, flat_settings, with_settings
+from ._flat import dotted, flat_settings, stated_once, with_settings
 from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
@@ -51,6 +51,7 @@ __all__ = [
     "load_variants",
     "nearest",
     "read_toml",
+    "stated_once",
     "to_toml",
     "with_settings",
 ]

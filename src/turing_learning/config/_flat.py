@@ -1,9 +1,10 @@
 """A configuration as single settings."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ._errors import ConfigurationError
 from ._sections import Configuration
 
 
@@ -46,3 +47,32 @@ def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
         else:
             flat[prefix + key] = value
     return flat
+
+
+def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
+    """Return settings that may have been said in several ways, for example by an option and by its key.
+
+    Parameters
+    ----------
+    statements
+        (dotted key, value, how it was said) of each; a value may be a table, whose settings have the keys below it.
+
+    Returns
+    -------
+    dict
+        Dotted key -> value.
+
+    Raises
+    ------
+    ConfigurationError
+        If two values of a setting differ.
+    """
+    found: dict[str, tuple[Any, str]] = {}
+    for name, given, words in statements:
+        for key, value in (dotted({name: given}) or {name: given}).items():
+            known, before = found.setdefault(key, (value, words))
+            if known is not value and known != value:
+                raise ConfigurationError(
+                    f"`{key}` must be given once; got {before} and {words}. Leave one of them out."
+                )
+    return {key: value for key, (value, _) in found.items()}

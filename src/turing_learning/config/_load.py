@@ -81,14 +81,16 @@ def load_configuration(
     Parameters
     ----------
     path
-        A TOML file; see `to_toml` for all it may say.
+        A TOML file; see `to_toml` for all it may say. ``scenario = "NAME"`` takes a known scenario; below ``[scenario]``,
+        ``name`` (or ``preset``, where the name is to be another) takes the fields of a known scenario that the table does not
+        give. See docs/scenarios.md.
     preset
         One of `PRESETS`.
     overrides
         Dotted key -> value, for example ``{"run.generations": 100}``.
     scenario
-        A scenario or the name of one; where the file names one as well, both must agree. Without any: "aggregation".
-        With a system of one's own the file has none.
+        A scenario or the name of one; where the file names one as well, both must agree. A file that names none needs it;
+        without a file it is "aggregation". With a system of one's own the file has none.
     labels
         Dotted key -> where an override comes from, for messages, for example ``{"run.seed": "--seed"}``.
 
@@ -140,11 +142,13 @@ def resolve(
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
     _refuse_values_of_tables(document, origins)
     data = merged(document, _nested(overrides))
-    data["scenario"] = _scenario_data(data.get("scenario"), scenario, origins)
+    given = data.get("scenario")
+    data["scenario"] = _scenario_data(given, scenario, origins)
     kind = OwnConfiguration if set(data["scenario"]) >= _OF_OWN_SYSTEMS else Configuration
     if kind is OwnConfiguration:
         data["classifiers"] = _with_scale_of_data(data)
     _refuse_unknown_keys(data, origins, kind)
+    _refuse_unnamed(given, scenario, origins)
     for section in ("models", "classifiers"):
         if isinstance(data.get(section), Mapping) and "population" in data[section]:
             data[section] = _split_population(data[section], section, origins)
@@ -218,8 +222,10 @@ def _own_system_data(given: Any, asked: OwnSystem, origins: Origins) -> dict[str
 
 
 def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins: Origins) -> dict[str, Any]:
+    """Return the scenario whose fields a table changes: by argument, `preset` or `name`; nothing for one of another name."""
     if named is not None:
         _known_scenario(named, origins.where("scenario.preset"))
+        _refuse_name_of_another(named, name, origins)
     if isinstance(asked, Scenario):
         return asdict(asked)
     if asked is not None:
@@ -230,9 +236,26 @@ def _base_scenario(named: Any, name: Any, asked: str | Scenario | None, origins:
                 f"`scenario` must be the same everywhere; got {asked!r} as an argument and {other!r}"
                 f"{origins.where('scenario.name' if named is None else 'scenario.preset')}. Leave one of them out."
             )
-    if asked is None and named is None and name is not None:
-        return {}
-    return asdict(SCENARIOS[named or asked or DEFAULT_SCENARIO])
+    base = next((each for each in (named, asked, name) if each is not None), DEFAULT_SCENARIO)
+    return asdict(SCENARIOS[base]) if isinstance(base, str) and base in SCENARIOS else {}
+
+
+def _refuse_unnamed(given: Any, asked: str | Scenario | OwnSystem | None, origins: Origins) -> None:
+    """Refuse a file with which nothing says what is to run."""
+    named = given if isinstance(given, str) else {"name", "preset"} & set(given or {})
+    if not named and asked is None and origins.path is not None:
+        raise ConfigurationError(
+            f"`scenario` must be named, in the file or as an argument; got neither [{origins.path}]. Write "
+            f'scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it. {nearest("", SCENARIOS)}'
+        )
+
+
+def _refuse_name_of_another(named: str, name: Any, origins: Origins) -> None:
+    if isinstance(name, str) and name in SCENARIOS and name != named:
+        raise ConfigurationError(
+            f"`scenario.name` must be that of the preset, {named!r}, or one of your own; got {name!r}"
+            f"{origins.where('scenario.name')}. Leave one of them out."
+        )
 
 
 def _known_scenario(name: Any, where: str) -> None:
@@ -341,8 +364,8 @@ def _validated(data: dict[str, Any], origins: Origins, kind: type[Configuration]
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON can carry: a number for one of NumPy's, else a text."""
-    return value.item() if isinstance(value, np.generic) else str(value)
+    """Return what JSON can carry: numbers for those of NumPy, else a text."""
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else str(value)
 
 
 def _message(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> str:
@@ -351,10 +374,20 @@ def _message(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
     if first["type"] == "value_error":
         return _placed(str(first["ctx"]["error"]), key, origins)
     if first["type"] == "missing":
-        return f"`{key}` must be given; got nothing{origins.where(key)}. Set it, or name a preset scenario."
+        return _missing(key, data, origins)
     value = _looked_up(data, key) if key in _RULES else first["input"]
     rule = _RULES.get(key) or _rule(first["msg"])
     return f"`{key}` must be {rule}; got {_shown(value)}{origins.where(key)}."
+
+
+def _missing(key: str, data: Mapping[str, Any], origins: Origins) -> str:
+    if set(data["scenario"]) >= _OF_OWN_SYSTEMS:
+        return f"`{key}` must be given; got nothing{origins.where(key)}. Set it."
+    name = str(data["scenario"].get("name"))
+    return (
+        f"`{key}` must be given, as {name!r} is no known scenario; got nothing{origins.where(key)}. Set it, or begin with a known "
+        f"scenario by scenario.preset. {nearest(name, SCENARIOS)}"
+    )
 
 
 def _key_of(location: tuple[int | str, ...]) -> str:

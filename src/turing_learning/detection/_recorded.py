@@ -5,12 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from turing_learning.config import ConfigurationError
+from turing_learning.sources import TIME_STEP_TOLERANCE
 from turing_learning.trajectories import SIGNALS, Trajectories
 
 from ._run import RunClassifiers
-
-TOLERANCE = 0.01
-"""Share by which frame intervals may differ."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +90,7 @@ def _check_rate(recording: Trajectories, run: RunClassifiers) -> None:
             "`run` must know its time step, as runs on windows of recorded motion do; got one on samples alone. "
             "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
         )
-    if abs(recording.fps * run.interval_s - 1) > TOLERANCE:
+    if abs(recording.fps * run.interval_s - 1) > TIME_STEP_TOLERANCE:
         raise ConfigurationError(
             f"`fps` must be that of the run, {1 / run.interval_s:.6g}; got {recording.fps:.6g}. Speeds and turns of another "
             "frame rate have other noise. Thin the faster recording, and infer again if that is the run's."

@@ -40,6 +40,19 @@ class Robots(Family):
 
     least: ClassVar[float] = -math.inf
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        crowd = self.scenario.start(self.individuals, self._side).crowd
+        if crowd:
+            raise ValueError(
+                f"`individuals` must have room where they start; got {self.individuals}, and {crowd}. Take fewer, or give them "
+                "more room: `start_side_cm`, or within the walls of the scenario."
+            )
+
+    @property
+    def _side(self) -> float | None:
+        return None if self.scenario.arena.bounded else self.start_side_cm
+
     @property
     def parameters(self) -> dict[str, Parameter]:
         """Left and right wheel speed for each sensor state; field of view, where it is a parameter."""
@@ -52,8 +65,7 @@ class Robots(Family):
 
         seed = int(rng.integers(2**63))
         scenario = self._observed_scenario()
-        side = None if scenario.arena.bounded else self.start_side_cm
-        starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=side)
+        starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side)
         model = scenario.model.behavior(parameters)
         shape = (len(parameters), self.individuals)
         controllers = np.repeat(model.wheel_speeds[:, None], self.individuals, axis=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration
-from turing_learning.sources import Simulator
+from turing_learning.sources import TIME_STEP_TOLERANCE, OwnSystem, Simulator
 
 from ._check import Checker, Given, Stage, held_out_groups, require_numbers
 from ._folder import RunFolder
@@ -97,6 +97,7 @@ def check_run(
         given = _given(result, configuration, genuine, simulate, groups, options)
         if given is not None:
             stack.enter_context(given.source)
+            _refuse_other_rate(recording, given.source.system)
         elif recording is not None:
             raise ConfigurationError("`recording` must be left out for simulated robots; got one.")
         found = Checker(
@@ -118,6 +119,17 @@ def check_run(
 
 def _say_nothing(stage: str) -> None:
     pass
+
+
+def _refuse_other_rate(recording: "Trajectories | None", system: OwnSystem) -> None:
+    """Raise ConfigurationError if a recording has another frame rate than the samples, which are from it."""
+    if recording is None or system.interval_s == 0:
+        return
+    if abs(recording.fps * system.interval_s - 1) > TIME_STEP_TOLERANCE:
+        raise ConfigurationError(
+            f"`recording` must have the frame rate of the samples, {1 / system.interval_s:.6g} per second; got "
+            f"{recording.fps:.6g}. Give the recording that the samples are from."
+        )
 
 
 def _refuse_other_than_reactive(configuration: Configuration) -> None:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack, cast
 
@@ -20,10 +21,11 @@ from ._own import (
     Range,
     describe_system,
     open_source,
+    refuse_unknown_options,
     refuse_without_system,
     reopen_source,
 )
-from ._resolve import resolved
+from ._resolve import resolved, single_settings
 from ._result import Result
 from ._session import Observer
 
@@ -53,7 +55,7 @@ def infer(
     Parameters
     ----------
     scenario
-        Name of a preset scenario, or a scenario; by default that of the configuration, else "aggregation". Left out for a
+        Name of a preset scenario, or a scenario; by default that of the configuration, without one "aggregation". Left out for a
         system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
     genuine
         Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
@@ -73,7 +75,8 @@ def infer(
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings
-        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``.
+        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``. What is an argument, too,
+        must not have another value here.
     threads
         Number of threads; None takes the configuration's, which is all by default.
     out
@@ -103,7 +106,7 @@ def infer(
         If the folder cannot be written any more; the run can be resumed.
     OwnSystemError
         If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for more than
-        half of the models of a later one; what was inferred before is saved, and the run can be resumed.
+        half of the models of a later one; a run in a folder has kept what was inferred before, and can be resumed.
 
     Examples
     --------
@@ -112,8 +115,8 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    given = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    overrides = dict(settings or {}) | {key: value for key, value in given.items() if value is not None}
+    refuse_unknown_options(options, signature(infer).parameters)
+    overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:
@@ -198,6 +201,10 @@ def resume(
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
+    if not isinstance(path, str | Path):
+        raise RunFolderError(
+            f"`path` must be the folder of a run; got {path!r}. A run without `out` is kept in no folder, and cannot go on."
+        )
     given = {"workers": workers, "timeout_s": timeout_s}
     options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
 

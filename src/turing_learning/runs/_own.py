@@ -1,6 +1,6 @@
 """Systems of one's own: from what a caller hands over to what a run is made of, and back again."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict
 
@@ -8,8 +8,9 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
-from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+from turing_learning.sources import TIME_STEP_TOLERANCE, Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
 from turing_learning.swarm import SCENARIOS, Scenario
+from turing_learning.trajectories import SIGNALS, Signals, Trajectories
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -67,7 +68,6 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
     ConfigurationError
         If anything is refused.
     """
-    refuse_unknown_options(options)
     genuine = observed(genuine)
     try:
         data = read_genuine(
@@ -106,8 +106,13 @@ def observed(genuine: Any) -> Any:
     Raises
     ------
     ConfigurationError
-        If there is no scenario of that name.
+        If there is no scenario of that name, or a recording is given that has not been cut into samples.
     """
+    if isinstance(genuine, Trajectories | Signals):
+        raise ConfigurationError(
+            f"`genuine` must be samples, into which a recording is cut; got {type(genuine).__name__}. Give windows of it, for "
+            "example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned."
+        )
     if isinstance(genuine, str):
         if genuine not in SCENARIOS:
             raise ConfigurationError(
@@ -130,20 +135,37 @@ def open_source(system: OwnSystem, data: Genuine, simulate: Any, options: OwnOpt
     ConfigurationError
         If the simulator or a setting is refused.
     """
-    _refuse_others_parameters(system, simulate)
+    _refuse_others_samples(system, simulate)
     try:
         return OwnSource(system, data, simulate, workers=options.get("workers"), timeout_s=options.get("timeout_s"))
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
 
 
-def _refuse_others_parameters(system: OwnSystem, simulate: Any) -> None:
-    """Raise ConfigurationError if a simulator that names its parameters, as a family of models does, has others."""
-    own = getattr(simulate, "parameters", None)
-    if isinstance(own, Mapping) and tuple(own) != tuple(system.parameters):
+def _refuse_others_samples(system: OwnSystem, simulate: Any) -> None:
+    """Raise ConfigurationError if a simulator says that it does not simulate this system, as a family of models can."""
+    told = ("parameters", "signals", "interval_s", "steps")
+    parameters, signals, interval, steps = (getattr(simulate, name, None) for name in told)
+    if isinstance(parameters, Mapping) and tuple(parameters) != system.parameter_names:
         raise ConfigurationError(
             f"`simulate` must have the parameters of the run, {', '.join(system.parameters)}, in this order; got "
-            f"{', '.join(map(str, own))}. Give the simulator that the run has, or its parameters."
+            f"{', '.join(map(str, parameters))}. Give the simulator that the run has, or its parameters."
+        )
+    if isinstance(signals, tuple) and signals != system.signals and {*signals, *system.signals} <= set(SIGNALS):
+        raise ConfigurationError(
+            f"`simulate` must have the signals of the samples, {', '.join(system.signals)}, in this order; got "
+            f"{', '.join(signals)}. Give the family of models signals={system.signals}."
+        )
+    known = system.interval_s  # 0 if it is not
+    if known and isinstance(interval, float | int) and abs(interval / known - 1) > TIME_STEP_TOLERANCE:
+        raise ConfigurationError(
+            f"`simulate` must have the time step of the samples, {known:.6g} s; got {interval:.6g} s. Give the family of models "
+            f"interval_s={known:.6g}, or samples at its rate."
+        )
+    if isinstance(steps, int) and steps != system.steps:
+        raise ConfigurationError(
+            f"`simulate` must have as many steps as the samples, {system.steps}; got {steps}. Give the family of models "
+            f"steps={system.steps}."
         )
 
 
@@ -191,9 +213,9 @@ def refuse_without_system(**given: Any) -> None:
             )
 
 
-def refuse_unknown_options(options: Mapping[str, Any]) -> None:
-    """Raise ConfigurationError if an option is none of `OwnOptions`."""
-    known = OwnOptions.__annotations__
+def refuse_unknown_options(options: Mapping[str, Any], arguments: Iterable[str]) -> None:
+    """Raise ConfigurationError if an option is none of `OwnOptions`; the message names the nearest of all arguments of a call."""
+    known = {*OwnOptions.__annotations__, *arguments} - {"options"}
     for name, value in options.items():
         if name not in known:
             raise ConfigurationError(f"`{name}` must be a known option; got {_shown(value)}. {nearest(name, known)}")
@@ -207,6 +229,8 @@ def _signals(options: OwnOptions, genuine: Any, count: int) -> tuple[str, ...]:
     names: Any = options.get("signals") or getattr(genuine, "names", None)
     if isinstance(names, str):
         raise ConfigurationError(f"`signals` must be a tuple of names; got {names!r}. For one signal: ({names!r},).")
+    if names is not None and not (isinstance(names, Sequence) and all(isinstance(name, str) for name in names)):
+        raise ConfigurationError(f'`signals` must be a tuple of names; got {names!r}. For example ("speed", "turn").')
     return tuple(names or (f"signal{d}" for d in range(count)))
 
 
@@ -236,8 +260,12 @@ def _parameter(name: str, value: Any) -> Parameter:
 
 
 def _batches(options: OwnOptions) -> int:
-    if options.get("vectorized", True):
-        batches: Any = options.get("batches", options.get("workers") or 1)
+    vectorized, workers = options.get("vectorized", True), options.get("workers")
+    if type(vectorized) is not bool:
+        raise ConfigurationError(f"`vectorized` must be True or False; got {vectorized!r}.")
+    if vectorized:
+        sound = type(workers) is int and workers >= 1  # others are refused by those who call the simulator
+        batches: Any = options.get("batches", workers if sound else 1)
         if type(batches) is not int or batches < 1:
             raise ConfigurationError(f"`batches` must be an integer of at least 1; got {batches!r}.")
         return batches

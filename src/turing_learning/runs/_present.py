@@ -241,8 +241,9 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     """
     scenario = configuration.scenario
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
-    poses = np.repeat(initial_poses(scenario, 1, rng, robots=REPLAY_ROBOTS), 2, axis=0)
-    twins = np.repeat([[-1], [0]], REPLAY_ROBOTS, axis=1)  # agents, and replicas of the one model
+    individuals = scenario.individuals if scenario.start(REPLAY_ROBOTS).crowd else REPLAY_ROBOTS
+    poses = np.repeat(initial_poses(scenario, 1, rng, robots=individuals), 2, axis=0)
+    twins = np.repeat([[-1], [0]], individuals, axis=1)  # agents, and replicas of the one model
     robots = execution_of(scenario, configuration.representation.behavior(estimate[None]), twins)
     return swarm_replay(
         scenario,

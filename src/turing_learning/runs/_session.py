@@ -210,11 +210,21 @@ class Session:
         before, source.generation = self._coevolution.state(), self._coevolution.generation
         try:
             return self._step()
-        except (OwnSystemError, LaboratoryError):
+        except (OwnSystemError, LaboratoryError) as error:
             self._coevolution.restore(before)
             if self.traces.completed:
                 self.save()
-            raise
+            if isinstance(error, LaboratoryError) or not self.traces.completed:
+                raise
+            raise OwnSystemError(f"{error} {self._kept}") from error.__cause__
+
+    @property
+    def _kept(self) -> str:
+        """What became of the completed generations of a run that a system of one's own has ended, in words."""
+        if self._folder is None:
+            return "Nothing was kept of a run without `out`; give one, to be able to go on."
+        call = f"turing_learning.resume({str(self._folder.path)!r}, genuine=..., simulate=...)"
+        return f"{self.traces.completed} generations are kept; go on with `{call}`."
 
     def _in_units(self, generation: Generation) -> Generation:
         models = (self._source or self.configuration.representation).to_units(generation.models)

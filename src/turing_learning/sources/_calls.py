@@ -45,6 +45,8 @@ def answer(simulate: Simulator, call: Call, vectorized: bool) -> Answer:
     given = call.parameters.copy()
     try:
         returned = simulate(given if vectorized else given[0], call.rng)
+        if np.iscomplexobj(returned):
+            return Failed("it returned complex numbers")
         samples = np.asarray(returned, dtype=np.float64)
     except Exception as error:
         return Failed(f"it raised {type(error).__name__}: {error}{_place(error)}")

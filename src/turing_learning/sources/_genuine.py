@@ -153,11 +153,17 @@ def _as_series(sample: Any, number: int) -> np.ndarray:
         array = np.asarray(sample)
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
+    received = f"{type(sample).__name__}" if array.ndim == 0 else f"shape {array.shape} of {array.dtype}"
+    if array.dtype.kind == "c":
+        raise ValueError(
+            f"`genuine` must be samples (K, T, D) of real numbers; got {received} [sample {number}]. Give real and imaginary part "
+            "as two signals, or what you want to compare of them, such as the absolute value."
+        )
+    advice = "Add an axis for a single signal: samples[..., None]." if array.ndim == 1 else "Give arrays of numbers."
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
-        received = f"shape {array.shape} of {array.dtype}"
         raise ValueError(
             "`genuine` must be samples (K, T, D) of real numbers, time steps T and signals D at least 1; "
-            f"got {received} [sample {number}]. Add an axis for a single signal: samples[..., None]."
+            f"got {received} [sample {number}]. {advice}"
         )
     return array.astype(np.float64)
 

@@ -177,7 +177,9 @@ class OwnSource:
     def _refuse_misshapen(self, found: Failed, parameters: np.ndarray) -> None:
         if self.generation == 0 and found.misshapen:
             raise OwnSystemError(
-                _refusal(found.reason, f"{self.system.shown(parameters[0])} and {len(parameters) - 1} more")
+                _refusal(
+                    self.system, found.reason, f"{self.system.shown(parameters[0])} and {len(parameters) - 1} more"
+                )
             )
 
     def _note(self, simulated: "_Simulated") -> None:
@@ -209,7 +211,9 @@ class _Simulated:
             answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {self._samples.shape[1]} of others")
         if isinstance(answer, Failed):
             if self._generation == 0:
-                raise OwnSystemError(_refusal(answer.reason, self._system.shown(self.parameters[places[0]])))
+                raise OwnSystemError(
+                    _refusal(self._system, answer.reason, self._system.shown(self.parameters[places[0]]))
+                )
             self._fail(places, answer.reason)
             return
         if self._samples is None:
@@ -242,15 +246,15 @@ class _Simulated:
             raise OwnSystemError(
                 f"`simulate` must not fail for more than half of the {len(self.parameters)} models of a generation; got "
                 f"{len(self.reasons)} failures or more [generation {self._generation}], the first with "
-                f"{self.first_failure()}. Narrow the bounds of the parameters, or repair the simulator, and go on with "
-                "`turing_learning.resume`."
+                f"{self.first_failure()}. Narrow the bounds of the parameters, or repair the simulator."
             )
 
 
-def _refusal(reason: str, models: str) -> str:
+def _refusal(system: OwnSystem, reason: str, models: str) -> str:
+    advice = "; for a function of one model's parameters (P,) set vectorized=False" if system.vectorized else ""
     return (
         f"`simulate` must return samples of every model; {reason} [generation 0, {models}]. Repair it, or narrow the bounds "
-        "of the parameters; for a function of one model's parameters (P,) set vectorized=False."
+        f"of the parameters{advice}."
     )
 
 

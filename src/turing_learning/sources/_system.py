@@ -9,6 +9,9 @@ import numpy as np
 
 from ..models import Parameter
 
+TIME_STEP_TOLERANCE = 0.01
+"""Share by which time steps may differ that are held to be the same."""
+
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
+from ._start import Start
 
 ITEM_KINDS = ("background", "robot", "object")
 
@@ -214,15 +215,45 @@ class Scenario:
             "finite wheel speeds",
             self.controller,
         )
-        largest = max(self.robot.radius_cm, self.objects.radius_cm if self.objects.count else 0.0)
-        for name in ("width_cm", "height_cm"):
-            side = getattr(self.arena, name)
+        self._require_room()
+
+    def _require_room(self) -> None:
+        arena, start = self.arena, self.start()
+        for name, side in zip(("width_cm", "height_cm"), start.sides_cm, strict=True):
             _require(
-                not self.arena.bounded or side > 2 * largest,
+                side > 0,
                 f"scenario.arena.{name}",
-                f"more than the diameter of what moves in it, {2 * largest:g}",
-                side,
+                f"more than the diameter of what moves in it, {2 * start.corner_cm:g}",
+                getattr(arena, name),
             )
+        if start.crowd:
+            name = "arena" if arena.bounded else "trial.start_side_cm"
+            size = f"{arena.width_cm:g} x {arena.height_cm:g}" if arena.bounded else f"{self.trial.start_side_cm:g}"
+            raise ValueError(
+                f"`scenario.{name}` must have room for the bodies that start in it; got {size} cm, where {start.crowd}. Enlarge "
+                "it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)."
+            )
+
+    def start(self, robots: int | None = None, side_cm: float | None = None) -> Start:
+        """Return what starts where: within the walls, else in the start square.
+
+        Parameters
+        ----------
+        robots
+            Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
+        side_cm
+            Side of a square in which all start instead.
+        """
+        individuals = self.individuals if robots is None else robots
+        growth = individuals / self.individuals
+        objects = round(self.objects.count * growth)
+        disks = ((individuals, self.robot.radius_cm), (objects, self.objects.radius_cm))[: 2 if objects else 1]
+        width, height = self.arena.width_cm, self.arena.height_cm
+        if side_cm is not None or width is None or height is None:
+            side = self.trial.start_side_cm * math.sqrt(growth) if side_cm is None else side_cm
+            return Start(disks, 0.0, (side, side))
+        largest = max(radius for _, radius in disks)
+        return Start(disks, largest, (width - 2 * largest, height - 2 * largest))
 
     @property
     def individuals(self) -> int:

@@ -250,12 +250,17 @@ def initial_poses(
     robots
         Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
     side_cm
-        Side of the start square; None keeps the scenario's density.
+        Side of a start square, however crowded; None keeps within the walls, or to the scenario's density.
 
     Returns
     -------
     (R, A + O, 3)
-        x, y (cm), heading (rad).
+        x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
+
+    Raises
+    ------
+    ValueError
+        If a number is too small, or as many robots have no room.
 
     Source
     ------
@@ -264,16 +269,15 @@ def initial_poses(
     individuals = scenario.individuals if robots is None else robots
     if trials < 1 or individuals < 1:
         raise ValueError(f"`trials` and `robots` must be 1 or more; got {trials} and {individuals}.")
-    growth = individuals / scenario.individuals
-    bodies = individuals + round(scenario.objects.count * growth)
     if side_cm is not None and not (math.isfinite(side_cm) and side_cm > 0):
         raise ValueError(f"`side_cm` must be a finite number above 0; got {side_cm}.")
-    poses = rng.random((trials, bodies, 3))
+    start = scenario.start(robots, side_cm)
+    if side_cm is None and start.crowd:
+        raise ValueError(
+            f"`robots` must have room where the scenario lets them start; got {robots}, and {start.crowd}. Take fewer, or another "
+            "scenario."
+        )
+    poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
-    if scenario.arena.bounded and side_cm is None:
-        radius = max(scenario.robot.radius_cm, scenario.objects.radius_cm if bodies > individuals else 0.0)
-        sides = np.array([scenario.arena.width_cm, scenario.arena.height_cm], dtype=float)
-        poses[..., :2] = radius + poses[..., :2] * (sides - 2 * radius)
-    else:
-        poses[..., :2] *= scenario.trial.start_side_cm * math.sqrt(growth) if side_cm is None else side_cm
+    poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm
     return poses

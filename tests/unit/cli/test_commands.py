@@ -114,7 +114,11 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["infer", "aggregation", "--set", "models.parnts=3"], "Did you mean `models.parents`?"),
         (
             ["infer", "aggregation", "--seed", "3", "--set", "run.seed=4"],
-            "`run.seed` must be given once; got --seed 3 and --set run.seed=4.",
+            "`run.seed` must be given once; got --seed 3 and --set run.seed=4. Leave one of them out.",
+        ),
+        (
+            ["infer", "aggregation", "--set", "run.seed=3", "--set", "run={seed=4}"],
+            "`run.seed` must be given once; got --set run.seed=3 and --set run={'seed': 4}. Leave one of them out.",
         ),
         (["infer", "--config", "no.toml"], "`config` must be a readable TOML file; got no.toml (No such file"),
         (
@@ -224,6 +228,16 @@ def test_help_does_not_import_what_is_slow():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(call, tmp_path, monkeypatch):
+    def interrupt(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("turing_learning.runs.start", interrupt)
+    code, _, err = call("infer", "aggregation", "--out", "run")
+    assert (code, err) == (130, "interrupted before the run began\n")
+    assert not (tmp_path / "run").exists()
 
 
 def test_a_second_signal_stops_at_once():

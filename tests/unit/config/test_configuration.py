@@ -1,5 +1,6 @@
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 
 from turing_learning.config import ConfigurationError, load_configuration, nearest, to_toml
 from turing_learning.models import ElmanModel, MorphologyModel
-from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena
 
 
 @pytest.fixture
@@ -86,6 +87,33 @@ def test_a_scenario_table_changes_a_preset(written):
     assert scenario.objects == OBJECT_CLUSTERING.objects
 
 
+def test_a_scenario_table_with_a_known_name_changes_that_scenario(written):
+    path = written(
+        '[scenario]\nname = "object-clustering"\nagents = 7\n[scenario.arena]\nwidth_cm = 150\nheight_cm = 120\n'
+    )
+    changed = replace(OBJECT_CLUSTERING, agents=7, arena=Arena(150.0, 120.0))
+    assert load_configuration(path).scenario == changed
+    assert load_configuration(path, scenario="object-clustering").scenario == changed
+
+
+def test_a_scenario_table_may_give_a_known_scenario_another_name(written):
+    path = written('[scenario]\npreset = "aggregation"\nname = "mine"\nagents = 7\n')
+    assert load_configuration(path).scenario == replace(AGGREGATION, name="mine", agents=7)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[run]\nseed = 3\n", "[scenario]\nagents = 5\n", "[scenario.robot]\nradius_cm = 3\n"]
+)
+def test_a_file_with_which_nothing_says_what_is_to_run_is_refused(text, written):
+    path = written(text)
+    assert refused(path) == (
+        f"`scenario` must be named, in the file or as an argument; got neither [{path}]. Write "
+        'scenario = "aggregation", or [scenario] and name = "aggregation" below it. Choose from: aggregation, '
+        "aggregation-field-of-view-0, aggregation-field-of-view-60, object-clustering."
+    )
+    assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
+
+
 def test_a_scenario_table_without_preset_changes_the_scenario_of_the_argument(written):
     path = written("[scenario.robot]\nwheel_noise = 0.1\n")
     assert load_configuration(path, scenario="object-clustering").scenario.name == "object-clustering"
@@ -97,13 +125,13 @@ def test_a_scenario_can_be_given_as_an_object():
 
 def test_options_come_before_the_file_and_the_file_before_the_preset(written):
     path = written("[run]\nseed = 4\ngenerations = 7\n[models]\nminimum_step_size = 0.5\n")
-    configuration = load_configuration(path, "paper", {"run.seed": 9})
+    configuration = load_configuration(path, "paper", {"run.seed": 9}, scenario="aggregation")
     assert (configuration.run.seed, configuration.run.generations) == (9, 7)
     assert (configuration.models.minimum_step_size, configuration.classifiers.minimum_step_size) == (0.5, 0.0)
 
 
 def test_an_even_population_is_split_into_halves(written):
-    models = load_configuration(written("[models]\npopulation = 60\n")).models
+    models = load_configuration(written("[models]\npopulation = 60\n"), scenario="aggregation").models
     assert (models.parents, models.offspring) == (30, 30)
 
 
@@ -179,7 +207,19 @@ def test_all_threads_are_none():
         ),
         (
             '[scenario]\nname = "mine"',
-            "`scenario.title` must be given; got nothing [{path}:1]. Set it, or name a preset scenario.",
+            "`scenario.title` must be given, as 'mine' is no known scenario; got nothing [{path}:1]. Set it, or begin with a known "
+            "scenario by scenario.preset. Choose from: aggregation, aggregation-field-of-view-0, aggregation-field-of-view-60, "
+            "object-clustering.",
+        ),
+        (
+            '[scenario]\nname = "agregation"',
+            "`scenario.title` must be given, as 'agregation' is no known scenario; got nothing [{path}:1]. Set it, or begin with a "
+            "known scenario by scenario.preset. Did you mean `aggregation`?",
+        ),
+        (
+            '[scenario]\npreset = "aggregation"\nname = "object-clustering"',
+            "`scenario.name` must be that of the preset, 'aggregation', or one of your own; got 'object-clustering' [{path}:3]. "
+            "Leave one of them out.",
         ),
         (
             "models = 3",
@@ -207,7 +247,8 @@ def test_all_threads_are_none():
 )
 def test_what_is_wrong_in_a_file_is_said_in_one_message(text, message, written):
     path = written(text)
-    assert refused(path) == message.format(path=path)
+    asked = None if text.startswith(("scenario =", "[scenario]\nname =", "[scenario]\npreset =")) else "aggregation"
+    assert refused(path, scenario=asked) == message.format(path=path)
 
 
 def test_a_file_that_is_missing_is_refused(tmp_path):
@@ -277,7 +318,7 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("scenario.robot.radius_cm", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
+        ("scenario.robot.maximum_speed_cm_s", 1e300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e+300"),
         ("scenario.robot.mass_g", 1e-300, "must be 0 or of a size between 1e-09 and 1e+09; got 1e-300"),
         (
             "scenario.robot.wheel_distance_cm",
@@ -308,9 +349,19 @@ def test_a_scenario_of_another_name_is_refused_with_its_place():
     ],
 )
 def test_what_no_machine_can_do_is_refused_before_anything_runs(key, value, message):
-    said = refused(overrides={key: value})
+    roomy = {"scenario.trial.start_side_cm": 1e5}  # so that it is not the room that is wanting
+    said = refused(overrides=roomy | {key: value})
     assert said.startswith(f"`{key}` {message}")
     assert f" [override {key}]" in said
+
+
+def test_bodies_that_have_no_room_are_refused():
+    said = refused(overrides={"scenario.arena": {"width_cm": 10.0, "height_cm": 10.0}})
+    assert said == (
+        "`scenario.arena` must have room for the bodies that start in it; got 10 x 10 cm, where at most 2 of 11 bodies of radius "
+        "3.5 cm have room [override scenario.arena]. Enlarge it, or take fewer or smaller bodies (scenario.agents, "
+        "scenario.robot.radius_cm)."
+    )
 
 
 def test_models_are_reactive_unless_they_have_hidden_neurons():

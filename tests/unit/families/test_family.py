@@ -135,6 +135,19 @@ def test_robots_start_within_the_walls():
     assert (positions.max(axis=(0, 1, 2)) > [80, 40]).all()
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [{"start_side_cm": 20}, {"scenario": replace(AGGREGATION, arena=Arena(27, 27))}],
+    ids=["square", "walls"],
+)
+def test_robots_that_have_no_room_where_they_start_are_refused(settings):
+    assert Robots(individuals=16, **settings)
+    with pytest.raises(
+        ValueError, match="`individuals` must have room where they start; got 17, and at most 16 of 17 bodies"
+    ):
+        Robots(individuals=17, **settings)
+
+
 def test_robots_that_see_objects_have_parameters_for_them():
     robots = Robots(scenario=OBJECT_CLUSTERING, individuals=5, steps=3, start_side_cm=100)
     assert list(robots.parameters) == ["vl0", "vr0", "vl1", "vr1", "vl2", "vr2"]

@@ -278,6 +278,42 @@ def test_what_is_no_configuration_is_refused():
         tl.infer(config={"run": {"seed": 1}})
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (
+            {"generations": 2, "settings": {"run.generations": 3}},
+            "`run.generations` must be given once; got generations=2 and settings={'run.generations': 3}. Leave one of them out.",
+        ),
+        (
+            {"seed": 2, "settings": {"run": {"seed": 3}}},
+            "`run.seed` must be given once; got seed=2 and settings={'run': {'seed': 3}}.",
+        ),
+        (
+            {"threads": 1, "settings": {"run.threads": "all"}},
+            "`run.threads` must be given once; got threads=1 and settings={'run.threads': 'all'}.",
+        ),
+        (
+            {"settings": {"run.seed": 2, "run": {"seed": 3}}},
+            "got settings={'run.seed': 2} and settings={'run': {'seed': 3}}.",
+        ),
+        ({"settings": ["run.seed"]}, "`settings` must be a dict dotted key -> value; got ['run.seed']. For example"),
+        ({"settings": {3: 1}}, "`settings` must be a dict dotted key -> value; got {3: 1}."),
+        ({"settings": {"run.seed": {}}}, "`run.seed` must be an integer; got a table"),
+    ],
+)
+def test_what_is_said_twice_and_not_the_same_is_refused(given, message):
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        tl.infer("aggregation", **given)
+
+
+def test_what_is_said_twice_and_the_same_is_fine(small):
+    settings = {"run.generations": 2, "run": {"threads": 1}, "classifiers.input_scale": np.array([12.8, 5.0])}
+    result = tl.infer(config=small(), generations=2, threads=1, settings=settings)
+    assert result.generations == 2
+    assert settings["run"] == {"threads": 1}
+
+
 def test_the_command_that_goes_on_can_be_pasted_whatever_the_folder(tmp_path):
     assert resume_command(tmp_path / "my run") == f"turing-learning resume '{tmp_path}/my run'"
 

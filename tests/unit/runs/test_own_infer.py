@@ -1,5 +1,6 @@
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, OwnConfiguration, load_configuration, load_variants, to_toml
+from turing_learning.families import BurstAndCoast
 from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, start
 from turing_learning.sources import OwnSystemError
 
@@ -158,12 +160,25 @@ def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_pa
     path = tmp_path / "run"
     with pytest.raises(
         OwnSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
-    ):
+    ) as caught:
         infer(out=path, simulate=Breaking(5), settings=FULL, **FISH)
+    ahead = f"5 generations are kept; go on with `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`."
+    assert str(caught.value).endswith(f"or repair the simulator. {ahead}")
     assert tl.load_run(path).generations == 5
     assert RunFolder(path).manifest()["state"] == "stopped"
     tl.resume(path, genuine=recorded(), simulate=walk)
     assert untimed(path) == untimed(whole)
+
+
+def test_a_run_without_a_folder_that_breaks_is_not_said_to_go_on():
+    with pytest.raises(OwnSystemError) as caught:
+        infer(simulate=Breaking(5))
+    assert str(caught.value).endswith("Nothing was kept of a run without `out`; give one, to be able to go on.")
+    assert "resume" not in str(caught.value)
+    with pytest.raises(
+        RunFolderError, match=r"`path` must be the folder of a run; got None. A run without `out` is kept"
+    ):
+        tl.resume(infer(generations=1).path, genuine=recorded(), simulate=walk)
 
 
 def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_path):
@@ -214,6 +229,61 @@ def test_split_samples_keep_their_names(tmp_path):
     infer(genuine=Windows(), generations=1, out=tmp_path / "run")
     system = RunFolder(tmp_path / "run").configuration().scenario
     assert (system.signals, system.held_out) == (("speed", "turn"), tuple(range(40, 45)))
+
+
+RECORDING = tl.Trajectories(np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), fps=30.0, individuals=("a",))
+WALK = BurstAndCoast(individuals=1, steps=12, interval_s=0.04)
+
+
+class Windows:
+    """Samples as `Trajectories.windows` cuts them."""
+
+    learning, held_out = (WALK(np.full((count, 4), 0.5), np.random.default_rng(count))[:, 0] for count in (20, 5))
+    names, interval_s = ("speed", "turn"), 0.04
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"interval_s": 0.1},
+            "`simulate` must have the time step of the samples, 0.04 s; got 0.1 s. Give the family of models interval_s=0.04,",
+        ),
+        (
+            {"signals": ("turn", "speed")},
+            "`simulate` must have the signals of the samples, speed, turn, in this order; got turn, speed. Give the family of "
+            "models signals=('speed', 'turn').",
+        ),
+        ({"signals": ("speed",)}, "the signals of the samples, speed, turn, in this order; got speed."),
+        (
+            {"steps": 13},
+            "`simulate` must have as many steps as the samples, 12; got 13. Give the family of models steps=12.",
+        ),
+    ],
+)
+def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(tmp_path, stop_after, change, message):
+    other, path = replace(WALK, **change), tmp_path / "run"
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        infer(Windows(), other, WALK.parameters, out=path)
+    assert not path.exists()
+    stopped = infer(Windows(), WALK, WALK.parameters, out=path, should_stop=stop_after(2))
+    for again in (stopped.check, lambda **system: tl.resume(path, **system)):
+        with pytest.raises(ConfigurationError, match=re.escape(message)):
+            again(genuine=Windows(), simulate=other)
+    assert tl.resume(path, genuine=Windows(), simulate=replace(WALK, interval_s=0.0400001)).complete
+
+
+def test_a_recording_of_another_frame_rate_is_refused_in_a_check():
+    result = infer(Windows(), WALK, WALK.parameters, generations=1)
+    with pytest.raises(
+        ConfigurationError, match="`recording` must have the frame rate of the samples, 25 per second; got 30"
+    ):
+        result.check(recording=RECORDING)
+
+
+def test_what_samples_do_not_say_is_not_held_against_a_family():
+    other = replace(WALK, interval_s=0.1, signals=("turn", "speed"))
+    assert infer(Windows.learning, other, WALK.parameters, generations=1).generations == 1
 
 
 def test_a_configuration_gives_everything_but_the_system():
@@ -267,6 +337,22 @@ def test_settings_reach_runs_of_robots_too():
         ({"parameters": {"a": (3, 1)}}, "`low` must be below `high`; got 3.0 and 1.0. [parameter 'a']"),
         ({"parameters": {"a b": (0, 1)}}, "`parameters` must have names of 1 to 60 letters"),
         ({"worker": 2}, "`worker` must be a known option; got 2. Did you mean `workers`?"),
+        ({"generation": 3}, "`generation` must be a known option; got 3. Did you mean `generations`?"),
+        ({"workers": "2"}, "`workers` must be an integer of at least 1, or None; got '2'."),
+        ({"workers": -1}, "`workers` must be an integer of at least 1, or None; got -1."),
+        ({"vectorized": "no"}, "`vectorized` must be True or False; got 'no'."),
+        ({"signals": [1, 2]}, "`signals` must be a tuple of names; got [1, 2]. For example"),
+        ({"signals": 2}, "`signals` must be a tuple of names; got 2."),
+        (
+            {"genuine": RECORDING},
+            "`genuine` must be samples, into which a recording is cut; got Trajectories. Give windows of it, for example of 4 s: "
+            "genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned.",
+        ),
+        ({"genuine": RECORDING.speeds()}, "`genuine` must be samples, into which a recording is cut; got Signals."),
+        (
+            {"genuine": recorded() + 0j},
+            "`genuine` must be samples (K, T, D) of real numbers; got shape (50, 2) of complex128",
+        ),
         ({"batches": 2, "vectorized": False}, "`batches` must be left out where vectorized is False; got 2."),
         ({"batches": 0}, "`batches` must be an integer of at least 1; got 0."),
         ({"signals": "x"}, "`signals` must be a tuple of names; got 'x'. For one signal: ('x',)."),
@@ -290,6 +376,13 @@ def test_what_breaks_a_rule_is_refused_before_anything_runs(arguments, message):
 def test_options_of_own_systems_are_refused_for_robots():
     with pytest.raises(ConfigurationError, match=re.escape("`workers` must be left out for simulated robots; got 2.")):
         tl.infer("aggregation", workers=2)
+
+
+def test_a_misspelt_argument_is_named_for_robots_too():
+    with pytest.raises(
+        ConfigurationError, match=r"`generation` must be a known option; got 3. Did you mean `generations`"
+    ):
+        tl.infer("aggregation", generation=3)
 
 
 def test_samples_are_refused_when_a_run_of_robots_goes_on(small, tmp_path, stop_after):

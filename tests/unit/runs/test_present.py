@@ -1,7 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import turing_learning as tl
+from turing_learning.config import load_configuration
 from turing_learning.runs._present import replay, run_table, verdict
 
 
@@ -20,6 +23,12 @@ def test_the_replay_shows_agents_beside_replicas_from_common_initial_poses(small
     assert (shown.duration_s, shown.interval_s) == (pytest.approx(180.0), pytest.approx(0.2))
     moved = np.linalg.norm(np.diff(replicas.poses[:, :, :2], axis=0), axis=2)
     assert np.count_nonzero(moved) < np.count_nonzero(np.diff(agents.poses[:, :, :2], axis=0))
+
+
+def test_the_replay_shows_as_many_as_the_walls_have_room_for():
+    tight = replace(tl.swarm.AGGREGATION, agents=3, arena=tl.swarm.Arena(25.0, 25.0))
+    shown = replay(load_configuration(scenario=tight), np.zeros(4))
+    assert [swarm.robots for swarm in shown.swarms] == [4, 4]
 
 
 def test_a_replay_of_a_model_that_has_run_away_is_still_finite(small):

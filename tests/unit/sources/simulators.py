@@ -56,6 +56,8 @@ def failing(simulate, reason, above=0.5):
         if reason == "nan":
             sample[3, 1] = np.nan
             return sample
+        if reason == "complex":
+            return sample + 1j
         return None if reason == "nothing" else sample[:-1]
 
     return simulated

@@ -110,8 +110,15 @@ def test_a_value_that_is_not_finite_is_refused_with_its_place(value):
         (np.ones((3, 4)), {}, "got one table of shape (3, 4). Give [table] if it is one sample of several signals"),
         (list(np.ones((3, 4))), {}, "got shape (4,) of float64 [sample 0]. Add an axis for a single signal: samples[..., None]."),
         ([], {}, "`genuine` must hold at least one sample; got none."),
-        (3.0, {}, "`genuine` must be samples (K, T, D) of real numbers"),
+        (3.0, {}, "at least 1; got float [sample 0]. Give arrays of numbers."),
+        (object(), {}, "at least 1; got object [sample 0]. Give arrays of numbers."),
         ([["a"]], {}, "`genuine` must be samples (K, T, D) of real numbers"),
+        (
+            np.ones((2, 3, 1)) * 1j,
+            {},
+            "`genuine` must be samples (K, T, D) of real numbers; got shape (3, 1) of complex128 [sample 0]. Give real and "
+            "imaginary part as two signals, or what you want to compare of them",
+        ),
         ([[[1.0], [2.0, 3.0]]], {}, "`genuine` must be samples (K, T, D) of real numbers"),
         ([np.ones((5, 1)), np.ones((3, 1))], {}, "got 3 steps [sample 1] and 5 [sample 0]. Cut them with length=\"shortest\""),
         ([np.ones((5, 1)), np.ones((3, 1))], {"length": 4}, "`length` must be at most that of the shortest sample, 3; got 4"),

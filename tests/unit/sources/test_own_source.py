@@ -203,6 +203,7 @@ def test_a_simulator_that_a_worker_cannot_load_ends_the_run():
         ("nan", "it returned nan [step 3, signal y]"),
         ("shape", "it returned shape (4, 2) instead of (T, D) = (5, 2) or (C, T, D)"),
         ("nothing", "it returned None"),
+        ("complex", "it returned complex numbers"),
     ],
 )
 def test_a_model_that_fails_later_is_marked_and_noted(reason, told):
@@ -274,7 +275,12 @@ def test_a_simulator_that_fails_for_groups_only_is_told():
 def test_a_group_of_the_wrong_shape_in_the_first_generation_is_told_as_such():
     text = refused(source(lambda parameters, rng: np.zeros((STEPS, SIGNALS))))
     assert "it returned shape (5, 2) instead of (M, T, D) = (8, 5, 2) or (M, C, T, D) [generation 0, a = -1 cm" in text
-    assert "vectorized=False" in text
+    assert "set vectorized=False" in text
+
+
+def test_a_simulator_of_one_model_is_not_advised_to_be_one():
+    text = refused(source(lambda parameters, rng: np.zeros((STEPS, 1)), batches=0))
+    assert text.endswith("Repair it, or narrow the bounds of the parameters.")
 
 
 def test_models_with_another_number_of_samples_fail():

@@ -1,8 +1,10 @@
+import math
 from dataclasses import FrozenInstanceError, replace
 
 import pytest
 
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena, Objects, Robot, Sensor, Trial
+from turing_learning.swarm._start import most_disks
 
 
 def test_presets_are_the_papers_case_studies():
@@ -56,8 +58,41 @@ def test_scenarios_are_frozen():
             lambda: replace(AGGREGATION, arena=Arena(50.0, 6.5)),
             r"`scenario.arena.height_cm` must be more than the diameter of what moves in it, 7; got 6.5",
         ),
+        (
+            lambda: replace(AGGREGATION, arena=Arena(10.0, 10.0)),
+            r"`scenario.arena` must have room for .*; got 10 x 10 cm, where at most 2 of 11 bodies of radius 3.5 cm have room",
+        ),
+        (
+            lambda: replace(AGGREGATION, robot=Robot(radius_cm=1000.0)),
+            r"`scenario.trial.start_side_cm` must have room for .*; got 331.66 cm, where at most 1 of 11 bodies of radius 1000 cm",
+        ),
+        (
+            lambda: replace(OBJECT_CLUSTERING, arena=Arena(30.0, 30.0)),
+            r"at most 9 of 10 bodies of radius 5 cm have room",  # the robots alone would fit
+        ),
+        (
+            lambda: replace(OBJECT_CLUSTERING, agents=50, arena=Arena(50.0, 50.0)),
+            r"at most 50 of 61 bodies of radius 3.5 cm or more have room",  # the objects alone would fit
+        ),
     ],
 )
 def test_values_that_make_no_sense_are_refused(build, message):
     with pytest.raises(ValueError, match=message):
         build()
+
+
+@pytest.mark.parametrize("radius", [0.1, 3.5, 1e-5])
+def test_disks_that_fit_are_never_refused(radius):
+    for rows in range(1, 40):
+        for columns in range(1, 40):
+            square = (2 * radius * (columns - 1), 2 * radius * (rows - 1))
+            assert most_disks(square, radius) >= rows * columns
+            staggered = (2 * radius * (columns - 1 / 2), math.sqrt(3) * radius * (rows - 1))
+            assert most_disks(staggered, radius) >= rows * columns
+
+
+def test_an_arena_that_nine_disks_fill_has_no_room_for_a_tenth():
+    nine = replace(AGGREGATION, agents=8, arena=Arena(21.0, 21.0))
+    assert nine.individuals == 9
+    with pytest.raises(ValueError, match="at most 9 of 10 bodies"):
+        replace(nine, agents=9)

@@ -149,6 +149,14 @@ def test_initial_poses_fill_the_square_of_the_paper():
     assert 3.1 < poses[..., 2].max() < math.pi
 
 
+def test_more_robots_than_the_walls_have_room_for_are_refused():
+    scenario = replace(AGGREGATION, arena=Arena(50.0, 50.0))
+    with pytest.raises(
+        ValueError, match=r"`robots` must have room .*; got 400, and at most 56 of 400 bodies of radius 3.5"
+    ):
+        tl.swarm.initial_poses(scenario, 1, np.random.default_rng(0), robots=400)
+
+
 def test_more_robots_keep_the_density_and_the_share_of_objects():
     poses = tl.swarm.initial_poses(OBJECT_CLUSTERING, 400, np.random.default_rng(0), robots=25)
     assert poses.shape == (400, 75, 3)
