@@ -1,7 +1,9 @@
 """What `detect` does with a recording: who behaves abnormally, and when."""
 
+import contextlib
 import csv
 import io
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,9 +61,12 @@ def refuse_taken(out: Path | None) -> None:
         return
     if out.suffix.lower() != ".csv":
         raise ConfigurationError(f"`out` must be a file that ends with .csv; got {out}. A picture is put beside it.")
-    if not out.absolute().parent.is_dir():
+    folder = out.absolute().parent
+    if not folder.is_dir():
         raise ConfigurationError(f"`out` must be in an existing folder; got {out}. Make the folder first.")
-    for path in (out, out.with_suffix(".png"), out.with_suffix(".svg")):
+    if not os.access(folder, os.W_OK):
+        raise ConfigurationError(f"`out` must be in a folder that can be written; got {out}. Choose another place.")
+    for path in _written(out):
         if path.exists():
             raise ConfigurationError(f"`out` must be a new file; got {out}, and {path} exists. Choose another name.")
 
@@ -145,11 +150,15 @@ def _when(spells: Sequence[tuple[float, float]]) -> str:
     return ", ".join(shown + ([f"{more} more"] if more > 0 else [])) or "-"
 
 
-def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]") -> list[Path]:
-    from turing_learning.figures import save_figure, timeline_figure
-    from turing_learning.runs import write_atomically
+def _written(out: Path) -> tuple[Path, ...]:
+    return (out, out.with_suffix(".png"), out.with_suffix(".svg"))
 
-    write_atomically(out, _csv(verdicts).encode())
+
+def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]") -> tuple[Path, ...]:
+    """Write table and picture, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+    from turing_learning.figures import save_figure, timeline_figure
+    from turing_learning.runs import RunStorageError, told, write_atomically
+
     judged = [verdict for verdict in verdicts if verdict.windows]
     figure = timeline_figure(
         [verdict.individual for verdict in judged],
@@ -158,7 +167,17 @@ def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
     )
-    return [out, *save_figure(figure, out.parent, out.stem)]
+    what = f"`out` must be a file that can be written; could not write to {out}"
+    with told(RunStorageError, what, "Make room, or choose another place, and give the command again."):
+        try:
+            write_atomically(out, _csv(verdicts).encode())
+            save_figure(figure, out.parent, out.stem)
+        except OSError:
+            for path in _written(out):
+                with contextlib.suppress(OSError):
+                    path.unlink(missing_ok=True)
+            raise
+    return _written(out)
 
 
 def _csv(verdicts: "Sequence[TimedVerdict]") -> str:
