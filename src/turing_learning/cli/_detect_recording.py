@@ -4,7 +4,7 @@ import contextlib
 import csv
 import io
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,15 +19,13 @@ MOTION_FILES = (".npy", ".npz", ".csv")
 MOST_SPELLS = 3  # in a cell of the table
 
 
-def is_recording(path: Path, fps: float | None, scale: float | None) -> bool:
-    """Return whether a file is what a tracker wrote: its frame rate or scale is given, or it is no file of samples."""
-    return fps is not None or scale is not None or path.suffix.lower() not in MOTION_FILES
+def is_recording(path: Path, told: Mapping[str, Any]) -> bool:
+    """Return whether a file is what a tracker wrote: something is told of it as such, or it is no file of samples."""
+    return any(value is not None for value in told.values()) or path.suffix.lower() not in MOTION_FILES
 
 
-def read_recording(
-    path: Path, run: "RunClassifiers", *, fps: float | None, scale: float | None, y_axis: Any = None
-) -> "RecordedMotion":
-    """Return the windows of a recording.
+def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **options: Any) -> "RecordedMotion":
+    """Return the windows of a recording; `options` are those of `load_trajectories`.
 
     Raises
     ------
@@ -38,19 +36,19 @@ def read_recording(
     from turing_learning.detection import recorded_motion
     from turing_learning.trajectories import load_trajectories
 
-    from ._recording import in_options
+    from ._wording import in_options
 
     try:
-        recording = load_trajectories(path, fps=fps, pixels_per_cm=scale, y_axis=y_axis)
+        recording = load_trajectories(path, pixels_per_cm=scale, **options)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(f"`motion` must be a file that can be read; got {path} ({reason}).") from error
     except (ValueError, ImportError) as error:
-        raise ConfigurationError(in_options(str(error))) from error
+        raise ConfigurationError(in_options(str(error), file="motion")) from error
     try:
         return recorded_motion(recording, run)
     except ConfigurationError as error:
-        raise ConfigurationError(in_options(f"{error} [{path}]")) from error
+        raise ConfigurationError(in_options(f"{error} [{path}]", file="motion")) from error
 
 
 def refuse_taken(out: Path | None) -> None:

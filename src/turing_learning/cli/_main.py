@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from ._exit import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
+from ._wording import on_the_command_line
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 _NO_WAY = (
@@ -45,7 +46,7 @@ def _run(arguments: list[str]) -> int:
     except MemoryError as error:
         return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
     except Exception as error:
-        code, message = _code(error), _message(error)
+        code, message = _code(error), on_the_command_line(_message(error))
         return _say(f"error: {message}", code) if message else code  # without a message help has been printed
     return outcome if isinstance(outcome, int) else DONE
 

@@ -104,7 +104,7 @@ def _variant(
     if isinstance(configuration, OwnConfiguration):
         raise ConfigurationError(
             f"`scenario` must be one of simulated robots in a study; got {configuration.scenario.name!r}, a system of one's own, "
-            "whose simulator no file can hold. Call `turing_learning.infer` with several seeds."
+            "whose simulator no file can hold. Infer with several seeds, and `pool` the runs."
         )
     return Variant(own, configuration)
 

@@ -144,8 +144,7 @@ def _given(
         missing = "genuine" if genuine is None else "simulate"
         raise ConfigurationError(
             f"`{missing}` must be given to check a run on a system of one's own; got nothing. "
-            "Call `result.check(genuine=..., simulate=...)` with what the run began with; on the command line, name the recording "
-            "and the model with the options of `infer`."
+            "Call `result.check(genuine=..., simulate=...)` with what the run began with."
         )
     data = same_data(result.path or Path("in memory"), configuration.scenario, genuine)
     labels, grouping = held_out_groups(genuine, data, groups)

@@ -181,7 +181,7 @@ def test_check_refuses_what_does_not_fit(swarm, fish, call):
     assert "`run` must be checked with the settings that its check began with" in err
     code, _, err = call("check", fish)
     assert code == 2
-    assert "`genuine` must be given to check a run on a system of one's own" in err
+    assert "`--trajectories` and `--model` must be given to check a run on recorded motion" in err
     code, _, err = call("check", swarm, "--recoveries", "-1", "--force")
     assert code == 2
     assert "`recoveries` must be an integer of at least 0; got -1" in err

@@ -196,9 +196,8 @@ def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_pa
 def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     path = tmp_path / "run"
     infer(out=path, should_stop=stop_after(4))
-    with pytest.raises(
-        RunFolderError, match=r"Call `turing_learning.resume\(path, genuine=..., simulate=...\)` from Python."
-    ):
+    call = f"Call `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)` from Python."
+    with pytest.raises(RunFolderError, match=re.escape(call)):
         tl.resume(path)
     with pytest.raises(RunFolderError, match="`simulate` must be given to go on with a system of one's own"):
         tl.resume(path, genuine=recorded())
