@@ -100,7 +100,12 @@ def dask_cluster(address: str) -> Iterator["Client"]:
 
 
 def _connected(kind: Any, address: str) -> "Client":
+    from distributed.comm import resolve_address
+
     try:
+        resolve_address(
+            address
+        )  # a client that is given what is no address raises, and complains once more when it is collected
         return kind(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError, ImportError) as error:
         raise ConfigurationError(

@@ -59,7 +59,7 @@ def study(
     scenario: str | Scenario | None = None,
     *,
     runs: int = 30,
-    first_seed: int = 1,
+    first_seed: int | None = None,
     generations: int | None = None,
     preset: str = "default",
     config: str | Path | None = None,
@@ -85,7 +85,7 @@ def study(
     runs
         Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
     first_seed
-        >= 0.
+        >= 0; None takes `run.seed` of the file, 1 by default.
     generations
         Number of generations of each run, >= 1.
     preset, config
