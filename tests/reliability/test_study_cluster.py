@@ -63,7 +63,7 @@ def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tm
     assert not (tmp_path / "study").exists()
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "here", "carrier-pigeon://roof:1"])
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "here", "ucx://127.0.0.1:9", "tls://127.0.0.1:9"])
 def test_a_cluster_that_is_not_there_is_named_before_anything_runs(address, tmp_path):
     done = call(*STUDY, "--cluster", address, "--out", tmp_path / "study")
     assert done.returncode == 2
