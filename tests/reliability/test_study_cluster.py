@@ -63,11 +63,12 @@ def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tm
     assert not (tmp_path / "study").exists()
 
 
-def test_a_cluster_that_is_not_there_is_named_before_anything_runs(tmp_path):
-    done = call(*STUDY, "--cluster", "tcp://127.0.0.1:9", "--out", tmp_path / "study")
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "here", "ucx://127.0.0.1:9", "tls://127.0.0.1:9"])
+def test_a_cluster_that_is_not_there_is_named_before_anything_runs(address, tmp_path):
+    done = call(*STUDY, "--cluster", address, "--out", tmp_path / "study")
     assert done.returncode == 2
     assert done.stderr.startswith(
-        "error: `cluster` must be the address of a Dask scheduler that answers; got 'tcp://127.0.0.1:9' ("
+        f"error: `cluster` must be the address of a Dask scheduler that answers; got '{address}' ("
     )
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "study").exists()

@@ -17,7 +17,17 @@ from ._options import (
     require_scenario,
     settings_of,
 )
-from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption, YAxisOption
+from ._recording import (
+    FormatOption,
+    FpsOption,
+    KeypointOption,
+    ModelOption,
+    Recording,
+    ScaleOption,
+    TrajectoriesOption,
+    WindowOption,
+    YAxisOption,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -90,6 +100,8 @@ def infer(
     model: ModelOption = None,
     window: WindowOption = None,
     y_axis: YAxisOption = None,
+    format: FormatOption = None,
+    keypoint: KeypointOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
     from turing_learning.config import ConfigurationError, load_configuration
@@ -99,7 +111,7 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window, y_axis)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -126,6 +138,8 @@ def resume(
     model: ModelOption = None,
     window: WindowOption = None,
     y_axis: YAxisOption = None,
+    format: FormatOption = None,
+    keypoint: KeypointOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
 
@@ -149,8 +163,8 @@ def resume(
     if is_laboratory_run(run):
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window, y_axis)
-    genuine, simulate = recording.system() if recording.given else (None, None)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
     )

@@ -50,6 +50,7 @@ def arena(
 
     from turing_learning.config import ConfigurationError
     from turing_learning.robots import LABORATORY, ArenaService
+    from turing_learning.runs import told
 
     if seed < 0:
         raise ConfigurationError(f"`seed` must be 0 or more; got {seed} [--seed].")
@@ -59,10 +60,17 @@ def arena(
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     with service, _ended_by_signals():
-        try:
-            path = service.write(out, force=force)
-        except OSError as error:
-            raise ConfigurationError(str(error)) from error
+        with told(
+            ConfigurationError,
+            f"`out` must be a folder that can be written; got {out}",
+            "Choose another, or make room.",
+        ):
+            try:
+                path = service.write(out, force=force)
+            except FileExistsError as error:
+                if error.errno is not None:  # a file in the place of the folder
+                    raise
+                raise ConfigurationError(str(error)) from error
         _show(service, path)
         _listen(service.laboratory)
     typer.echo("the laboratory is closed")

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._numbers import integer
-from ._recording import FpsOption, ModelOption, Recording, ScaleOption, TrajectoriesOption, WindowOption, YAxisOption
+from ._recording import (
+    FormatOption,
+    FpsOption,
+    KeypointOption,
+    ModelOption,
+    Recording,
+    ScaleOption,
+    TrajectoriesOption,
+    WindowOption,
+    YAxisOption,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -58,6 +68,8 @@ def check(
     model: ModelOption = None,
     window: WindowOption = None,
     y_axis: YAxisOption = None,
+    format: FormatOption = None,
+    keypoint: KeypointOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -72,10 +84,10 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
     system = {}
     if recording.given:
-        windows, family, motion = recording.opened()
+        windows, family, motion = recording.opened(run)
         system = {"genuine": windows, "simulate": family, "recording": motion}
     console = Console(stderr=True)
     found = result.check(

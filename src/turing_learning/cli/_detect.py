@@ -1,13 +1,13 @@
 """The command that tells which individuals behave abnormally."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
-from ._recording import YAxisOption
+from ._recording import FormatOption, KeypointOption, YAxisOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -97,6 +97,8 @@ def detect(
         ),
     ] = None,
     y_axis: YAxisOption = None,
+    format: FormatOption = None,
+    keypoint: KeypointOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -110,16 +112,13 @@ def detect(
     from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
-    recorded = motion is not None and is_recording(motion, fps, scale)
-    _require_recording(recorded, {"fps": fps, "scale": scale, "y-axis": y_axis, "out": out})
+    told: dict[str, Any] = {"fps": fps, "scale": scale, "y_axis": y_axis, "format": format, "keypoint": keypoint}
+    recorded = motion is not None and is_recording(motion, told)
+    _require_recording(recorded, told | {"out": out})
     refuse_taken(out)
     result = load_run(run)
     learned = run_classifiers(result)
-    timed = (
-        read_recording(motion, learned, fps=fps, scale=scale, y_axis=y_axis)
-        if recorded and motion is not None
-        else None
-    )
+    timed = read_recording(motion, learned, **told) if recorded and motion is not None else None
     observed, *calibration = (
         None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
         for path in (None if recorded else motion, genuine, abnormal)
@@ -158,7 +157,10 @@ def _require_recording(recorded: bool, options: dict[str, object]) -> None:
 
     for name, value in options.items():
         if value is not None and not recorded:
-            raise ConfigurationError(f"`{name}` must be left out where there is no recording; got {value} [--{name}].")
+            option = name.replace("_", "-")
+            raise ConfigurationError(
+                f"`{option}` must be left out where there is no recording; got {value} [--{option}]."
+            )
 
 
 def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:

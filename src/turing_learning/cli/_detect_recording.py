@@ -1,8 +1,10 @@
 """What `detect` does with a recording: who behaves abnormally, and when."""
 
+import contextlib
 import csv
 import io
-from collections.abc import Sequence
+import os
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +19,13 @@ MOTION_FILES = (".npy", ".npz", ".csv")
 MOST_SPELLS = 3  # in a cell of the table
 
 
-def is_recording(path: Path, fps: float | None, scale: float | None) -> bool:
-    """Return whether a file is what a tracker wrote: its frame rate or scale is given, or it is no file of samples."""
-    return fps is not None or scale is not None or path.suffix.lower() not in MOTION_FILES
+def is_recording(path: Path, told: Mapping[str, Any]) -> bool:
+    """Return whether a file is what a tracker wrote: something is told of it as such, or it is no file of samples."""
+    return any(value is not None for value in told.values()) or path.suffix.lower() not in MOTION_FILES
 
 
-def read_recording(
-    path: Path, run: "RunClassifiers", *, fps: float | None, scale: float | None, y_axis: Any = None
-) -> "RecordedMotion":
-    """Return the windows of a recording.
+def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **options: Any) -> "RecordedMotion":
+    """Return the windows of a recording; `options` are those of `load_trajectories`.
 
     Raises
     ------
@@ -36,19 +36,19 @@ def read_recording(
     from turing_learning.detection import recorded_motion
     from turing_learning.trajectories import load_trajectories
 
-    from ._recording import in_options
+    from ._wording import in_options
 
     try:
-        recording = load_trajectories(path, fps=fps, pixels_per_cm=scale, y_axis=y_axis)
+        recording = load_trajectories(path, pixels_per_cm=scale, **options)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(f"`motion` must be a file that can be read; got {path} ({reason}).") from error
     except (ValueError, ImportError) as error:
-        raise ConfigurationError(in_options(str(error))) from error
+        raise ConfigurationError(in_options(str(error), file="motion")) from error
     try:
         return recorded_motion(recording, run)
     except ConfigurationError as error:
-        raise ConfigurationError(in_options(f"{error} [{path}]")) from error
+        raise ConfigurationError(in_options(f"{error} [{path}]", file="motion")) from error
 
 
 def refuse_taken(out: Path | None) -> None:
@@ -59,9 +59,12 @@ def refuse_taken(out: Path | None) -> None:
         return
     if out.suffix.lower() != ".csv":
         raise ConfigurationError(f"`out` must be a file that ends with .csv; got {out}. A picture is put beside it.")
-    if not out.absolute().parent.is_dir():
+    folder = out.absolute().parent
+    if not folder.is_dir():
         raise ConfigurationError(f"`out` must be in an existing folder; got {out}. Make the folder first.")
-    for path in (out, out.with_suffix(".png"), out.with_suffix(".svg")):
+    if not os.access(folder, os.W_OK):
+        raise ConfigurationError(f"`out` must be in a folder that can be written; got {out}. Choose another place.")
+    for path in _written(out):
         if path.exists():
             raise ConfigurationError(f"`out` must be a new file; got {out}, and {path} exists. Choose another name.")
 
@@ -145,11 +148,15 @@ def _when(spells: Sequence[tuple[float, float]]) -> str:
     return ", ".join(shown + ([f"{more} more"] if more > 0 else [])) or "-"
 
 
-def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]") -> list[Path]:
-    from turing_learning.figures import save_figure, timeline_figure
-    from turing_learning.runs import write_atomically
+def _written(out: Path) -> tuple[Path, ...]:
+    return (out, out.with_suffix(".png"), out.with_suffix(".svg"))
 
-    write_atomically(out, _csv(verdicts).encode())
+
+def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]") -> tuple[Path, ...]:
+    """Write table and picture, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+    from turing_learning.figures import save_figure, timeline_figure
+    from turing_learning.runs import RunStorageError, told, write_atomically
+
     judged = [verdict for verdict in verdicts if verdict.windows]
     figure = timeline_figure(
         [verdict.individual for verdict in judged],
@@ -158,7 +165,17 @@ def _write(out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
     )
-    return [out, *save_figure(figure, out.parent, out.stem)]
+    what = f"`out` must be a file that can be written; could not write to {out}"
+    with told(RunStorageError, what, "Make room, or choose another place, and give the command again."):
+        try:
+            write_atomically(out, _csv(verdicts).encode())
+            save_figure(figure, out.parent, out.stem)
+        except OSError:
+            for path in _written(out):
+                with contextlib.suppress(OSError):
+                    path.unlink(missing_ok=True)
+            raise
+    return _written(out)
 
 
 def _csv(verdicts: "Sequence[TimedVerdict]") -> str:

@@ -6,8 +6,13 @@ import sys
 from collections.abc import Sequence
 
 from ._exit import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
+from ._wording import on_the_command_line
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_NO_WAY = (
+    *(errno.EACCES, errno.EPERM, errno.EROFS),
+    *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ELOOP, errno.ENAMETOOLONG),
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -41,7 +46,7 @@ def _run(arguments: list[str]) -> int:
     except MemoryError as error:
         return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
     except Exception as error:
-        code, message = _code(error), _message(error)
+        code, message = _code(error), on_the_command_line(_message(error))
         return _say(f"error: {message}", code) if message else code  # without a message help has been printed
     return outcome if isinstance(outcome, int) else DONE
 
@@ -63,7 +68,7 @@ def _code(error: Exception) -> int:
         return FAILED
     if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
         return REFUSED
-    if isinstance(error, OSError) and error.errno in _NO_ROOM:  # for what is printed
+    if isinstance(error, OSError) and _told(error):
         return FAILED
     raise error
 
@@ -73,6 +78,20 @@ def _is_usage_error(error: Exception) -> bool:
     return any(kind.__name__ in ("UsageError", "ClickException", "TyperException") for kind in type(error).__mro__)
 
 
+def _told(error: OSError) -> str:
+    """Return what is said of a file where no door has said it already; nothing of what no user can cause."""
+    if error.errno in _NO_ROOM:
+        return (
+            f"no room is left for {error.filename or 'what is written'} ({error.strerror}). Make room, then give the same "
+            "command again."
+        )
+    if error.errno in _NO_WAY and error.filename is not None:
+        return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
+    return ""
+
+
 def _message(error: Exception) -> str:
+    if isinstance(error, OSError) and (said := _told(error)):
+        return said
     text = error.format_message() if hasattr(error, "format_message") else str(error)
     return " ".join(text.split()) if _is_usage_error(error) else text

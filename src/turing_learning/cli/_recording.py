@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._numbers import real
+from ._wording import in_options
 
 if TYPE_CHECKING:
     from turing_learning.families import Family
     from turing_learning.trajectories import Trajectories, Windows
 
 WINDOW_S = 4.0
-
-_OPTIONS = {"pixels_per_cm": "--scale", "fps": "--fps", "length_s": "--window", "y_axis": "--y-axis"}
-"""Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
 
 PANEL = "Recorded motion instead of a scenario"
 
@@ -43,6 +41,24 @@ YAxisOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+FormatOption = Annotated[
+    str | None,
+    typer.Option(
+        "--format",
+        metavar="NAME",
+        help="Of a file that could be of several, see docs/trajectories.md.",
+        rich_help_panel=PANEL,
+    ),
+]
+KeypointOption = Annotated[
+    str | None,
+    typer.Option(
+        "--keypoint",
+        metavar="NAME",
+        help="Point of the body that stands for the animal, in a file with several.",
+        rich_help_panel=PANEL,
+    ),
+]
 ModelOption = Annotated[
     str | None,
     typer.Option("--model", metavar="NAME", help="Family of models, see docs/families.md.", rich_help_panel=PANEL),
@@ -52,7 +68,7 @@ WindowOption = Annotated[
     typer.Option(
         "--window",
         metavar="SECONDS",
-        help=f"Length of the samples; {WINDOW_S:g} by default.",
+        help=f"Length of the samples; by default {WINDOW_S:g}, or that of the run.",
         parser=real,
         rich_help_panel=PANEL,
     ),
@@ -69,6 +85,8 @@ class Recording:
     model: str | None
     window: float | None
     y_axis: Any = None
+    format: str | None = None
+    keypoint: str | None = None
 
     @property
     def given(self) -> bool:
@@ -81,13 +99,13 @@ class Recording:
         given = {name: value for name, value in vars(self).items() if value is not None}
         return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items())
 
-    def system(self) -> tuple["Windows", "Family"]:
-        """Return windows of the recording, and a family of models that fits it; see `opened`."""
-        windows, family, _ = self.opened()
-        return windows, family
-
-    def opened(self) -> tuple["Windows", "Family", "Trajectories"]:
+    def opened(self, run: Path | None = None) -> tuple["Windows", "Family", "Trajectories"]:
         """Open the recording, and fit the family of models to it.
+
+        Parameters
+        ----------
+        run
+            A run folder; windows are as long as those of the run if no option says otherwise.
 
         Raises
         ------
@@ -109,8 +127,15 @@ class Recording:
                 f"`--model` must be one of {', '.join(FAMILIES)}; got {self.model!r}. {nearest(self.model, FAMILIES)}"
             )
         try:
-            motion = load_trajectories(self.trajectories, fps=self.fps, pixels_per_cm=self.scale, y_axis=self.y_axis)
-            windows = motion.windows(length_s=WINDOW_S if self.window is None else self.window)
+            motion = load_trajectories(
+                self.trajectories,
+                fps=self.fps,
+                pixels_per_cm=self.scale,
+                y_axis=self.y_axis,
+                format=self.format,
+                keypoint=self.keypoint,
+            )
+            windows = motion.windows(**self._length(run))
             family = FAMILIES[self.model](
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],
@@ -123,12 +148,22 @@ class Recording:
                 f"`--trajectories` must be a readable file; got {self.trajectories} ({reason})."
             ) from error
         except (ValueError, ImportError) as error:
-            raise ConfigurationError(in_options(str(error))) from error
+            raise ConfigurationError(in_options(str(error), file="--trajectories")) from error
         return windows, family, motion
+
+    def _length(self, run: Path | None) -> dict[str, Any]:
+        from turing_learning.runs import RunFolder
+        from turing_learning.sources import OwnSystem
+
+        if self.window is None and run is not None:
+            system = RunFolder(run).configuration().scenario
+            if isinstance(system, OwnSystem):
+                return {"steps": system.steps}
+        return {"length_s": WINDOW_S if self.window is None else self.window}
 
     def arguments(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` is told of the system."""
-        windows, family = self.system()
+        windows, family, _ = self.opened()
         assert self.trajectories is not None
         return {
             "genuine": windows,
@@ -137,11 +172,3 @@ class Recording:
             "name": self.model,
             "title": f"{self.trajectories.name}, as {self.model}",
         }
-
-
-def in_options(message: str) -> str:
-    """Return a message with the names that arguments have on the command line."""
-    message = message.replace(' Say "unknown" to stay in pixels, 1 if the file is in cm.', " Say 1 if it is in cm.")
-    for argument, option in _OPTIONS.items():
-        message = message.replace(f"`{argument}`", f"`{option}`")
-    return message

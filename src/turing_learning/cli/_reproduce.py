@@ -83,14 +83,10 @@ def _conduct(experiment: str, fast: bool, out: Path | None, workers: int | None)
 
 def _write_page(experiments: Path, path: Path) -> None:
     from turing_learning.reproduction import write_page
-    from turing_learning.runs import RunFolderError
+    from turing_learning.runs import RunFolderError, told
 
-    try:
+    with told(RunFolderError, f"`page` must be a file that can be written; got {path}", "Choose another place."):
         typer.echo(write_page(experiments, path))
-    except OSError as error:
-        raise RunFolderError(
-            f"`page` must be a file that can be written; got {path} ({error.strerror or error}). Choose another place."
-        ) from error
 
 
 def _print_list(console: "Console", standings: "Iterable[Standing]") -> None:

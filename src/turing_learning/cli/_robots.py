@@ -117,18 +117,22 @@ def track(
     """Track all robots in a video, write a table that --trajectories reads, and list what went wrong."""
     from turing_learning.config import ConfigurationError
     from turing_learning.robots import Capture, laboratory_tracker, write_table
+    from turing_learning.runs import told
 
     laboratory = _load(config)
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup)
+    if path.exists() and not force:
+        raise ConfigurationError(f"`out` must be a new file; got {path}. Choose another, or --force.")
     try:
-        if path.exists() and not force:
-            raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or --force.")
         with Capture(video) as capture:
             observed = tracker.track(capture)
-        write_table(observed, path, force=force)
     except (OSError, ValueError) as error:
         raise ConfigurationError(str(error)) from error
+    with told(
+        ConfigurationError, f"`out` must be a file that can be written; got {path}", "Choose another, or make room."
+    ):
+        write_table(observed, path, force=force)
     for fault in observed.faults:
         typer.echo(f"image {fault.frame}: {fault.kind}: {fault.text}")
     seen = observed.present.mean()

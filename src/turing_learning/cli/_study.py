@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ._exit import Interrupted
+from ._numbers import integer
 from ._options import GenerationsOption, PresetOption, SettingsOption, WorkersOption, require_scenario, settings_of
 
 if TYPE_CHECKING:
@@ -43,9 +44,23 @@ def study(
         ),
     ] = None,
     runs: Annotated[
-        int, typer.Option("--runs", metavar="N", help="Number of runs of each configuration, one seed after the other.")
+        int,
+        typer.Option(
+            "--runs",
+            metavar="N",
+            help="Number of runs of each configuration, one seed after the other.",
+            parser=integer,
+        ),
     ] = 30,
-    first_seed: Annotated[int, typer.Option("--first-seed", metavar="S", help="Seed of the first run.")] = 1,
+    first_seed: Annotated[
+        int | None,
+        typer.Option(
+            "--first-seed",
+            metavar="S",
+            help="Seed of the first run; by default that of the file, or 1.",
+            parser=integer,
+        ),
+    ] = None,
     config: Annotated[
         Path | None,
         typer.Option(
@@ -123,7 +138,8 @@ def show(path: Path) -> None:
 
 
 def study_run(
-    study: StudyArgument, number: Annotated[int, typer.Argument(metavar="NUMBER", help="Number of the run, from 1.")]
+    study: StudyArgument,
+    number: Annotated[int, typer.Argument(metavar="NUMBER", help="Number of the run, from 1.", parser=integer)],
 ) -> None:
     """Execute one run of a study, or go on with it: the job of a Slurm array."""
     from turing_learning.studies import run_one

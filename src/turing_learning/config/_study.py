@@ -104,7 +104,7 @@ def _variant(
     if isinstance(configuration, OwnConfiguration):
         raise ConfigurationError(
             f"`scenario` must be one of simulated robots in a study; got {configuration.scenario.name!r}, a system of one's own, "
-            "whose simulator no file can hold. Call `turing_learning.infer` with several seeds."
+            "whose simulator no file can hold. Infer with several seeds, and `pool` the runs."
         )
     return Variant(own, configuration)
 
@@ -117,7 +117,7 @@ def _all_settings(
         raise ConfigurationError(f"`grid` must be given once, and without a list; got {' and '.join(given)}.")
     if "list" in document:
         return list(_listed(document["list"], origins))
-    return _combined(document.get("grid", grid or {}), origins)
+    return _combined(document.get("grid", grid), origins) if given else [{}]
 
 
 def _listed(tables: Any, origins: Origins) -> Iterator[dict[str, Any]]:
@@ -135,13 +135,19 @@ def _combined(table: Any, origins: Origins) -> list[dict[str, Any]]:
     if not isinstance(table, Mapping):
         raise ConfigurationError(f"`grid` must be a table of lists; got {table!r}{origins.where('grid')}.")
     choices = dotted(table)
+    if not choices:
+        raise ConfigurationError(
+            f"`grid` must name one setting or more; got an empty one{origins.where('grid')}. Write models.parents = [25, 50], "
+            "for example, or leave the grid out."
+        )
     _refuse_reserved(choices, "grid", origins)
     count = 1
     for key, values in choices.items():
         if not isinstance(values, list | tuple) or not values:
+            empty = isinstance(values, list | tuple)
+            remedy = "Give one, or leave it out" if empty else f"Write {key} = [{values!r}], for example"
             raise ConfigurationError(
-                f"`grid.{key}` must be a list of one value or more; got {values!r}{origins.where(f'grid.{key}')}. "
-                f"Write {key} = [{values!r}], for example."
+                f"`grid.{key}` must be a list of one value or more; got {values!r}{origins.where(f'grid.{key}')}. {remedy}."
             )
         count *= len(values)
     if count > MOST_VARIANTS:

@@ -8,7 +8,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.coevolution import Classifier
-from turing_learning.config import ConfigurationError, classifier_of, load_configuration
+from turing_learning.config import (
+    Configuration,
+    ConfigurationError,
+    OwnConfiguration,
+    classifier_of,
+    load_configuration,
+)
 from turing_learning.sources import CenteredClassifier, OwnSystem
 from turing_learning.swarm import Scenario
 
@@ -108,7 +114,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     if "classifier" not in history:
         raise ConfigurationError(
             f'`run` must have a full history; got {result.path} with run.history = "thin", which keeps no classifiers. '
-            f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
+            f"{_again(configuration, path)}"
         )
     system: Scenario | OwnSystem = configuration.scenario
     network = classifier_of(configuration)
@@ -123,6 +129,12 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
         calibration=stored_calibration(result.path),
     )
+
+
+def _again(configuration: Configuration, path: Path) -> str:
+    if isinstance(configuration, OwnConfiguration):
+        return 'Infer again as before, with the setting run.history = "full".'
+    return f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
 
 
 def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:

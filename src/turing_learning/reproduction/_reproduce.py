@@ -1,22 +1,17 @@
 """The doors: conduct experiments, and see how they stand."""
 
 from collections.abc import Callable
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import RunFolderError, RunStorageError
+from turing_learning.runs import storage, writable
 
 from ._experiment import Experiment
 from ._folder import ExperimentFolder, Results
 from ._page import write_readme
 from ._registry import ALL, EXPERIMENTS, experiments_named
 from ._work import Say, Work
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 EXPERIMENTS_FOLDER = Path("experiments")
 FAST_FOLDER = Path("runs/reproduction-fast")
@@ -127,10 +122,10 @@ def reproduce(
     chosen = _possible(experiments_named(experiment), experiment, say)
     path = _path(out, fast)
     folders = [ExperimentFolder(path / one.id) for one in chosen]
-    with _writable(path):
+    with writable("out", path):
         for one, folder in zip(chosen, folders, strict=True):
             folder.begin(one, fast=fast)
-    with _storage(path):
+    with storage(path, "give the same command again: it goes on."):
         for one, folder in zip(chosen, folders, strict=True):
             work = Work(
                 folder.pieces_path,
@@ -162,26 +157,3 @@ def _possible(chosen: tuple[Experiment, ...], name: str, say: Say | None) -> tup
 
 def _path(out: str | Path | None, fast: bool) -> Path:
     return default_folder(fast=fast) if out is None else Path(out)
-
-
-@contextmanager
-def _writable(path: Path) -> "Iterator[None]":
-    try:
-        yield
-    except OSError as error:
-        raise RunFolderError(
-            f"`out` must be a folder that can be written; got {path} ({error.strerror or error}). Choose another folder."
-        ) from error
-
-
-@contextmanager
-def _storage(path: Path) -> "Iterator[None]":
-    try:
-        yield
-    except RunStorageError:
-        raise
-    except OSError as error:
-        raise RunStorageError(
-            f"`out` must be a folder with space left; could not write to {path} ({error.strerror or error}). "
-            "Make room, then give the same command again: it goes on."
-        ) from error

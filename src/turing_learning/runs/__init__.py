@@ -28,12 +28,14 @@
     Files that are there whole or not at all.
 `RunFolderError`, `RunStorageError`
     A folder that is refused before anything runs; a run that cannot be written any further.
+`told`, `writable`, `storage`
+    What the operating system says about files, as such an error, in one message.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._errors import RunFolderError, RunStorageError, refuse_future_format
+from ._errors import RunFolderError, RunStorageError, refuse_future_format, storage, told, writable
 from ._files import write_atomically, write_json
 
 if TYPE_CHECKING:
@@ -88,11 +90,14 @@ __all__ = [
     "simulate_laboratory",
     "start",
     "start_laboratory",
+    "storage",
     "stored_generations",
     "stored_laboratory",
     "stored_traces",
     "swarm_replay",
+    "told",
     "trial_replay",
+    "writable",
     "write_atomically",
     "write_json",
     "write_trial",

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -11,7 +12,7 @@ import numpy as np
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.sources import Genuine, OwnSource
 
-from ._errors import RunFolderError
+from ._errors import RunFolderError, storage
 from ._files import write_json
 from ._folder import RunFolder
 from ._result import Result
@@ -133,11 +134,12 @@ class Checker:
                 f"`run` must be checked with the settings that its check began with; got others [{path}]. "
                 "Replace it with --force."
             )
-        if known is not None:
-            import shutil
+        with kept(path.parent):
+            if known is not None:
+                import shutil
 
-            shutil.rmtree(path)
-        path.mkdir(exist_ok=True)
+                shutil.rmtree(path)
+            path.mkdir(exist_ok=True)
         _keep(new, path)
         return new
 
@@ -344,7 +346,13 @@ def require_numbers(*, recoveries: int, recovery_generations: int, seed: int) ->
 
 def _keep(content: dict[str, Any], path: Path | None) -> None:
     if path is not None:
-        write_json(path / "check.json", content)
+        with kept(path.parent):
+            write_json(path / "check.json", content)
+
+
+def kept(path: Path) -> AbstractContextManager[None]:
+    """Say of a run folder that cannot be written any further how to go on with its check."""
+    return storage(path, "check again: it goes on.", name="run")
 
 
 def _changed(configuration: Configuration, scenario: Any, overrides: Mapping[str, Any]) -> Configuration:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration
 from turing_learning.sources import TIME_STEP_TOLERANCE, OwnSystem, Simulator
 
-from ._check import Checker, Given, Stage, held_out_groups, require_numbers
+from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
+from ._errors import RunFolderError, RunStorageError, writable
 from ._folder import RunFolder
 from ._infer import infer, resume
 from ._own import OwnOptions, open_source, refuse_without_system, same_data
@@ -93,7 +94,8 @@ def check_run(
         options["timeout_s"] = timeout_s
     with ExitStack() as stack:
         if folder is not None:
-            stack.enter_context(folder.locked())
+            with writable("run", folder.path):
+                stack.enter_context(folder.locked())
         given = _given(result, configuration, genuine, simulate, groups, options)
         if given is not None:
             stack.enter_context(given.source)
@@ -154,8 +156,7 @@ def _given(
         missing = "genuine" if genuine is None else "simulate"
         raise ConfigurationError(
             f"`{missing}` must be given to check a run on a system of one's own; got nothing. "
-            "Call `result.check(genuine=..., simulate=...)` with what the run began with; on the command line, name the recording "
-            "and the model with the options of `infer`."
+            "Call `result.check(genuine=..., simulate=...)` with what the run began with."
         )
     data = same_data(result.path or Path("in memory"), configuration.scenario, genuine)
     labels, grouping = held_out_groups(genuine, data, groups)
@@ -164,15 +165,21 @@ def _given(
 
 
 def _recover(configuration: Configuration, path: Path | None, system: Mapping[str, Any], options: OwnOptions) -> Result:
-    if path is not None and RunFolder(path).is_run():
-        return resume(
-            path,
-            genuine=system.get("genuine"),
-            simulate=system.get("simulate"),
-            workers=options.get("workers"),
-            timeout_s=options.get("timeout_s"),
-        )
-    return infer(config=configuration, out=path, **system)
+    try:
+        if path is not None and RunFolder(path).is_run():
+            return resume(
+                path,
+                genuine=system.get("genuine"),
+                simulate=system.get("simulate"),
+                workers=options.get("workers"),
+                timeout_s=options.get("timeout_s"),
+            )
+        return infer(config=configuration, out=path, **system)
+    except (RunFolderError, RunStorageError) as error:
+        if path is None or not isinstance(error.__cause__, OSError):
+            raise
+        with kept(path.parent.parent):  # goes on as a check, not as a run of its own
+            raise error.__cause__ from None
 
 
 def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder) -> None:
@@ -180,6 +187,8 @@ def _draw(result: Result, configuration: Configuration, found: "Check", folder: 
     from ._check_present import draw_check
     from ._present import save_figures
 
-    save_figures(draw_check(found, result, configuration), folder.figures_path)
-    if folder.report_path.exists():
-        result.report()
+    drawings = draw_check(found, result, configuration)
+    with kept(folder.path):
+        save_figures(drawings, folder.figures_path)
+        if folder.report_path.exists():
+            result.report()

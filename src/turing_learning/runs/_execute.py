@@ -1,7 +1,7 @@
 """Execute a configuration: in memory, in a folder from generation 0, or on from where it was stopped."""
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,7 @@ from turing_learning.robots import LaboratoryError
 from turing_learning.sources import OwnSource, OwnSystemError
 
 from ._checkpoints import replace_checkpoints
-from ._errors import RunFolderError
+from ._errors import writable
 from ._files import remove_partial, write_json
 from ._folder import RunFolder
 from ._history import dataset_in_memory, thin_dataset
@@ -19,7 +19,7 @@ from ._open import attachments_of, checker, is_whole, load_run, reporter, restor
 from ._own import refuse_without_source
 from ._resolve import resolved
 from ._result import Attachments, Result, summarize
-from ._session import Observer, Session, storage
+from ._session import Observer, Session
 
 if TYPE_CHECKING:
     import xarray
@@ -78,7 +78,7 @@ def start(
     refuse_without_source(configuration, source)
     folder = RunFolder(Path(out))
     with ExitStack() as lock:
-        with _writable(folder, "out"):
+        with writable("out", folder.path):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             lock.enter_context(folder.locked())
@@ -102,7 +102,7 @@ def go_on(
         return load_run(path)
     here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
     with ExitStack() as lock:
-        with _writable(folder, "run"):
+        with writable("run", folder.path):
             lock.enter_context(folder.locked())
             if is_whole(folder, configuration) or restored_result(folder, configuration):
                 return load_run(path)
@@ -125,7 +125,8 @@ def _run(
     try:
         session.run(observer, should_stop)
     except (OwnSystemError, LaboratoryError):
-        folder.update_manifest(state=STOPPED, seconds=session.seconds)
+        with session.storage():
+            folder.update_manifest(state=STOPPED, seconds=session.seconds)
         raise
     result = summarize(
         configuration,
@@ -135,7 +136,7 @@ def _run(
         attachments=attachments_of(folder, configuration, session.traces.completed),
         failed_simulations=session.failed_simulations,
     )
-    with storage(folder):
+    with session.storage():
         write_json(folder.result_path, result.to_json())
         folder.update_manifest(state=RUNNING if session.complete else STOPPED, seconds=session.seconds)
         if session.complete and configuration.run.history == "thin":
@@ -160,15 +161,3 @@ def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> 
     rows = manifest_rows(folder.manifest() | closed)
     write_page(report_page(result, history, configuration, drawings, rows), folder.report_path)
     folder.update_manifest(**closed)
-
-
-@contextmanager
-def _writable(folder: RunFolder, name: str) -> Iterator[None]:
-    """Turn what the operating system says before generation 0 into one message."""
-    try:
-        yield
-    except OSError as error:
-        raise RunFolderError(
-            f"`{name}` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
-            "Choose another folder, or make room."
-        ) from error

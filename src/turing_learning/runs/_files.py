@@ -1,5 +1,6 @@
 """Write files so that a reader sees the old or the new content, never half of it."""
 
+import contextlib
 import json
 import os
 from pathlib import Path
@@ -31,7 +32,8 @@ def write_atomically(path: Path, content: bytes) -> None:
             os.fsync(file.fileno())
         temporary.replace(path)
     except BaseException:
-        temporary.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):  # a disk that cannot be written has nothing to remove either
+            temporary.unlink(missing_ok=True)
         raise
     _flush_folder(path.parent)
 

@@ -3,14 +3,14 @@
 import shlex
 import shutil
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
 
-from ._errors import RunFolderError, refuse_future_format
+from ._errors import RunFolderError, refuse_future_format, storage
 from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
@@ -24,6 +24,12 @@ _RESULTS = (
 def resume_command(path: Path) -> str:
     """Return the command that goes on with a run, to be pasted into a shell."""
     return f"turing-learning resume {shlex.quote(str(path))}"
+
+
+def going_on(path: Path, configuration: Configuration) -> str:
+    """Return how to go on with a run, in code: by a command, or by a call where a system of one's own has to be given."""
+    own = isinstance(configuration, OwnConfiguration)
+    return f"`turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`" if own else f"`{resume_command(path)}`"
 
 
 @dataclass(frozen=True)
@@ -198,14 +204,19 @@ class RunFolder:
             if not force:
                 raise RunFolderError(
                     f"`out` must be a new or empty folder; got {self.path}, which holds a run. "
-                    f"Go on with `{resume_command(self.path)}`, choose another folder, or replace it with "
-                    "--force."
+                    f"Go on with {self._ahead()}, choose another folder, or replace it with --force."
                 )
         elif others := self._foreign_names():
             raise RunFolderError(
                 f"`out` must be a new or empty folder; got {self.path}, which holds {others[0]!r} and is not a run. "
                 "Choose another folder."
             )
+
+    def _ahead(self) -> str:
+        try:
+            return going_on(self.path, self.configuration())
+        except RunFolderError:  # which says more once it is tried
+            return f"`{resume_command(self.path)}`"
 
     def _foreign_names(self) -> list[str]:
         if not self.path.exists():
@@ -223,6 +234,10 @@ class RunFolder:
                 shutil.rmtree(path)
             else:
                 path.unlink(missing_ok=True)
+
+    def storage(self) -> AbstractContextManager[None]:
+        """Say of a folder that cannot be written any further how to go on with its run, which needs nothing else."""
+        return storage(self.path, f"go on with `{resume_command(self.path)}`.")
 
     @contextmanager
     def locked(self) -> Iterator[None]:

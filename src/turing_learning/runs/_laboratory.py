@@ -20,9 +20,9 @@ from turing_learning.robots import (
     real_equipment,
 )
 
-from ._errors import RunFolderError
+from ._errors import RunFolderError, told
 from ._execute import go_on, in_memory, start
-from ._folder import CALIBRATION, LABORATORY, RunFolder
+from ._folder import CALIBRATION, LABORATORY, RunFolder, resume_command
 from ._post_evaluation import judged_again, post_evaluate
 from ._result import Result
 from ._session import Observer, Progress
@@ -193,9 +193,16 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
     RunFolderError
         If it cannot be read.
     """
+    folder.manifest()
+    if not folder.laboratory_path.exists():
+        raise RunFolderError(
+            f"`run` must take place in a laboratory; got {folder.path} without {LABORATORY}. Go on with "
+            f"`{resume_command(folder.path)}` if it is a run of another kind."
+        )
     try:
-        setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ConfigurationError) as error:
+        with told(RunFolderError, f"`run` must have a readable {LABORATORY}; got {folder.path}", "Restore the file."):
+            setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, ConfigurationError) as error:
         raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
     calibration = str(folder.path / setup.camera.calibration)
     return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": calibration})})

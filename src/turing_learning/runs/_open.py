@@ -10,9 +10,9 @@ from turing_learning.sources import FailureLog
 
 from ._check import complete_check
 from ._checkpoints import Checkpoint, latest_checkpoint
-from ._errors import RunFolderError
+from ._errors import RunFolderError, told
 from ._files import write_json
-from ._folder import RunFolder, resume_command
+from ._folder import RunFolder, going_on
 from ._history import dataset_on_disk, thin_dataset
 from ._manifest import FINISHED, manifest_rows
 from ._result import Attachments, Result, result_from_json, summarize
@@ -49,7 +49,7 @@ def load_run(path: str | Path) -> Result:
     stored = _stored_result(folder, configuration) if finished else None
     if stored is not None:
         return stored
-    return _result_of(_stored_checkpoint(folder), folder, configuration)
+    return _result_of(_stored_checkpoint(folder, configuration), folder, configuration)
 
 
 def is_whole(folder: RunFolder, configuration: Configuration) -> bool:
@@ -88,18 +88,18 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
     )
 
 
-def _stored_checkpoint(folder: RunFolder) -> Checkpoint:
+def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkpoint:
     checkpoint = latest_checkpoint(folder.checkpoints_path).checkpoint
     if checkpoint is None:
         raise RunFolderError(
             f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
-            f"Begin it with `{resume_command(folder.path)}`."
+            f"Begin it with {going_on(folder.path, configuration)}."
         )
     return checkpoint
 
 
 def _stored_traces(folder: RunFolder, configuration: Configuration) -> Traces:
-    return _traces_of(_stored_checkpoint(folder), configuration)
+    return _traces_of(_stored_checkpoint(folder, configuration), configuration)
 
 
 def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
@@ -122,7 +122,12 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
     def history() -> "xarray.Dataset":
         if configuration.run.history == "thin":
             return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)
-        return dataset_on_disk(folder.history_path, completed)
+        with told(
+            RunFolderError,
+            f"`run` must have its history; got {folder.path} without a readable {folder.history_path.name}",
+            "Restore it, or run again.",
+        ):
+            return dataset_on_disk(folder.history_path, completed)
 
     return Attachments(
         configuration=configuration,

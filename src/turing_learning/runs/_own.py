@@ -14,7 +14,7 @@ from turing_learning.trajectories import SIGNALS, Signals, Trajectories
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
-from ._folder import RunFolder
+from ._folder import RunFolder, going_on
 
 Range = tuple[float | None, float | None] | Parameter
 """Lower and upper bound of a parameter, None for an open side; or all that can be said of one."""
@@ -188,7 +188,7 @@ def reopen_source(
         missing = "genuine" if genuine is None else "simulate"
         raise RunFolderError(
             f"`{missing}` must be given to go on with a system of one's own, which no folder can hold whole; got nothing "
-            f"[{folder.path}]. Call `turing_learning.resume(path, genuine=..., simulate=...)` from Python."
+            f"[{folder.path}]. Call {going_on(folder.path, configuration)} from Python."
         )
     system = configuration.scenario
     return open_source(system, same_data(folder.path, system, genuine), simulate, options)
@@ -292,6 +292,11 @@ def same_data(place: Path, system: OwnSystem, genuine: Any) -> Genuine:
     held_out = np.array(system.held_out, dtype=np.int64)
     if system.live:
         return Genuine(np.zeros((1, system.steps, len(system.signals))), held_out, genuine)
+    steps = np.shape(getattr(genuine, "learning", ()))[1:2]
+    if steps and steps[0] != system.steps:
+        raise RunFolderError(
+            f"`genuine` must be windows of {system.steps} steps, as when the run began; got {steps[0]} [{place}]. Cut them as then."
+        )
     try:
         data = Genuine(cut_samples(genuine, system.steps), held_out)
     except ValueError as error:

@@ -8,8 +8,7 @@ import numpy as np
 from turing_learning.analysis import absolute_error, pooled_estimate, pooled_interval, r_hat
 from turing_learning.config import Configuration, ConfigurationError, flat_settings
 
-from ._errors import RunFolderError
-from ._folder import resume_command
+from ._folder import going_on
 from ._result import Result, named
 from ._scales import on_own_scales
 
@@ -151,7 +150,9 @@ def _refuse_unfit(runs: list[Result]) -> None:
         )
     for run in runs:
         if not run.complete:
-            advice = "Let it run to its end" if run.path is None else f"Go on with `{resume_command(run.path)}`"
+            advice = (
+                "Let it run to its end" if run.path is None else f"Go on with {going_on(run.path, run.configuration)}"
+            )
             raise ConfigurationError(
                 f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."
             )
@@ -182,12 +183,7 @@ def _common_configuration(runs: list[Result]) -> Configuration:
 def _typical_models(run: Result, configuration: Configuration) -> np.ndarray:
     """Return the typical models (W, P) that make the estimate of a run, in the parameters that it states."""
     window = configuration.run.estimated_from(run.generations)
-    try:
-        return configuration.described(run.history["typical_model"].to_numpy()[-window:])
-    except OSError as error:
-        raise RunFolderError(
-            f"`runs` must have their histories; got {error}{_place(run)}. Restore the folder."
-        ) from error
+    return configuration.described(run.history["typical_model"].to_numpy()[-window:])
 
 
 def _place(run: Result) -> str:

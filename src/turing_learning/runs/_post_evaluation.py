@@ -13,7 +13,6 @@ from turing_learning.config import Configuration, classifier_of
 from ._files import write_json
 from ._folder import RunFolder
 from ._result import Result, named
-from ._session import storage
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource
@@ -46,7 +45,7 @@ def post_evaluate(
     while len(fitness) < repeats and not (should_stop is not None and should_stop()):
         samples = source.observe(models, f"post-evaluation-{len(fitness) + 1}")
         fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
-        with storage(folder):
+        with folder.storage():
             write_json(folder.post_evaluation_path, _summary(result, models, fitness, repeats))
     return _summary(result, models, fitness, repeats)
 

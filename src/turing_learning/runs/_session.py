@@ -2,8 +2,8 @@
 
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +17,8 @@ from turing_learning.sources import OwnSource, OwnSystemError
 
 from ._assemble import assemble
 from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
-from ._errors import RunStorageError
-from ._folder import RunFolder, resume_command
+from ._errors import storage
+from ._folder import RunFolder, going_on
 from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
 from ._result import Result
 from ._traces import Traces, generation_values
@@ -183,11 +183,17 @@ class Session:
         RunStorageError
             If they cannot be written.
         """
-        with storage(self._folder):
+        with self.storage():
             self._recorder.flush()
             self.seconds = self._seconds_before + time.perf_counter() - self._begun
             if self._folder is not None:
                 save_checkpoint(self._folder.checkpoints_path, Checkpoint(self.traces.completed, self._state()))
+
+    def storage(self) -> AbstractContextManager[None]:
+        """Say of a folder that cannot be written any further how to go on with the run."""
+        if self._folder is None:
+            return nullcontext()
+        return storage(self._folder.path, f"go on with {going_on(self._folder.path, self.configuration)}.")
 
     def keep_calibration(self, result: Result) -> None:
         """Keep in the folder what detectors of a system of one's own are calibrated with; scenarios need nothing."""
@@ -201,7 +207,7 @@ class Session:
         begun = time.perf_counter()
         generation = self._in_units(self._coevolution.step())
         values = generation_values(generation)
-        with storage(self._folder):
+        with self.storage():
             self._recorder.record(values)
         self.traces.record(values, time.perf_counter() - begun)
         return generation
@@ -301,17 +307,3 @@ class Session:
 def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
     """Return the arrays whose names start with a prefix, without it."""
     return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-
-
-@contextmanager
-def storage(folder: RunFolder | None) -> Iterator[None]:
-    """Turn what the operating system says about files into one message about the run."""
-    try:
-        yield
-    except OSError as error:
-        if folder is None or isinstance(error, RunStorageError):
-            raise
-        raise RunStorageError(
-            f"`out` must be a folder with space left; could not write to {folder.path} "
-            f"({error.strerror or error}). Make room, then go on with `{resume_command(folder.path)}`."
-        ) from error

@@ -12,6 +12,8 @@ from turing_learning.config import ConfigurationError, nearest
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
+from ._errors import told
+
 if TYPE_CHECKING:
     from turing_learning.report import Replay
 
@@ -153,10 +155,7 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
 def _writing(path: Path) -> Iterator[None]:
     """Turn what the operating system says about a film's file into one message."""
     try:
-        yield
+        with told(ConfigurationError, f"`out` must be a file that can be written; got {path}", "Choose another place."):
+            yield
     except ImportError as error:
         raise ConfigurationError(str(error)) from error
-    except OSError as error:
-        raise ConfigurationError(
-            f"`out` must be a file that can be written; got {path} ({error.strerror or error}). Choose another place."
-        ) from error

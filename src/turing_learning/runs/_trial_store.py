@@ -13,7 +13,6 @@ import numpy as np
 from ._files import write_atomically
 from ._folder import RunFolder
 from ._manifest import now
-from ._session import storage
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, ObservedTrial
@@ -58,7 +57,7 @@ class TrialStore:
             faults=np.array(trial.faults, dtype=np.str_),
         )
         folder = self._folder.trials_path / stage / f"attempt-{attempt}"
-        with storage(self._folder):
+        with self._folder.storage():
             folder.mkdir(parents=True, exist_ok=True)
             write_atomically(folder / f"trial-{trial.number:02d}.npz", buffer.getvalue())
 
@@ -92,7 +91,7 @@ class EventLog:
         if event.kind == "disturbed":
             _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
         line = json.dumps({"time": now(), **asdict(event)}) + "\n"
-        with storage(self._folder), self._folder.events_path.open("a+b") as file:
+        with self._folder.storage(), self._folder.events_path.open("a+b") as file:
             file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
             file.flush()
             os.fsync(file.fileno())

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.runs import RunFolderError, RunStorageError, write_atomically, write_json
+from turing_learning.runs import RunFolderError, storage, writable, write_atomically, write_json
 from turing_learning.swarm import Scenario, initial_poses
 
 from ._cost import gathering_costs
@@ -136,15 +136,8 @@ def search_controller(
     folder = Path(out)
     _begin(folder, scenario, settings)
     search = _Search(scenario, settings, folder, threads, should_stop or (lambda: False), observer or (lambda _: None))
-    try:
+    with storage(folder, "give the same command again: it goes on."):
         return search.conduct()
-    except OSError as error:
-        if isinstance(error, RunStorageError):
-            raise
-        raise RunStorageError(
-            f"`out` must be a folder with space left; could not write to {folder} ({error.strerror or error}). "
-            "Make room, then give the same command again: it goes on."
-        ) from error
 
 
 def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
@@ -152,11 +145,12 @@ def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
     path = folder / "search.json"
     content = {"format_version": FORMAT_VERSION, "scenario": asdict(scenario), "settings": asdict(settings)}
     content = json.loads(json.dumps(content))
-    try:
+    with writable("out", folder):
         if not folder.exists() or not any(folder.iterdir()):
             folder.mkdir(parents=True, exist_ok=True)
             write_json(path, content)
             return
+    try:
         held = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise RunFolderError(

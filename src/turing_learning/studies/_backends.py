@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 CONNECT_S = 4.0  # that a scheduler has to answer
+SCHEMES = ("tcp", "tls", "ws", "wss")
 
 
 class Backend(Protocol):
@@ -101,12 +102,26 @@ def dask_cluster(address: str) -> Iterator["Client"]:
 
 def _connected(kind: Any, address: str) -> "Client":
     try:
+        _require_address(address)
         return kind(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError, ImportError) as error:
         raise ConfigurationError(
             f"`cluster` must be the address of a Dask scheduler that answers; got {address!r} "
             f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
         ) from error
+
+
+def _require_address(address: str) -> None:
+    """Raise ValueError or OSError where a client would raise, too, and complain once more when it is collected."""
+    from distributed import Security
+    from distributed.comm import parse_address, resolve_address
+
+    scheme, _ = parse_address(address)
+    if scheme not in SCHEMES:
+        raise ValueError(f"it begins with none of {', '.join(f'{one}://' for one in SCHEMES)}")
+    if scheme in ("tls", "wss") and Security().get_connection_args("client")["ssl_context"] is None:
+        raise ValueError("the configuration of Dask names no certificates")
+    resolve_address(address)
 
 
 def _require_workers(client: "Client", address: str) -> None:

@@ -74,7 +74,7 @@ def plan_study(
     scenario: str | Scenario | None = None,
     *,
     runs: int = 30,
-    first_seed: int = 1,
+    first_seed: int | None = None,
     preset: str = "default",
     config: str | Path | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -90,7 +90,7 @@ def plan_study(
     runs
         Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
     first_seed
-        >= 0.
+        >= 0; None takes `run.seed` of the file, 1 by default.
     preset, config
         As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``, see `turing_learning.config.load_variants`.
     settings, labels
@@ -104,7 +104,8 @@ def plan_study(
         If anything is refused.
     """
     behaviors = scenario == BEHAVIORS.name
-    _check_counts(runs, first_seed)
+    if runs < 1:
+        raise ConfigurationError(f"`runs` must be at least 1; got {runs}.")
     if behaviors and CONTROLLER in (settings or {}):
         raise ConfigurationError(
             f"`{CONTROLLER}` must be left out of a study of random behaviors, which draws it; got "
@@ -119,18 +120,17 @@ def plan_study(
         config, preset, settings, scenario=BEHAVIORS if behaviors else scenario, labels=labels, grid=grid
     )
     _check_variants(variants, runs)
-    seeds = range(first_seed, first_seed + runs)
+    seeds = _seeds(variants[0].configuration.run.seed if first_seed is None else first_seed, runs)
     return _plan([_seeded(variant.configuration, seed, behaviors) for variant in variants for seed in seeds])
 
 
-def _check_counts(runs: int, first_seed: int) -> None:
-    if runs < 1:
-        raise ConfigurationError(f"`runs` must be at least 1; got {runs}.")
+def _seeds(first_seed: int, runs: int) -> range:
     if not 0 <= first_seed <= LARGEST_SEED - runs + 1:
         raise ConfigurationError(
             f"`first_seed` must be between 0 and {LARGEST_SEED - runs + 1}, so that {runs} seeds follow; "
             f"got {first_seed}."
         )
+    return range(first_seed, first_seed + runs)
 
 
 def _check_variants(variants: Sequence[Variant], runs: int) -> None:

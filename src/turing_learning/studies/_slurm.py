@@ -1,11 +1,12 @@
 """A job script for Slurm: an array with one job for each run, and a step that collects."""
 
+import os
 import shlex
 import sys
 from pathlib import Path
 
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import write_atomically
+from turing_learning.runs import told, write_atomically
 
 MINUTES = 60  # asked for each run; the script says where to change it
 
@@ -68,13 +69,11 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
         log=str(folder / "slurm-%A-%a.log").replace(" ", "\\ "),
         command=f"{shlex.quote(sys.executable)} -m turing_learning",
     )
-    try:
+    with told(
+        ConfigurationError, f"`write-slurm` must be a file that can be written; got {path}", "Choose another place."
+    ):
         write_atomically(path, text.encode())
         path.chmod(0o755)
-    except OSError as error:
-        raise ConfigurationError(
-            f"`write-slurm` must be a file that can be written; got {path} ({error.strerror or error})."
-        ) from error
     return submit
 
 
@@ -82,6 +81,8 @@ def refuse_script(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a job script may be written to a path."""
     if path.is_dir() or not path.parent.is_dir():
         raise ConfigurationError(f"`write-slurm` must be a file in a folder that exists; got {path}.")
+    if not os.access(path.parent, os.W_OK):
+        raise ConfigurationError(f"`write-slurm` must be a file that can be written; got {path}. Choose another place.")
     if path.exists() and not force:
         raise ConfigurationError(
             f"`write-slurm` must be a file that does not exist; got {path}. Choose another name, or replace it with "

@@ -3,14 +3,14 @@
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning.config import ConfigurationError
 from turing_learning.kernels.parallel import default_threads
-from turing_learning.runs import RunFolderError, RunStorageError
+from turing_learning.runs import resume_command, storage, writable
 from turing_learning.swarm import Scenario
 
 from ._backends import Backend, DaskBackend, ExecutorBackend, dask_cluster, require_visible
@@ -59,7 +59,7 @@ def study(
     scenario: str | Scenario | None = None,
     *,
     runs: int = 30,
-    first_seed: int = 1,
+    first_seed: int | None = None,
     generations: int | None = None,
     preset: str = "default",
     config: str | Path | None = None,
@@ -85,7 +85,7 @@ def study(
     runs
         Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
     first_seed
-        >= 0.
+        >= 0; None takes `run.seed` of the file, 1 by default.
     generations
         Number of generations of each run, >= 1.
     preset, config
@@ -162,17 +162,17 @@ def execute_study(
     """Execute a plan in a folder; see `study`."""
     folder = StudyFolder(Path(out))
     with ExitStack() as stack:
-        with _writable(folder):
+        with writable("out", folder.path):
             folder.refuse_if_taken(plan, force=force)
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
-        with _writable(folder):
+        with writable("out", folder.path):
             create_study(plan, folder, stack, force=force)
         return _execute(folder, plan, hands, client, observer, should_stop)
 
 
 def create_study(plan: Plan, folder: StudyFolder, stack: ExitStack, *, force: bool = False) -> None:
     """Make the folder of a study, or take the one that is there, and hold its lock until the stack is closed."""
-    with _writable(folder):
+    with writable("out", folder.path):
         folder.refuse_if_taken(plan, force=force)
         folder.path.mkdir(parents=True, exist_ok=True)
         stack.enter_context(folder.locked())
@@ -209,7 +209,7 @@ def resume_study(
     plan = folder.plan()
     with ExitStack() as stack:
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
-        with _writable(folder):
+        with writable("study", folder.path):
             stack.enter_context(folder.locked())
         return _execute(folder, plan, hands, client, observer, should_stop)
 
@@ -337,7 +337,9 @@ def collect_study(path: str | Path) -> StudyResult:
     """
     folder = StudyFolder(Path(path))
     plan = folder.plan()
-    with folder.locked():
+    with ExitStack() as stack:
+        with writable("study", folder.path):
+            stack.enter_context(folder.locked())
         return _written(folder, plan)
 
 
@@ -350,23 +352,5 @@ def new_study_path(plan: Plan, parent: Path = RUNS) -> Path:
     return path
 
 
-@contextmanager
-def _writable(folder: StudyFolder) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise RunFolderError(
-            f"`out` must be a folder that can be written; got {folder.path} ({error.strerror or error}). "
-            "Choose another folder, or make room."
-        ) from error
-
-
-@contextmanager
-def _storage(folder: StudyFolder) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise RunStorageError(
-            f"`out` must be a folder with space left; could not write to {folder.path} ({error.strerror or error}). "
-            f"Make room, then go on with `turing-learning resume {folder.path}`."
-        ) from error
+def _storage(folder: StudyFolder) -> AbstractContextManager[None]:
+    return storage(folder.path, f"go on with `{resume_command(folder.path)}`.")

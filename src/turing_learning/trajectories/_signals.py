@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._checks import whole
 from ._stretches import last_true, smooth, wrap
 
 SIGNALS = {
@@ -129,7 +130,7 @@ def _check(
     unknown = [name for name in names if name not in SIGNALS]
     if not names or unknown or isinstance(names, str) or len(set(names)) < len(names):
         raise ValueError(f"`names` must be some of {', '.join(SIGNALS)}, each once; got {names!r}.")
-    if smooth_frames < 1 or smooth_frames % 2 == 0:
+    if whole("smooth_frames", smooth_frames, least=1) % 2 == 0:
         raise ValueError(f"`smooth_frames` must be odd and 1 or more; got {smooth_frames}.")
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ._checks import whole
 from ._problems import JUMP_FACTOR, Problems, find_problems
 from ._signals import Signals, compute_signals
 from ._stretches import bridge
@@ -135,8 +136,7 @@ class Trajectories:
         ValueError
             If `max_gap` is below 1.
         """
-        if max_gap < 1:
-            raise ValueError(f"`max_gap` must be 1 or more; got {max_gap}.")
+        max_gap = whole("max_gap", max_gap, least=1)
         positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
         before = np.zeros_like(self.present) if self.interpolated is None else self.interpolated
         return replace(
@@ -159,8 +159,7 @@ class Trajectories:
         ValueError
             If `every` is not from 1 to the number of frames, or leaves nobody.
         """
-        if not 1 <= every <= len(self.positions):
-            raise ValueError(f"`every` must be from 1 to the {len(self.positions)} frames; got {every}.")
+        every = whole("every", every, least=1, most=len(self.positions))
         kept = {
             name: array[::every]
             for name in ("positions", "present", "headings", "confidence", "interpolated")
@@ -287,6 +286,4 @@ def _steps(steps: int | None, length_s: float | None, fps: float) -> int:
         if not (math.isfinite(length_s) and round(length_s * fps) >= 1):
             raise ValueError(f"`length_s` must be at least one frame of {1 / fps:.4g} s; got {length_s}.")
         return round(length_s * fps)
-    if steps is None or steps < 1:
-        raise ValueError(f"`steps` must be 1 or more; got {steps}.")
-    return int(steps)
+    return whole("steps", steps, least=1, remedy=" A length in s is given as `length_s`.")

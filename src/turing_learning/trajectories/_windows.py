@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._checks import whole
 from ._signals import Signals
 
 MOST_PARTS = 5
@@ -24,12 +25,11 @@ class Cut:
     lead: int
 
     def __post_init__(self) -> None:
-        if self.stride is not None and self.stride < 1:
-            raise ValueError(f"`stride` must be 1 or more; got {self.stride}.")
+        if self.stride is not None:
+            whole("stride", self.stride, least=1)
         if not 0 <= self.hold_out <= 0.9:
             raise ValueError(f"`hold_out` must be from 0 to 0.9; got {self.hold_out}.")
-        if self.gap < 0:
-            raise ValueError(f"`gap` must be 0 or more; got {self.gap}.")
+        whole("gap", self.gap, least=0)
 
     @property
     def frames(self) -> int:

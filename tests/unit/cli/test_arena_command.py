@@ -59,6 +59,15 @@ def test_what_cannot_be_is_refused(call, options, message):
     assert message in err
 
 
+def test_a_folder_that_cannot_be_written_is_refused(call, tmp_path):
+    (tmp_path / "lab").write_text("no folder")
+    code, _, err = call("arena", "--agents", "1", "--lines", "tcp")
+    assert code == 2
+    assert err == (
+        "error: `out` must be a folder that can be written; got lab (File exists). Choose another, or make room.\n"
+    )
+
+
 def test_a_folder_with_a_laboratory_is_left_alone(call, tmp_path):
     folder = tmp_path / "lab"
     folder.mkdir()

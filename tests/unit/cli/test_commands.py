@@ -179,7 +179,18 @@ def test_without_a_command_there_is_help_and_nothing_else(call):
 @pytest.mark.parametrize(
     ("trouble", "said"),
     [
-        (OSError(errno.ENOSPC, "No space left on device"), "error: [Errno 28] No space left on device\n"),
+        (
+            OSError(errno.ENOSPC, "No space left on device"),
+            "error: no room is left for what is written (No space left on device). Make room, then ",
+        ),
+        (
+            PermissionError(errno.EACCES, "Permission denied", "mine.csv"),
+            "error: mine.csv cannot be used (Permission denied). Check that it is there, and that it may be read and ",
+        ),
+        (
+            FileNotFoundError(errno.ENOENT, "No such file or directory", "mine.csv"),
+            "error: mine.csv cannot be used (No such file or directory). Check that it is there",
+        ),
         (
             MemoryError("Unable to allocate 9 GiB"),
             "error: this machine has not enough memory (Unable to allocate 9 GiB); ",
@@ -197,6 +208,7 @@ def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(trouble, sa
     code, _, err = call("show", ".")
     assert code == 1
     assert err.startswith(said)
+    assert err.count("\n") == 1
 
 
 def test_no_number_is_cut_off_on_a_narrow_terminal(call, monkeypatch):
@@ -208,14 +220,15 @@ def test_no_number_is_cut_off_on_a_narrow_terminal(call, monkeypatch):
     assert [heading in out for heading in ("estimate", "best model", "paper")] == [True] * 3
 
 
-def test_a_bug_is_not_hidden(monkeypatch):
+@pytest.mark.parametrize("bug", [ZeroDivisionError, OSError("what no user can cause")])
+def test_a_bug_is_not_hidden(bug, monkeypatch):
     import turing_learning.runs
 
     def broken(path):
-        raise ZeroDivisionError
+        raise bug
 
     monkeypatch.setattr(turing_learning.runs, "load_run", broken, raising=False)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(type(bug) if isinstance(bug, OSError) else bug):
         main(["show", "."])
 
 

@@ -2,7 +2,9 @@
 
 import csv
 import json
+import os
 import re
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +109,40 @@ def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, 
     assert not Path("x.csv").exists()
 
 
+def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(fish, trial, call, monkeypatch):
+    command = ("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
+    with monkeypatch.context() as patch:
+
+        def full(*arguments):
+            raise OSError(28, "No space left on device")
+
+        patch.setattr("turing_learning.figures.save_figure", full)
+        code, _, err = call(*command)
+    assert code == 1
+    assert err.startswith(
+        "error: `out` must be a file that can be written; could not write to found.csv (No space left"
+    )
+    assert err.count("\n") == 1
+    assert not Path("found.csv").exists()
+    assert call(*command)[0] == 0
+
+
+def test_a_table_in_a_folder_that_is_not_ones_own_is_refused_before_anything_runs(fish, trial, call, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
+    code, out, err = call("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: `out` must be in a folder that can be written; got found.csv.")
+
+
+def test_a_run_that_has_lost_its_history_is_named(fish, trial, call):
+    shutil.copytree(fish, "lost")
+    shutil.rmtree("lost/history.zarr")
+    code, _, err = call("detect", "lost", trial(), *OPTIONS)
+    assert code == 2
+    assert err.startswith("error: `run` must have its history; got lost without a readable history.zarr (")
+    assert err.count("\n") == 1
+
+
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory):
     """A small run on robots, made by the command line."""
@@ -145,7 +181,7 @@ def test_check_refuses_what_does_not_fit(swarm, fish, call):
     assert "`run` must be checked with the settings that its check began with" in err
     code, _, err = call("check", fish)
     assert code == 2
-    assert "`genuine` must be given to check a run on a system of one's own" in err
+    assert "`--trajectories` and `--model` must be given to check a run on recorded motion" in err
     code, _, err = call("check", swarm, "--recoveries", "-1", "--force")
     assert code == 2
     assert "`recoveries` must be an integer of at least 0; got -1" in err

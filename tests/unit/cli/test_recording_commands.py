@@ -3,6 +3,7 @@ import os
 import signal
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytestmark = pytest.mark.usefixtures("wide")
@@ -21,6 +22,14 @@ RECORDED = [
     "2",
 ]
 OTHER_MODEL = ["boids" if word == "burst-and-coast" else word for word in RECORDED]
+
+
+def without(options, name):
+    """Options without one of them and its value."""
+    place = options.index(name)
+    return options[:place] + options[place + 2 :]
+
+
 SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1"]
 
 
@@ -66,8 +75,9 @@ def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, 
     assert command[:2] == ["resume", "run"]
     code, _, err = call("resume", "run", *OTHER_MODEL)
     assert code == 2
-    assert "`simulate` must have the parameters of the run, speed, " in err
-    assert call(*command)[0] == 0
+    assert "`--model` must have the parameters of the run, speed, " in err
+    assert "Give the model that the run has." in err
+    assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
     first, second = (json.loads(Path(name, "result.json").read_text()) for name in ("whole", "run"))
     assert first["estimate"] == second["estimate"]
 
@@ -76,8 +86,100 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
     assert call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "run")[0] == 0
     code, _, err = call("check", "run", *OTHER_MODEL)
     assert code == 2
-    assert "`simulate` must have the parameters of the run, speed, " in err
+    assert "`--model` must have the parameters of the run, speed, " in err
     assert not Path("run", "check").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (
+            ["resume", "run"],
+            "error: `--trajectories` and `--model` must be given to go on with a run on recorded motion; ",
+        ),
+        (
+            ["check", "run"],
+            "error: `--trajectories` and `--model` must be given to check a run on recorded motion; got none",
+        ),
+        (
+            ["check", "run", *RECORDED[:-1], "3"],
+            "error: `--window` must be that of the run, 50 steps; got 75 [run]. Leave",
+        ),
+        (
+            ["check", "run", *RECORDED, "--scale", "10"],
+            "error: `--trajectories` must be the recording that the run began with, and its options the same; got others [ru",
+        ),
+        (
+            ["infer", *RECORDED, "--out", "run"],
+            "error: `out` must be a new or empty folder; got run, which holds a run. Go on with `turing-learning resume run` and "
+            "the options that the run began with, choose",
+        ),
+        (
+            ["infer", "--config", "run/config.toml", "--out", "new"],
+            "error: `--trajectories` and `--model` must be given for recorded motion; got the configuration of 'burst-and-c",
+        ),
+        (["study", "--config", "run/config.toml", "--out", "new"], "Infer with several seeds, and `pool` the runs."),
+        (["detect", "run", "--simulate", "1"], "run.history=full"),
+    ],
+)
+def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, monkeypatch, command, message):
+    def interrupt(self, progress):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
+        thin = ["--set", "run.history=thin", "--generations", "3", "--out", "run"]
+        assert call("infer", *RECORDED, *SMALL, *thin)[0] == 130
+    code, _, err = call(*command)
+    assert code == 2
+    assert message in err
+    assert err.count("\n") == 1
+    for of_python in ("turing_learning.", "simulate=", "`genuine`", "`simulate`"):
+        assert of_python not in err
+
+
+def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch):
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("turing_learning.runs._session.save_checkpoint", full)
+    code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "my run")
+    assert code == 1
+    assert err.endswith("then go on with `turing-learning resume 'my run'` and the options that the run began with.\n")
+
+
+def test_a_run_on_robots_needs_no_recording(call):
+    small = ["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0", "--generations", "1"]
+    assert call("infer", "aggregation", *SMALL, *small, "--out", "run")[0] == 0
+    code, _, err = call("check", "run", *RECORDED)
+    assert code == 2
+    assert err.startswith("error: `--trajectories` must be left out for a run on simulated robots; got one.")
+
+
+def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
+    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},0,0" for t in range(200) for who in range(3)]
+    Path("both.csv").write_text("\n".join(["frame,id,x,y,pos_x,pos_y", *rows]) + "\n")
+    header = ["scorer" + ",a" * 6, "bodyparts" + ",nose" * 3 + ",tail" * 3, "coords" + ",x,y,likelihood" * 2]
+    points = [f"{t},{0.1 * t},{0.01 * t * t},1,0,0,1" for t in range(200)]
+    Path("points.csv").write_text("\n".join([*header, *points]) + "\n")
+    model = ["--fps", "10", "--scale", "1", "--model", "burst-and-coast", "--window", "2", *SMALL, "--generations", "1"]
+    for file, message, options in (
+        (
+            "both.csv",
+            "got what fits tracktor and tidy [both.csv]. Say which with `--format`.",
+            ["--format", "tracktor"],
+        ),
+        ("points.csv", "`--keypoint` must be one of nose, tail; got None", ["--keypoint", "nose"]),
+    ):
+        run = f"{file}-run"
+        code, _, err = call("infer", "--trajectories", file, *model, "--out", run)
+        assert code == 2
+        assert message in err
+        code, _, err = call("infer", "--trajectories", file, *model, *options, "--out", run)
+        assert (code, err) == (0, "")
+        recording = ["detect", run, file, "--fps", "10", "--scale", "1"]
+        assert message in call(*recording)[2]
+        assert message not in call(*recording, *options)[2]
 
 
 @pytest.mark.parametrize(
@@ -90,11 +192,20 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         (["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"], "`--scale` must be given; got none"),
         (["--trajectories", "none.txt", "--model", "couzin"], "must be a readable file; got none.txt (No such file or"),
         (["aggregation", "--fps", "25"], "`SCENARIO` must be left out for recorded motion; got 'aggregation'."),
-        ([*RECORDED, "--window", "1e9"], "must"),
+        (
+            [*RECORDED, "--window", "1e9"],
+            "`--window` must leave at least one window for learning; got 25000000000 steps",
+        ),
+        ([*RECORDED, "--format", "tidi"], "`--format` must be one of idtracker, "),
+        (
+            ["--trajectories", "pickle.npy", *RECORDED[2:]],
+            "it can run any code it holds: let idtracker.ai write h5 or csv.",
+        ),
         ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),
     ],
 )
 def test_what_does_not_fit_is_refused(call, arguments, message):
+    np.save("pickle.npy", np.zeros(3))
     code, _, err = call("infer", *arguments, "--out", "run")
     assert code == 2
     assert message in err

@@ -79,6 +79,10 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
         (["study"], r"`SCENARIO` must be given, or a file .* random-behaviors"),
         (["study", "agregation"], r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
         (["study", "aggregation", "--runs", "0"], r"`runs` must be at least 1; got 0"),
+        (["study", "aggregation", "--runs", "x"], r"Invalid value for '--runs': must be an integer; got 'x'\."),
+        (["study", "aggregation", "--first-seed", "1.5"], r"'--first-seed': must be an integer; got '1\.5'\."),
+        (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with --runs and --first-seed\."),
+        (["study", "aggregation", "--config", "empty.toml"], r"`grid` must name one setting .* \[empty.toml:1\]"),
         (["study", "aggregation", "--workers", "0"], r"`workers` must be at least 1; got 0"),
         (["study", "aggregation", "--generations", "0"], r"`run.generations` must be .* got 0 \[--generations\]"),
         (["study", "aggregation", "--set", "models.parents=0"], r"got 0 \[--set models.parents\]"),
@@ -108,13 +112,14 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_is_written(arguments, message, call, tmp_path):
+    (tmp_path / "empty.toml").write_text("[grid]\n")
     (tmp_path / "grid.toml").write_text("# a study\n[grid]\nmodels.parents = [5, 0]\n")
     code, out, err = call(*arguments)
     assert code == 2
     assert out == ""
     assert re.search(message, err), err
     assert err.count("\n") == 1
-    assert [path.name for path in tmp_path.iterdir()] == ["grid.toml"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.toml", "grid.toml"]
 
 
 def test_other_settings_are_refused_by_name(finished, call):

@@ -167,6 +167,19 @@ def test_a_folder_with_a_laboratory_is_left_alone(shared, tmp_path):
     assert path.read_text() != "mine"
 
 
+def test_a_laboratory_is_replaced_whole_or_not_at_all(shared, tmp_path, monkeypatch):
+    path = shared.write(tmp_path)
+    before = {each.name: each.read_text() for each in tmp_path.iterdir()}
+
+    def full(self, *arguments, **options):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(type(path), "write_text", full)
+    with pytest.raises(OSError, match="No space left"):
+        shared.write(tmp_path, force=True)
+    assert {each.name: each.read_text() for each in tmp_path.iterdir()} == before
+
+
 def test_lines_and_speeds_that_do_not_exist_are_refused():
     with pytest.raises(ValueError, match="`lines` must be one of terminal, tcp; got 'bluetooth'"):
         ArenaService(SMALL, lines="bluetooth")

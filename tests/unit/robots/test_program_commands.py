@@ -65,6 +65,37 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
     assert call(*command)[0] == 0
 
 
+def test_what_is_no_run_in_a_laboratory_is_not_gone_on_with(laboratory, call):
+    code, _, err = call("robots", "run", "--resume", "nothing")
+    assert code == 2
+    assert err.startswith("error: `run` must be a run folder; got nothing without a readable manifest.json.")
+    small = ["--set", "models.population=4", "--set", "classifiers.population=4", "--set", "scenario.agents=2"]
+    short = ["--set", "scenario.trial.duration_s=0.5", "--threads", "1", "--generations", "1"]
+    assert call("infer", "aggregation", *small, *short, "--out", "other")[0] == 0
+    code, _, err = call("robots", "run", "--resume", "other")
+    assert code == 2
+    assert err == (
+        "error: `run` must take place in a laboratory; got other without laboratory.json. Go on with "
+        "`turing-learning resume other` if it is a run of another kind.\n"
+    )
+
+
+def test_a_rehearsal_without_a_calibration_is_refused_in_one_line(laboratory, call):
+    (laboratory / "camera.json").unlink()
+    for command in (["check"], ["run"]):
+        code, _, err = call("robots", *command, "--emulated")
+        assert code == 2
+        assert err.startswith("error: `camera.calibration` must be a readable file; got ")
+        assert err.endswith("camera.json (No such file or directory). Calibrate the camera first.\n")
+
+
+def test_a_table_that_cannot_be_written_is_refused_in_one_line(laboratory, call):
+    _film(laboratory / "trial.avi", covered=False)
+    code, _, err = call("robots", "track", "trial.avi", "--out", "none/trial.csv")
+    assert code == 2
+    assert err.startswith("error: `out` must be a file that can be written; got none/trial.csv (No such file or dir")
+
+
 def test_nothing_runs_in_a_laboratory_that_is_not_in_order(laboratory, doors, call):
     doors.dead_camera = True
     code, out, _ = call("robots", "run", "--out", "run")

@@ -9,7 +9,7 @@ from own_models import RANGES, recorded, walk
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
-from turing_learning.runs import RunFolderError
+from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
@@ -69,6 +69,37 @@ def test_a_check_that_was_stopped_goes_on_with_the_same_result(stored, tmp_path)
     calls = []
     assert result.check(effort=QUICK, stage=calls.append) == stored[1]
     assert calls[0] == "fresh classifiers where turn_noise is moved"
+
+
+def no_room(*arguments, **options):
+    raise OSError(28, "No space left on device")
+
+
+@pytest.mark.parametrize(
+    "writer", ["_check.write_json", "_present.save_figures", "_checkpoints.write_atomically", "_folder.write_json"]
+)
+def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
+    result = infer(out=tmp_path / "run")
+    with monkeypatch.context() as patch:
+        patch.setattr(f"turing_learning.runs.{writer}", no_room)
+        with pytest.raises(RunStorageError) as refused:
+            result.check(effort=QUICK)
+    assert str(refused.value) == (
+        f"`run` must be a folder with space left; could not write to {result.path} (No space left on device). "
+        "Make room, then check again: it goes on."
+    )
+    assert result.check(effort=QUICK) == stored[1]
+
+
+def test_a_check_of_a_run_that_cannot_be_written_is_refused(stored, monkeypatch):
+    def read_only(self):
+        raise OSError(30, "Read-only file system")
+
+    monkeypatch.setattr(RunFolder, "locked", read_only)
+    with pytest.raises(
+        RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Read-only file sys"
+    ):
+        stored[0].check(effort=QUICK)
 
 
 def test_other_settings_are_refused_unless_forced(tmp_path):

@@ -10,7 +10,7 @@ from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, OwnConfiguration, load_configuration, load_variants, to_toml
 from turing_learning.families import BurstAndCoast
-from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, start
+from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, RunStorageError, start
 from turing_learning.sources import OwnSystemError
 
 SMALL = {
@@ -45,6 +45,26 @@ def whole(tmp_path_factory):
     path = tmp_path_factory.mktemp("own") / "run"
     infer(out=path, settings=FULL, **FISH)
     return path
+
+
+def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
+    def full(*arguments):
+        raise OSError(28, "No space left on device")
+
+    path = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.runs._session.save_checkpoint", full)
+        with pytest.raises(RunStorageError) as refused:
+            infer(out=path)
+    call = f"turing_learning.resume({str(path)!r}, genuine=..., simulate=...)"
+    assert str(refused.value).endswith(f"(No space left on device). Make room, then go on with `{call}`.")
+    with pytest.raises(RunFolderError) as taken:
+        infer(out=path)
+    assert f"which holds a run. Go on with `{call}`, choose" in str(taken.value)
+    with pytest.raises(RunFolderError) as unsaved:
+        tl.load_run(path)
+    assert str(unsaved.value).endswith(f"Begin it with `{call}`.")
+    assert tl.resume(path, genuine=recorded(), simulate=walk).complete
 
 
 def test_the_result_names_the_parameters_in_their_units(whole):
@@ -191,9 +211,8 @@ def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_pa
 def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     path = tmp_path / "run"
     infer(out=path, should_stop=stop_after(4))
-    with pytest.raises(
-        RunFolderError, match=r"Call `turing_learning.resume\(path, genuine=..., simulate=...\)` from Python."
-    ):
+    call = f"Call `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)` from Python."
+    with pytest.raises(RunFolderError, match=re.escape(call)):
         tl.resume(path)
     with pytest.raises(RunFolderError, match="`simulate` must be given to go on with a system of one's own"):
         tl.resume(path, genuine=recorded())

@@ -12,6 +12,14 @@ def test_seeds_follow_one_another():
     assert [plan.configuration(number).run.seed for number in plan.numbers] == [7, 8, 9]
 
 
+def test_the_first_seed_is_that_of_the_file_unless_it_is_given(tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text("[run]\nseed = 7\n[grid]\nmodels.parents = [5, 6]\n")
+    assert [one["run.seed"] for one in plan_study(config=file, runs=2).settings] == [7, 8, 7, 8]
+    assert [one["run.seed"] for one in plan_study(config=file, runs=1, first_seed=3).settings] == [3, 3]
+    assert [one["run.seed"] for one in plan_study("aggregation", runs=2).settings] == [1, 2]
+
+
 def test_runs_are_thin_and_have_one_thread_unless_asked_otherwise(tmp_path):
     assert plan_study("aggregation").base.run.history == "thin"
     assert plan_study("aggregation").base.run.threads == 1
@@ -77,7 +85,14 @@ def test_random_controllers_are_uniform():
             r"`models.parens` .*configuration 1 of the study.*Did you mean `models.parents`",
         ),
         ({"grid": {"models.parents": 5}}, r"^`grid.models.parents` must be a list of one value or more; got 5"),
-        ({"grid": {"models.parents": []}}, r"^`grid.models.parents` must be a list of one value or more; got \[\]"),
+        (
+            {"grid": {"models.parents": []}},
+            r"^`grid.models.parents` must be a list of one value or more; got \[\]\. Give one, or leave it out\.$",
+        ),
+        (
+            {"grid": {}},
+            r"^`grid` must name one setting or more; got an empty one\. Write models.parents = \[25, 50\], for",
+        ),
         (
             {"grid": {"run.seed": [1, 2]}},
             r"^`run.seed` must be left out of a study's grid; got \[1, 2\]\. Give the seeds",

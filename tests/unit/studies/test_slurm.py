@@ -3,7 +3,7 @@ import subprocess
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.studies import write_slurm
+from turing_learning.studies import refuse_script, write_slurm
 
 
 def test_the_script_is_a_valid_one_that_names_study_and_runs(tmp_path):
@@ -30,6 +30,12 @@ def test_a_script_is_replaced_by_force_only(tmp_path):
 def test_a_script_must_be_in_a_folder_that_exists(tmp_path):
     with pytest.raises(ConfigurationError, match=r"^`write-slurm` must be a file in a folder that exists; got "):
         write_slurm(tmp_path / "missing" / "job.sh", tmp_path, 1)
+
+
+def test_a_script_in_a_folder_that_is_not_ones_own_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("os.access", lambda path, mode: False)
+    with pytest.raises(ConfigurationError, match=r"^`write-slurm` must be a file that can be written; got .*job\.sh\."):
+        refuse_script(tmp_path / "job.sh", force=False)
 
 
 def test_a_script_that_cannot_be_written_is_named(tmp_path, monkeypatch):

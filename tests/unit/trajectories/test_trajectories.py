@@ -149,7 +149,7 @@ def test_what_was_bridged_before_stays_known():
 
 
 def test_a_gap_of_no_frames_cannot_be_bridged():
-    with pytest.raises(ValueError, match="`max_gap` must be 1 or more; got 0"):
+    with pytest.raises(ValueError, match="`max_gap` must be a whole number, 1 or more; got 0"):
         recording(line()).bridged(0)
 
 
@@ -160,9 +160,9 @@ def test_thinning_keeps_the_speed():
     assert thin.remarks == ("one frame in 4 was kept, frame numbers count those",)
 
 
-@pytest.mark.parametrize("every", [0, 7])
+@pytest.mark.parametrize("every", [0, 7, 1.5])
 def test_thinning_to_nothing_is_refused(every):
-    with pytest.raises(ValueError, match=f"`every` must be from 1 to the 6 frames; got {every}"):
+    with pytest.raises(ValueError, match=f"`every` must be a whole number from 1 to 6; got {every}"):
         recording(line()).thinned(every)
 
 

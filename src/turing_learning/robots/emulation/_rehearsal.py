@@ -1,9 +1,8 @@
 """A laboratory's run without the laboratory: the same program, before emulated robots in virtual time."""
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots.program._equipment import Equipment
+from turing_learning.robots.program._equipment import Equipment, laboratory_calibration
 from turing_learning.robots.program._laboratory_config import Laboratory
-from turing_learning.robots.tracking._calibration import Calibration
 
 from ._arena import EmulatedLaboratory
 
@@ -23,14 +22,14 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     Raises
     ------
     ConfigurationError
-        If the markers are not those that emulated robots wear.
+        If the calibration cannot be read, or the markers are not those that emulated robots wear.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
     try:
         emulated = EmulatedLaboratory(
             configuration.scenario,
             seed=configuration.run.seed if seed is None else seed,
-            calibration=Calibration.load(setup.camera.calibration),
+            calibration=laboratory_calibration(setup),
         )
     except ValueError as error:
         raise ConfigurationError(str(error)) from error

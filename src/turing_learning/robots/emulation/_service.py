@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 
+from turing_learning.robots._files import whole
 from turing_learning.swarm import Scenario
 
 from ._arena import EmulatedLaboratory
@@ -121,6 +122,8 @@ class ArenaService:
         ------
         FileExistsError
             If one is there already, unless `force` is given.
+        OSError
+            If they cannot be written.
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
         for each in (path, calibration):
@@ -129,8 +132,9 @@ class ArenaService:
                     f"`out` must not hold a laboratory already; got {each}. Take another folder, or --force."
                 )
         folder.mkdir(parents=True, exist_ok=True)
-        self.laboratory.calibration.save(calibration)
-        path.write_text(self.describe(), encoding="utf-8")
+        with whole(path) as described, whole(calibration) as calibrated:
+            described.write_text(self.describe(), encoding="utf-8")
+            self.laboratory.calibration.save(calibrated)
         return path
 
     @property

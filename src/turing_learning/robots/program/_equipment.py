@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -15,6 +14,7 @@ from turing_learning.robots.links._link import Link, open_link
 from ._laboratory_config import LaboratorySetup
 
 if TYPE_CHECKING:
+    from turing_learning.robots.tracking._calibration import Calibration
     from turing_learning.robots.tracking._tracker import Tracker
 
 
@@ -99,19 +99,34 @@ def laboratory_tracker(setup: LaboratorySetup) -> "Tracker":
     ConfigurationError
         If the calibration cannot be read, or a robot cannot wear its marker.
     """
-    from turing_learning.robots.tracking._calibration import Calibration
     from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
     from turing_learning.robots.tracking._tracker import Tracker
 
     camera = setup.camera
     kind = TriangleMarkers if camera.markers == "triangles" else ArucoMarkers
     try:
-        calibration = Calibration.load(Path(camera.calibration))
-        return Tracker(kind(height_cm=camera.marker_height_cm), calibration, setup.labels, interval_s=1 / camera.fps)
+        markers = kind(height_cm=camera.marker_height_cm)
+        return Tracker(markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps)
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
+
+
+def laboratory_calibration(setup: LaboratorySetup) -> "Calibration":
+    """Return the calibration of the camera.
+
+    Raises
+    ------
+    ConfigurationError
+        If it cannot be read.
+    """
+    from turing_learning.robots.tracking._calibration import Calibration
+
+    path = setup.camera.calibration
+    try:
+        return Calibration.load(path)
     except OSError as error:
         raise ConfigurationError(
-            f"`camera.calibration` must be a readable file; got {camera.calibration} ({error.strerror or error}). Calibrate "
-            "the camera first."
+            f"`camera.calibration` must be a readable file; got {path} ({error.strerror or error}). Calibrate the camera first."
         ) from error
     except ValueError as error:
         raise ConfigurationError(str(error)) from error

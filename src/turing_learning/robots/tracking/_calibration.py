@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.robots._files import whole
+
 from ._opencv import gray, require_image, vision
 
 FORMAT = "turing-learning camera calibration"
@@ -192,7 +194,7 @@ class Calibration:
         return places.reshape(height, width, 2).astype(np.float32)
 
     def save(self, path: str | Path) -> None:
-        """Write plain JSON."""
+        """Write plain JSON; a file that is there is replaced whole or left as it is."""
         content = {
             "format": FORMAT,
             "version": VERSION,
@@ -204,7 +206,8 @@ class Calibration:
             "translation": self.translation.tolist(),
             "error_px": self.error_px,
         }
-        Path(path).write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        with whole(Path(path)) as temporary:
+            temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
     @classmethod
     def load(cls, path: str | Path) -> "Calibration":

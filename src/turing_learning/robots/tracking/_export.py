@@ -1,7 +1,8 @@
 """Tracks as tables that `load_trajectories` reads."""
 
-import os
 from pathlib import Path
+
+from turing_learning.robots._files import whole
 
 from ._tracker import Track
 
@@ -29,15 +30,10 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     if path.exists() and not force:
         raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or --force.")
     names = ["frame", "x", "y", "id", *(["heading"] if track.has_headings else [])]
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with temporary.open("w", encoding="utf-8") as file:
-            file.write(",".join(names) + "\n")
-            for frame, (poses, present) in enumerate(zip(track.poses, track.present, strict=True)):
-                for number, (x, y, heading) in enumerate(poses.tolist(), start=1):
-                    if present[number - 1]:
-                        row = f"{frame},{x:.4f},{y:.4f},{number}"
-                        file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write(",".join(names) + "\n")
+        for frame, (poses, present) in enumerate(zip(track.poses, track.present, strict=True)):
+            for number, (x, y, heading) in enumerate(poses.tolist(), start=1):
+                if present[number - 1]:
+                    row = f"{frame},{x:.4f},{y:.4f},{number}"
+                    file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))

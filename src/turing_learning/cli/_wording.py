@@ -1,0 +1,94 @@
+"""What is said to whoever calls from Python, in the words of the command line: the one place where these are translated."""
+
+import ast
+import re
+import shlex
+
+_ARGUMENTS = {
+    "fps": "--fps",
+    "pixels_per_cm": "--scale",
+    "y_axis": "--y-axis",
+    "length_s": "--window",
+    "format": "--format",
+    "keypoint": "--keypoint",
+}
+"""Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
+
+_RESUME = r"`turing_learning\.resume\((?P<run>'[^`]*'|\"[^`]*\"), genuine=\.\.\., simulate=\.\.\.\)`"
+_ELSEWHERE = "a system with a simulator of one's own has its doors in Python, see docs/own-system.md."
+
+_SENTENCES = (
+    # recordings
+    (r' Say "unknown" to stay in pixels, 1 if the file is in cm\.', " Say 1 if it is in cm."),
+    (r": say allow_pickle=True if you trust whoever wrote it, or let idtracker\.ai", ": let idtracker.ai"),
+    (
+        r"`steps` must leave at least one window (for learning|held out); got (\d+) in (\d+) frames with .*? "
+        r"Take shorter windows, or bridge gaps\.",
+        r"`--window` must leave at least one window \1; got \2 steps in \3 frames. Take a shorter one.",
+    ),
+    (r" Record for longer, or bridge gaps\.", " Record for longer."),
+    # runs on recordings
+    (
+        r"`(?:genuine|simulate)` must be given to (go on with|check) (?:a run on )?a system of one's own.*?; got nothing"
+        r"( \[.*\])?\. Call .*",
+        rf"`--trajectories` and `--model` must be given to \1 a run on recorded motion; got none\2. Give the options that the "
+        rf"run began with; {_ELSEWHERE}",
+    ),
+    (
+        r"`genuine` must be windows of (\d+) steps, as when the run began; got (\d+)(.*?)\. Cut .*",
+        r"`--window` must be that of the run, \1 steps; got \2\3. Leave it out.",
+    ),
+    (
+        r"`genuine` must be the samples that the run began with, .*?; got others, \S+( \[.*\])?\. Give the same, or .*",
+        r"`--trajectories` must be the recording that the run began with, and its options the same; got others\1. Give those, or "
+        r"start a new run.",
+    ),
+    (r"`simulate` must have the parameters of the run", "`--model` must have the parameters of the run"),
+    (r" Give the simulator that the run has, or its parameters\.", " Give the model that the run has."),
+    (
+        r"`genuine` must be left out for simulated robots; got \w+\. A system of .*",
+        "`--trajectories` must be left out for a run on simulated robots; got one. Such a run needs nothing but its folder.",
+    ),
+    (
+        r"`simulate` must be given for a system of one's own; got the configuration of (.*?) alone\. Call .*",
+        rf"`--trajectories` and `--model` must be given for recorded motion; got the configuration of \1 alone. Remove its "
+        rf"scenario, and give them; {_ELSEWHERE}",
+    ),
+    (
+        r"`genuine` and `abnormal` must be given for a run on a system of one's own; got one without\. Give .*",
+        "`--genuine` and `--abnormal` must be given for a run that has kept no motion; got one of them or none. Give files of "
+        "motion of both kinds, see docs/detection.md.",
+    ),
+    (
+        r" Run again with a larger share, or shorter windows\.",
+        " Infer again with a shorter --window, or record for longer.",
+    ),
+    (r" Name groups of another kind, such as blocks of time\.", " Record for longer, or more individuals."),
+    (r"go on with `turing_learning\.resume`\.", "go on with `turing-learning resume`."),
+    (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
+    # studies
+    (r"with `runs` and `first_seed`", "with --runs and --first-seed"),
+    (r"the number of `workers`", "the number of --workers"),
+)
+"""What cannot be done on the command line -> what can."""
+
+
+def in_options(message: str, file: str) -> str:
+    """Return a message on a recording with the names that arguments have on the command line; `file` is that of its file."""
+    for argument, option in (_ARGUMENTS | {"path": file}).items():
+        message = message.replace(f"`{argument}`", f"`{option}`")
+    return message
+
+
+def on_the_command_line(message: str) -> str:
+    """Return a message whose remedy is one that the command line has."""
+    message = re.sub(_RESUME, _resumed, message)
+    for sentence, said in _SENTENCES:
+        message = re.sub(sentence, said, message, flags=re.DOTALL)
+    return message
+
+
+def _resumed(call: re.Match[str]) -> str:
+    return (
+        f"`turing-learning resume {shlex.quote(ast.literal_eval(call['run']))}` and the options that the run began with"
+    )
