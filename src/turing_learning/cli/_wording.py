@@ -64,8 +64,8 @@ _SENTENCES = (
         " Infer again with a shorter --window, or record for longer.",
     ),
     (r" Name groups of another kind, such as blocks of time\.", " Record for longer, or more individuals."),
-    (r"go on with `turing_learning\.resume`\.", "go on with `turing-learning resume`."),
     (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
+    (r"force=True", "--force"),
     # studies
     (r"with `runs` and `first_seed`", "with --runs and --first-seed"),
     (r"the number of `workers`", "the number of --workers"),

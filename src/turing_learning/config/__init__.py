@@ -6,14 +6,14 @@ from a preset (`PRESETS`), a TOML file and single settings, and refuses what is 
 (`ConfigurationError`); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
-said twice, and not the same. `classifier_of` makes the classifiers' network.
+said twice, and not the same; `single_settings` those of arguments of a call, too. `classifier_of` makes the classifiers' network.
 
 Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
 """
 
 from ._classifier import classifier_of
 from ._errors import ConfigurationError, nearest
-from ._flat import dotted, flat_settings, stated_once, with_settings
+from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
 from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
@@ -51,6 +51,7 @@ __all__ = [
     "load_variants",
     "nearest",
     "read_toml",
+    "single_settings",
     "stated_once",
     "to_toml",
     "with_settings",

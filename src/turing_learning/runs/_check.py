@@ -132,7 +132,7 @@ class Checker:
                 return known
             raise RunFolderError(
                 f"`run` must be checked with the settings that its check began with; got others [{path}]. "
-                "Replace it with --force."
+                "Replace it with force=True."
             )
         with kept(path.parent):
             if known is not None:

@@ -204,7 +204,7 @@ class RunFolder:
             if not force:
                 raise RunFolderError(
                     f"`out` must be a new or empty folder; got {self.path}, which holds a run. "
-                    f"Go on with {self._ahead()}, choose another folder, or replace it with --force."
+                    f"Go on with {self._ahead()}, choose another folder, or replace it with force=True."
                 )
         elif others := self._foreign_names():
             raise RunFolderError(

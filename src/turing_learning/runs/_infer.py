@@ -8,7 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack, cast
 
-from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config import Configuration, ConfigurationError, single_settings
 from turing_learning.sources import OwnSource, Simulator
 from turing_learning.swarm import Scenario
 
@@ -25,7 +25,7 @@ from ._own import (
     refuse_without_system,
     reopen_source,
 )
-from ._resolve import resolved, single_settings
+from ._resolve import resolved
 from ._result import Result
 from ._session import Observer
 

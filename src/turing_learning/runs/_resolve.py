@@ -4,28 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from turing_learning.config import (
-    Configuration,
-    ConfigurationError,
-    OwnConfiguration,
-    dotted,
-    load_configuration,
-    stated_once,
-)
+from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, dotted, load_configuration
 from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
-
-
-def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dict[str, Any]:
-    """Return dotted key -> value of settings, and of arguments that set a run's fields of the same name unless they are None."""
-    if not isinstance(settings, Mapping | None) or not all(isinstance(key, str) for key in settings or {}):
-        raise ConfigurationError(
-            f"`settings` must be a dict dotted key -> value; got {settings!r}. For example "
-            '{"models.population": 60, "run.checkpoint_every": 10}.'
-        )
-    said = [(f"run.{name}", value, f"{name}={value!r}") for name, value in arguments.items() if value is not None]
-    said += [(key, value, f"settings={{{key!r}: {value!r}}}") for key, value in (settings or {}).items()]
-    return stated_once(said)
 
 
 def resolved(

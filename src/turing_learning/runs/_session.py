@@ -229,8 +229,8 @@ class Session:
         """What became of the completed generations of a run that a system of one's own has ended, in words."""
         if self._folder is None:
             return "Nothing was kept of a run without `out`; give one, to be able to go on."
-        call = f"turing_learning.resume({str(self._folder.path)!r}, genuine=..., simulate=...)"
-        return f"{self.traces.completed} generations are kept; go on with `{call}`."
+        ahead = going_on(self._folder.path, self.configuration)
+        return f"{self.traces.completed} generations are kept; go on with {ahead}."
 
     def _in_units(self, generation: Generation) -> Generation:
         models = (self._source or self.configuration.representation).to_units(generation.models)

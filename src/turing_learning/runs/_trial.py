@@ -119,7 +119,7 @@ def refuse_film_path(path: Path, *, force: bool) -> None:
         taken = path.is_dir() or (path.exists() and not force)
     if taken:
         raise ConfigurationError(
-            f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with --force."
+            f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with force=True."
         )
 
 

@@ -105,7 +105,7 @@ class StudyFolder:
             if not force and (difference := _difference(self.plan(), plan)):
                 raise RunFolderError(
                     f"{difference} [{self.path}]. Choose another folder, go on with the old study by "
-                    f"`turing-learning resume {self.path}`, or replace it with --force."
+                    f"`turing-learning resume {self.path}`, or replace it with force=True."
                 )
         elif others := self._foreign_names():
             raise RunFolderError(

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, single_settings
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import resume_command, storage, writable
 from turing_learning.swarm import Scenario
@@ -133,7 +133,7 @@ def study(
     30
     """
     hands = Hands(workers, executor, cluster)
-    known = dict(settings or {}) | ({} if generations is None else {"run.generations": generations})
+    known = single_settings(settings, generations=generations)
     labels = {} if generations is None else {"run.generations": "argument generations"}
     plan = plan_study(
         scenario,

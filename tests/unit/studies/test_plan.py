@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.config import LARGEST_SEED, ConfigurationError
-from turing_learning.studies import BEHAVIORS, plan_study
+from turing_learning.studies import BEHAVIORS, plan_study, study
 from turing_learning.studies._plan import random_controller
 
 
@@ -14,7 +14,7 @@ def test_seeds_follow_one_another():
 
 def test_the_first_seed_is_that_of_the_file_unless_it_is_given(tmp_path):
     file = tmp_path / "mine.toml"
-    file.write_text("[run]\nseed = 7\n[grid]\nmodels.parents = [5, 6]\n")
+    file.write_text("scenario = 'aggregation'\n[run]\nseed = 7\n[grid]\nmodels.parents = [5, 6]\n")
     assert [one["run.seed"] for one in plan_study(config=file, runs=2).settings] == [7, 8, 7, 8]
     assert [one["run.seed"] for one in plan_study(config=file, runs=1, first_seed=3).settings] == [3, 3]
     assert [one["run.seed"] for one in plan_study("aggregation", runs=2).settings] == [1, 2]
@@ -145,3 +145,11 @@ def test_a_wrong_file_is_named(text, message, tmp_path):
     file.write_text(text)
     with pytest.raises(ConfigurationError, match=message):
         plan_study("aggregation", config=file)
+
+
+def test_a_number_of_generations_that_is_said_twice_and_not_the_same_is_refused(tmp_path):
+    with pytest.raises(
+        ConfigurationError, match=r"`run.generations` must be given once; got generations=2 and settings="
+    ):
+        study("aggregation", generations=2, settings={"run.generations": 3}, out=tmp_path / "study")
+    assert not (tmp_path / "study").exists()

@@ -129,7 +129,7 @@ class ArenaService:
         for each in (path, calibration):
             if each.exists() and not force:
                 raise FileExistsError(
-                    f"`out` must not hold a laboratory already; got {each}. Take another folder, or --force."
+                    f"`out` must not hold a laboratory already; got {each}. Take another folder, or force=True."
                 )
         folder.mkdir(parents=True, exist_ok=True)
         with whole(path) as described, whole(calibration) as calibrated:

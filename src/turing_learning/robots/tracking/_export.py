@@ -28,7 +28,7 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
         If it is there, and may not be replaced.
     """
     if path.exists() and not force:
-        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or --force.")
+        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or force=True.")
     names = ["frame", "x", "y", "id", *(["heading"] if track.has_headings else [])]
     with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(",".join(names) + "\n")
