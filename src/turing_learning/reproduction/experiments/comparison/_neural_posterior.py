@@ -14,6 +14,10 @@ DRAWS = 2000
 """From the posterior."""
 OUTSIDE = 1e-3
 """Mass of the posterior that a later round does not search."""
+AROUND = 10_000
+"""Draws of the posterior that tell where this is."""
+MARGIN = 0.2
+"""Of the box around these draws, on each side, as a share of its length."""
 
 
 def infer_by_npe(
@@ -76,7 +80,7 @@ def infer_by_npe(
         for part in np.array_split(np.arange(evaluations), rounds):
             if should_stop is not None and should_stop():
                 return None
-            models = (prior if posterior is None else _truncated(prior, posterior)).sample((len(part),))
+            models = (prior if posterior is None else _truncated(posterior)).sample((len(part),))
             found = groups.simulate(models.numpy().astype(np.float64), rng)
             method.append_simulations(models, _tensor(torch, found)).train(force_first_round_loss=True)
             posterior = method.build_posterior().set_default_x(_tensor(torch, observed))
@@ -87,10 +91,18 @@ def _tensor(torch: Any, array: np.ndarray) -> Any:
     return torch.as_tensor(array, dtype=torch.float32)
 
 
-def _truncated(prior: Any, posterior: Any) -> Any:
+def _truncated(posterior: Any) -> Any:
+    """Return the uniform prior where the posterior has its mass, to be drawn by rejection from a box around draws of the posterior.
+
+    Of the whole prior, hardly one draw in a million may lie there, and all that are rejected would be kept in memory.
+    """
     utils = baseline("sbi.utils")
-    inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=10_000)
-    return utils.RestrictedPrior(prior, inside, sample_with="rejection")
+    inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=AROUND)
+    draws = posterior.sample((AROUND,), show_progress_bars=False)
+    least, most = draws.min(dim=0).values, draws.max(dim=0).values
+    margin = MARGIN * (most - least)
+    box = utils.BoxUniform((least - margin).clamp(min=-LARGEST), (most + margin).clamp(max=LARGEST))
+    return utils.RestrictedPrior(box, inside, sample_with="rejection")
 
 
 @contextmanager
