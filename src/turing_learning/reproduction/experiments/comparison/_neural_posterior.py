@@ -94,7 +94,7 @@ def _tensor(torch: Any, array: np.ndarray) -> Any:
 def _truncated(posterior: Any) -> Any:
     """Return the uniform prior where the posterior has its mass, to be drawn by rejection from a box around draws of the posterior.
 
-    Of the whole prior, hardly one draw in a million may lie there, and all that are rejected would be kept in memory.
+    Of the whole prior, next to no draw may lie there, and all that are rejected would be kept in memory.
     """
     utils = baseline("sbi.utils")
     inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=AROUND)
