@@ -1,8 +1,7 @@
 """One trial of a scenario, to look at."""
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +11,7 @@ from turing_learning.config import ConfigurationError, nearest
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
-from ._errors import told
+from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
     from turing_learning.report import Replay
@@ -108,19 +107,7 @@ def _check(
 
 def refuse_film_path(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a page or film may be written to a path."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ConfigurationError(f"`out` must end with one of {', '.join(SUFFIXES)}; got {path}.")
-    if not path.parent.is_dir():
-        raise ConfigurationError(
-            f"`out` must be a file that can be written; got {path} (there is no folder {path.parent}). "
-            "Choose another place, or make the folder."
-        )
-    with _writing(path):
-        taken = path.is_dir() or (path.exists() and not force)
-    if taken:
-        raise ConfigurationError(
-            f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with force=True."
-        )
+    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
 
 
 def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
@@ -143,19 +130,12 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     from turing_learning import report
 
     refuse_film_path(path, force=force)
-    with _writing(path):
-        if path.suffix.lower() == ".gif":
-            return report.write_gif(replay, path, speed=FILM_SPEED)
-        if path.suffix.lower() == ".mp4":
-            return report.write_mp4(replay, path, speed=FILM_SPEED)
-        return report.write_page(report.replay_page(replay), path)
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Turn what the operating system says about a film's file into one message."""
     try:
-        with told(ConfigurationError, f"`out` must be a file that can be written; got {path}", "Choose another place."):
-            yield
+        with writing(path, "out"):
+            if path.suffix.lower() == ".gif":
+                return report.write_gif(replay, path, speed=FILM_SPEED)
+            if path.suffix.lower() == ".mp4":
+                return report.write_mp4(replay, path, speed=FILM_SPEED)
+            return report.write_page(report.replay_page(replay), path)
     except ImportError as error:
         raise ConfigurationError(str(error)) from error

@@ -20,7 +20,7 @@ _LOGGER = logging.getLogger("turing_learning")
 class OwnSource:
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
-    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number that is masked or not finite.
+    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked or not finite.
     If a call with several models fails, each of its models is simulated again alone, so that only those that fail alone
     have failed. In generation 0 an exception or a wrong shape ends the run. Later a failed model has samples of zeros and
     is marked in `failed`. If more than half of the models of a generation fail, the run ends.

@@ -415,9 +415,32 @@ def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished)
     assert list(result.interval.values()) == np.percentile(second_half, (5, 95), axis=0).T.tolist()
 
 
-def test_a_report_into_a_folder_that_does_not_exist_is_refused(finished, tmp_path):
-    with pytest.raises(ValueError, match=r"`path` must be a file in an existing folder; got .*nowhere.*report.html"):
-        tl.load_run(finished).report(tmp_path / "nowhere" / "report.html")
+def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finished, tmp_path):
+    result, page = tl.load_run(finished), tmp_path / "page.html"
+    page.write_text("mine")
+    with pytest.raises(ConfigurationError, match=r"`path` must be a file that does not exist; got .*page.html. Choose"):
+        result.report(page)
+    assert page.read_text() == "mine"
+    written = result.report(page, force=True).read_bytes()
+    page.write_bytes(written + b"<!-- older -->")
+    assert result.report(page).read_bytes() == written
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("five.toml", "`path` must end with .html; got .*five.toml"),
+        ("", "`path` must end with .html; got "),
+        ("folder.html", "`path` must be a file; got .*folder.html, a folder"),
+        ("nowhere/report.html", r"can be written; got .*report.html \(there is no folder .*nowhere\)"),
+        (f"{'a' * 300}.html", r"`path` must be a file that can be written; got .*\(File name too long\)"),
+    ],
+)
+def test_a_report_where_none_can_be_is_refused(finished, tmp_path, name, message):
+    (tmp_path / "folder.html").mkdir()
+    with pytest.raises(ConfigurationError, match=message):
+        tl.load_run(finished).report(tmp_path / name, force=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"folder.html", finished.name}
 
 
 def test_a_result_alone_has_no_history():
