@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.config import ConfigurationError, nearest
+from turing_learning.config import ConfigurationError, nearest, whole_cycles
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
@@ -55,7 +55,7 @@ def trial_replay(
     robots
         Number of robots, 1 to 1000; None takes the scenario's. Objects and start square grow in proportion.
     duration_s
-        Duration (s), above 0 and at most 3600.
+        Duration (s), above 0 and at most 3600; a whole number of control intervals.
     seed
         Seed of initial poses and wheel noise, >= 0.
     threads
@@ -101,6 +101,7 @@ def _check(
         raise ConfigurationError(f"`robots` must be between 1 and {MOST_ROBOTS}; got {robots}.")
     if not 0 < duration_s <= LONGEST_S:
         raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {duration_s:g}.")
+    whole_cycles(scenario, duration_s)
     if seed < 0:
         raise ConfigurationError(f"`seed` must be greater than or equal to 0; got {seed}.")
 
