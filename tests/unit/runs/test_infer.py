@@ -2,6 +2,7 @@ import json
 import logging
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration
+from turing_learning.robots import LABORATORY
 from turing_learning.runs import (
     TIMINGS,
     RunFolder,
@@ -472,15 +474,22 @@ def test_new_folders_never_meet(small, tmp_path):
     assert len(names) == 3
 
 
-def test_the_papers_errors_stand_only_beside_the_papers_agents():
-    from dataclasses import replace
-
-    assert paper_absolute_errors(tl.swarm.AGGREGATION) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
+def test_the_papers_errors_stand_only_beside_the_papers_scenarios():
+    aggregation = replace(tl.swarm.AGGREGATION, title="Mine", description="")
+    laboratory = replace(LABORATORY, name="aggregation")
+    assert paper_absolute_errors(aggregation) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
     assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [0.03, 0.04, 0.02, 0.03, 0.08, 0.08]
-    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, controller=(0.0, 0.0, 1.0, 1.0))) is None
-    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, name="mine")) is None
-    walls = replace(tl.swarm.AGGREGATION, arena=replace(tl.swarm.AGGREGATION.arena, width_cm=200.0, height_cm=225.0))
-    assert paper_absolute_errors(walls) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
+    assert list(paper_absolute_errors(tl.swarm.AGGREGATION_VIEW_60).values()) == [0.04, 0.03, 0.05, 0.05, 0.20]
+    assert paper_absolute_errors(laboratory) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
+    for change in (
+        {"name": "mine"},
+        {"agents": 3},
+        {"grouping": "separated"},
+        {"controller": (0.0, 0.0, 1.0, 1.0)},
+        {"trial": replace(aggregation.trial, duration_s=7.0)},
+    ):
+        assert paper_absolute_errors(replace(aggregation, **change)) is None
+        assert paper_absolute_errors(replace(laboratory, **change)) is None
 
 
 def test_nothing_that_is_stored_holds_a_pickle(finished):
