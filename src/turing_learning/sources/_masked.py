@@ -11,7 +11,7 @@ def with_gaps(given: Any) -> Any:
     if isinstance(given, list | tuple):
         return [with_gaps(one) for one in given]
     if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
-        return given.astype(np.result_type(given.dtype, np.float64)).filled(np.nan)
+        return np.ma.filled(given.astype(np.result_type(given.dtype, np.float64)), np.nan)
     return given
 
 
