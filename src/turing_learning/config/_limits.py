@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from turing_learning.sources import OwnSystem
 
+from ._errors import ConfigurationError
+
 if TYPE_CHECKING:
+    from turing_learning.swarm import Scenario
+
     from ._sections import Configuration
 
 SMALLEST, LARGEST = (
@@ -35,6 +39,14 @@ def check_limits(configuration: "Configuration") -> None:
     _check_sizes(configuration, _own_demands(configuration) if own else _demands(configuration))
     if not own:
         _check_work(configuration)
+
+
+def whole_cycles(scenario: "Scenario", duration_s: float) -> int:
+    """Return the control cycles in a `duration` that is asked for; raise ConfigurationError if they are no whole number."""
+    try:
+        return scenario.trial.steps_of(duration_s, "duration")
+    except ValueError as error:
+        raise ConfigurationError(str(error)) from error
 
 
 def _check_numbers(configuration: "Configuration") -> None:

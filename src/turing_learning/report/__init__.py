@@ -11,6 +11,8 @@
     A `Replay` as film.
 `write_page`
     Write a page so that it appears whole or not at all.
+`is_page`
+    Whether a file is such a page.
 `describe_selection`
     In words, in which generations selection stopped.
 `short_number`
@@ -20,7 +22,7 @@
 from ._film import write_gif, write_mp4
 from ._listing import Listing
 from ._numbers import short_number
-from ._page import replay_page, report_page, write_page
+from ._page import is_page, replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
 from ._study import StudyReport, study_page
@@ -35,6 +37,7 @@ __all__ = [
     "StudyReport",
     "Swarm",
     "describe_selection",
+    "is_page",
     "replay_page",
     "report_page",
     "short_number",

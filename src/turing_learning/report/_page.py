@@ -17,6 +17,9 @@ from ._numbers import short_number
 from ._replay import Replay, Swarm
 from ._run import ACTIVE, ParameterRow, Picture, RunReport, RunTable, describe_selection
 
+GENERATOR = "Turing Learning for Python"
+"""By which a page is known."""
+HEAD = 2048  # bytes of a page, within which it says so
 STEPS = 65535  # of a pose's coordinate, over the view or one turn
 
 
@@ -91,6 +94,12 @@ def write_page(page: str, path: str | Path) -> Path:
     return path
 
 
+def is_page(path: Path) -> bool:
+    """Return whether a file is a page that has been written here."""
+    with path.open("rb") as file:
+        return f'<meta name="generator" content="{GENERATOR}">'.encode() in file.read(HEAD)
+
+
 @cache
 def _asset(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
@@ -100,6 +109,7 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
     script = _asset("_replay.js") if replay is not None else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return Template(_asset("_page.html")).substitute(
+        generator=GENERATOR,
         policy=f"'sha256-{digest}'",
         title=escape(title),
         style=_asset("_style.css"),

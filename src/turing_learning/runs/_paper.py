@@ -1,5 +1,7 @@
 """The paper's figures, to stand beside what a run infers."""
 
+from dataclasses import replace
+
 from turing_learning.swarm import SCENARIOS, Scenario
 
 SOURCE = "Li, Gauci and Gross (2016), Turing learning, Swarm Intelligence 10, sections 4.3, 4.6.1, 5.4: means of 30 (5.4: 10) runs"
@@ -16,16 +18,20 @@ LABORATORY_ERRORS = (0.08, 0.01, 0.05, 0.02)
 
 
 def paper_absolute_errors(scenario: Scenario) -> dict[str, float] | None:
-    """Return the paper's absolute error of each parameter; None where the paper has none for these agents.
+    """Return the paper's absolute error of each parameter; None where it has none.
 
     Parameters
     ----------
     scenario
-        One of the paper's case studies, whatever else has been changed, as long as the agents do the same.
+        One of the paper's, or the aggregation of its laboratory, with any title and description; of others the paper has none.
     """
-    preset = SCENARIOS.get(scenario.name)
-    if scenario.name not in ABSOLUTE_ERRORS or preset is None or preset.truth != scenario.truth:
+    if scenario.name not in ABSOLUTE_ERRORS:
         return None
-    physical = scenario.name == "aggregation" and scenario.arena.width_cm is not None
-    errors = LABORATORY_ERRORS if physical else ABSOLUTE_ERRORS[scenario.name]
+    papers, errors = SCENARIOS[scenario.name], ABSOLUTE_ERRORS[scenario.name]
+    if scenario.name == "aggregation" and scenario.arena.bounded:
+        from turing_learning.robots import LABORATORY
+
+        papers, errors = replace(LABORATORY, name=scenario.name), LABORATORY_ERRORS
+    if replace(scenario, title=papers.title, description=papers.description) != papers:
+        return None
     return dict(zip(scenario.parameter_names, errors, strict=True))

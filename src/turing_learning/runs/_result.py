@@ -10,10 +10,11 @@ import numpy as np
 
 from turing_learning.analysis import absolute_error, estimate, interval
 from turing_learning.config import Configuration
-from turing_learning.report import short_number
+from turing_learning.report import is_page, short_number
 
 from ._paper import paper_absolute_errors
 from ._scales import on_own_scales
+from ._target import refuse_target, writing
 from ._traces import SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
@@ -130,13 +131,15 @@ class Result:
         """
         return self._attached().configuration
 
-    def report(self, path: str | Path | None = None) -> Path:
+    def report(self, path: str | Path | None = None, *, force: bool = False) -> Path:
         """Write the report of the run, one HTML file.
 
         Parameters
         ----------
         path
-            Where; None takes report.html in the run folder.
+            Where, a name that ends with .html; None takes report.html in the run folder. A page of an earlier report is replaced.
+        force
+            Whether any other file is replaced, too.
 
         Returns
         -------
@@ -146,15 +149,19 @@ class Result:
         Raises
         ------
         ValueError
-            If no path is given and the run is kept in memory, or there is no such folder.
+            If no path is given and the run is kept in memory, or no page may or can be written there.
         RuntimeError
             If the result has no history.
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
-        if path is not None and not Path(path).absolute().parent.is_dir():
-            raise ValueError(f"`path` must be a file in an existing folder; got {path}. Make the folder first.")
-        return self._attached().report(self, None if path is None else Path(path))
+        attached = self._attached()
+        if path is None:
+            return attached.report(self, None)
+        target = Path(path)
+        refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
+        with writing(target, "path"):
+            return attached.report(self, target)
 
     def check(self, **options: Any) -> "Check":
         """Check whether the estimate can be believed: see docs/identifiability.md.

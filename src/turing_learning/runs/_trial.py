@@ -1,18 +1,17 @@
 """One trial of a scenario, to look at."""
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.config import ConfigurationError, nearest
+from turing_learning.config import ConfigurationError, nearest, whole_cycles
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
-from ._errors import told
+from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
     from turing_learning.report import Replay
@@ -56,7 +55,7 @@ def trial_replay(
     robots
         Number of robots, 1 to 1000; None takes the scenario's. Objects and start square grow in proportion.
     duration_s
-        Duration (s), above 0 and at most 3600.
+        Duration (s), above 0 and at most 3600; a whole number of control intervals.
     seed
         Seed of initial poses and wheel noise, >= 0.
     threads
@@ -102,25 +101,14 @@ def _check(
         raise ConfigurationError(f"`robots` must be between 1 and {MOST_ROBOTS}; got {robots}.")
     if not 0 < duration_s <= LONGEST_S:
         raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {duration_s:g}.")
+    whole_cycles(scenario, duration_s)
     if seed < 0:
         raise ConfigurationError(f"`seed` must be greater than or equal to 0; got {seed}.")
 
 
 def refuse_film_path(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a page or film may be written to a path."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ConfigurationError(f"`out` must end with one of {', '.join(SUFFIXES)}; got {path}.")
-    if not path.parent.is_dir():
-        raise ConfigurationError(
-            f"`out` must be a file that can be written; got {path} (there is no folder {path.parent}). "
-            "Choose another place, or make the folder."
-        )
-    with _writing(path):
-        taken = path.is_dir() or (path.exists() and not force)
-    if taken:
-        raise ConfigurationError(
-            f"`out` must be a file that does not exist; got {path}. Choose another name, or replace it with force=True."
-        )
+    refuse_target(path, name="out", suffixes=SUFFIXES, force=force)
 
 
 def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
@@ -143,19 +131,12 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     from turing_learning import report
 
     refuse_film_path(path, force=force)
-    with _writing(path):
-        if path.suffix.lower() == ".gif":
-            return report.write_gif(replay, path, speed=FILM_SPEED)
-        if path.suffix.lower() == ".mp4":
-            return report.write_mp4(replay, path, speed=FILM_SPEED)
-        return report.write_page(report.replay_page(replay), path)
-
-
-@contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Turn what the operating system says about a film's file into one message."""
     try:
-        with told(ConfigurationError, f"`out` must be a file that can be written; got {path}", "Choose another place."):
-            yield
+        with writing(path, "out"):
+            if path.suffix.lower() == ".gif":
+                return report.write_gif(replay, path, speed=FILM_SPEED)
+            if path.suffix.lower() == ".mp4":
+                return report.write_mp4(replay, path, speed=FILM_SPEED)
+            return report.write_page(report.replay_page(replay), path)
     except ImportError as error:
         raise ConfigurationError(str(error)) from error

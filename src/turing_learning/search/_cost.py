@@ -48,7 +48,7 @@ def gathering_costs(
     models, trials, robots = len(controllers), len(starts), scenario.individuals
     objects = starts.shape[1] > robots
     executed = np.repeat(controllers, trials, axis=0)[:, None].repeat(robots, axis=1)
-    cycles = round(duration_s / scenario.trial.control_interval_s)
+    cycles = scenario.trial.steps_of(duration_s, "duration_s")
     stride = max(1, round(SAMPLING_S / scenario.trial.control_interval_s))
     poses = simulate(
         scenario, executed, np.tile(starts, (models, 1, 1)), control_steps=cycles, seed=seed, threads=threads

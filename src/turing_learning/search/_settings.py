@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, whole_cycles
 from turing_learning.swarm import Scenario
 
 MOST_CONTROLLERS = 1_000_000
@@ -37,7 +37,7 @@ class SearchSettings:
     final_trials
         Of each of them; >= `trials`.
     duration_s
-        Of a trial (s); at most 3600.
+        Of a trial (s); at most 3600, and a whole number of control intervals.
     seed
         Of initial poses and wheel noise; >= 0.
 
@@ -91,6 +91,7 @@ class SearchSettings:
         shortest = max(1.0, scenario.trial.control_interval_s)
         if self.duration_s < shortest:
             raise ConfigurationError(f"`duration` must be at least {shortest:g} s; got {self.duration_s:g}.")
+        whole_cycles(scenario, self.duration_s)
 
     def rounds(self, controllers: int) -> tuple[Round, ...]:
         """Return the rounds of a search among that many controllers: all, the better ones in more trials, the finalists."""

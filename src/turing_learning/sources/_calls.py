@@ -7,6 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ._masked import with_gaps
+
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 """(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
 
@@ -44,7 +46,7 @@ def answer(simulate: Simulator, call: Call, vectorized: bool) -> Answer:
     """Call a simulator; return what it returns as an array, with the models first, or why there is none."""
     given = call.parameters.copy()
     try:
-        returned = simulate(given if vectorized else given[0], call.rng)
+        returned = with_gaps(simulate(given if vectorized else given[0], call.rng))
         if np.iscomplexobj(returned):
             return Failed("it returned complex numbers")
         samples = np.asarray(returned, dtype=np.float64)

@@ -7,6 +7,8 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
+from ._masked import shown, with_gaps
+
 LARGEST = 1e9
 """Largest magnitude of a genuine value."""
 
@@ -106,7 +108,7 @@ def read_genuine(
     Raises
     ------
     ValueError
-        If a value is not finite or beyond 1e9, a shape does not fit, or a setting breaks its rule.
+        If a value is masked, not finite or beyond 1e9, a shape does not fit, or a setting breaks its rule.
     """
     if callable(genuine):
         return Genuine(cut_samples(genuine(rng), length), np.empty(0, dtype=np.int64), genuine)
@@ -150,7 +152,7 @@ def _refuse_single_series(given: Any) -> None:
 
 def _as_series(sample: Any, number: int) -> np.ndarray:
     try:
-        array = np.asarray(sample)
+        array = np.asarray(with_gaps(sample))
     except ValueError:  # rows of different lengths
         array = np.empty(0, dtype=object)
     received = f"{type(sample).__name__}" if array.ndim == 0 else f"shape {array.shape} of {array.dtype}"
@@ -190,7 +192,7 @@ def _check_values(samples: np.ndarray) -> None:
     if not fine.all():
         k, t, d = (int(place) for place in np.argwhere(~fine)[0])
         raise ValueError(
-            f"`genuine` must be finite and at most {LARGEST:g} in size; got {samples[k, t, d]} "
+            f"`genuine` must be finite and at most {LARGEST:g} in size; got {shown(samples[k, t, d])} "
             f"[sample {k}, step {t}, signal {d}]. Cut the gap out, or change the unit."
         )
 

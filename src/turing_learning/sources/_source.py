@@ -10,6 +10,7 @@ from ._calls import Answer, Call, Failed, InProcess, Runner, Simulator
 from ._errors import OwnSystemError
 from ._failures import FailureLog
 from ._genuine import Genuine, cut_samples
+from ._masked import shown
 from ._system import OwnSystem
 from ._workers import InWorkers
 
@@ -19,7 +20,7 @@ _LOGGER = logging.getLogger("turing_learning")
 class OwnSource:
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
-    A simulation fails if the simulator raises, takes too long, or returns the wrong shape or a number that is not finite.
+    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked or not finite.
     If a call with several models fails, each of its models is simulated again alone, so that only those that fail alone
     have failed. In generation 0 an exception or a wrong shape ends the run. Later a failed model has samples of zeros and
     is marked in `failed`. If more than half of the models of a generation fail, the run ends.
@@ -226,7 +227,8 @@ class _Simulated:
         for k in np.flatnonzero(~fine):
             c, t, d = (int(place) for place in np.argwhere(~np.isfinite(answer[k]))[0])
             self._fail(
-                places[k : k + 1], f"it returned {answer[k, c, t, d]} [step {t}, signal {self._system.signals[d]}]"
+                places[k : k + 1],
+                f"it returned {shown(answer[k, c, t, d])} [step {t}, signal {self._system.signals[d]}]",
             )
 
     def samples(self) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from turing_learning.runs import TIMINGS
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
-from ._plan import SEED, Plan
+from ._plan import BEHAVIORS, SEED, Plan
 
 GOOD, FAIR = 0.05, 0.1
 """MAE of the estimate below which a run is good, or fair."""
@@ -268,6 +268,9 @@ def _summary(
 
 def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
     if plan.behaviors:
+        scenario = plan.configuration(own[0].number).scenario
+        if replace(scenario, controller=BEHAVIORS.controller) != BEHAVIORS:
+            return None
         return dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))[name]
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
     return given.pop() if len(given) == 1 else None

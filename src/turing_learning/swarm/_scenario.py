@@ -149,13 +149,18 @@ class Trial:
         for name in ("duration_s", "control_interval_s", "start_side_cm"):
             _require_positive(f"trial.{name}", getattr(self, name))
         _require(self.physics_steps >= 1, "trial.physics_steps", "1 or more", self.physics_steps)
-        cycles = self.duration_s / self.control_interval_s
+        self.steps_of(self.duration_s, "trial.duration_s")
+
+    def steps_of(self, duration_s: float, name: str) -> int:
+        """Return the number of control cycles in a duration; raise ValueError, by its name, if it is not a whole number."""
+        cycles = duration_s / self.control_interval_s
         _require(
             round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6,
-            "trial.duration_s",
+            name,
             f"a whole number of control intervals of {self.control_interval_s} s",
-            self.duration_s,
+            duration_s,
         )
+        return round(cycles)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@ import json
 import logging
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration
+from turing_learning.robots import LABORATORY
 from turing_learning.runs import (
     TIMINGS,
     RunFolder,
@@ -415,9 +417,32 @@ def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished)
     assert list(result.interval.values()) == np.percentile(second_half, (5, 95), axis=0).T.tolist()
 
 
-def test_a_report_into_a_folder_that_does_not_exist_is_refused(finished, tmp_path):
-    with pytest.raises(ValueError, match=r"`path` must be a file in an existing folder; got .*nowhere.*report.html"):
-        tl.load_run(finished).report(tmp_path / "nowhere" / "report.html")
+def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finished, tmp_path):
+    result, page = tl.load_run(finished), tmp_path / "page.html"
+    page.write_text("mine")
+    with pytest.raises(ConfigurationError, match=r"`path` must be a file that does not exist; got .*page.html. Choose"):
+        result.report(page)
+    assert page.read_text() == "mine"
+    written = result.report(page, force=True).read_bytes()
+    page.write_bytes(written + b"<!-- older -->")
+    assert result.report(page).read_bytes() == written
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("five.toml", "`path` must end with .html; got .*five.toml"),
+        ("", "`path` must end with .html; got "),
+        ("folder.html", "`path` must be a file; got .*folder.html, a folder"),
+        ("nowhere/report.html", r"can be written; got .*report.html \(there is no folder .*nowhere\)"),
+        (f"{'a' * 300}.html", r"`path` must be a file that can be written; got .*\(File name too long\)"),
+    ],
+)
+def test_a_report_where_none_can_be_is_refused(finished, tmp_path, name, message):
+    (tmp_path / "folder.html").mkdir()
+    with pytest.raises(ConfigurationError, match=message):
+        tl.load_run(finished).report(tmp_path / name, force=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"folder.html", finished.name}
 
 
 def test_a_result_alone_has_no_history():
@@ -449,15 +474,22 @@ def test_new_folders_never_meet(small, tmp_path):
     assert len(names) == 3
 
 
-def test_the_papers_errors_stand_only_beside_the_papers_agents():
-    from dataclasses import replace
-
-    assert paper_absolute_errors(tl.swarm.AGGREGATION) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
+def test_the_papers_errors_stand_only_beside_the_papers_scenarios():
+    aggregation = replace(tl.swarm.AGGREGATION, title="Mine", description="")
+    laboratory = replace(LABORATORY, name="aggregation")
+    assert paper_absolute_errors(aggregation) == {"vl0": 0.01, "vr0": 0.01, "vl1": 0.07, "vr1": 0.06}
     assert list(paper_absolute_errors(tl.swarm.OBJECT_CLUSTERING).values()) == [0.03, 0.04, 0.02, 0.03, 0.08, 0.08]
-    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, controller=(0.0, 0.0, 1.0, 1.0))) is None
-    assert paper_absolute_errors(replace(tl.swarm.AGGREGATION, name="mine")) is None
-    walls = replace(tl.swarm.AGGREGATION, arena=replace(tl.swarm.AGGREGATION.arena, width_cm=200.0, height_cm=225.0))
-    assert paper_absolute_errors(walls) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
+    assert list(paper_absolute_errors(tl.swarm.AGGREGATION_VIEW_60).values()) == [0.04, 0.03, 0.05, 0.05, 0.20]
+    assert paper_absolute_errors(laboratory) == {"vl0": 0.08, "vr0": 0.01, "vl1": 0.05, "vr1": 0.02}
+    for change in (
+        {"name": "mine"},
+        {"agents": 3},
+        {"grouping": "separated"},
+        {"controller": (0.0, 0.0, 1.0, 1.0)},
+        {"trial": replace(aggregation.trial, duration_s=7.0)},
+    ):
+        assert paper_absolute_errors(replace(aggregation, **change)) is None
+        assert paper_absolute_errors(replace(laboratory, **change)) is None
 
 
 def test_nothing_that_is_stored_holds_a_pickle(finished):

@@ -157,7 +157,7 @@ def test_failures_are_listed_and_survive_a_resumed_run(tmp_path, stop_after):
     assert failed["count"] == len(failed["listed"]) > 4
     assert {entry["generation"] for entry in failed["listed"]} >= {0, 1}
     assert all(entry["parameters"]["speed"] > 12 for entry in failed["listed"])
-    assert failed["listed"][0]["reason"] == "it returned nan [step 7, signal signal0]"
+    assert failed["listed"][0]["reason"] == "it returned nan (or masked) [step 7, signal signal0]"
     assert untimed(tmp_path / "run") == untimed(tmp_path / "whole")
     assert f"{failed['count']} simulations failed" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
 
@@ -382,7 +382,7 @@ def test_settings_reach_runs_of_robots_too():
         ),
         ({"signals": ("x",)}, "`signals` must be as many names as the data has signals"),
         ({"simulate": 3}, "`simulate` must be a function of (parameters, rng); got int."),
-        ({"genuine": np.full((3, 4, 2), np.nan)}, "got nan [sample 0, step 0, signal 0]"),
+        ({"genuine": np.full((3, 4, 2), np.nan)}, "got nan (or masked) [sample 0, step 0, signal 0]"),
         ({"settings": {"models.parnts": 3}}, "Did you mean `models.parents`?"),
     ],
 )

@@ -30,6 +30,8 @@ def test_a_given_controller_is_executed():
         ({"robots": 0}, "`robots` must be between 1 and 1000; got 0."),
         ({"duration_s": 0.0}, "`duration` must be above 0 and at most 3600 s; got 0."),
         ({"duration_s": float("nan")}, "`duration` must be above 0 and at most 3600 s; got nan."),
+        ({"duration_s": 0.01}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 0\.01\."),
+        ({"duration_s": 3.05}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 3\.05\."),
         ({"threads": 0}, "`threads` must be an integer of at least 1; got 0."),
         ({"seed": -1}, "`seed` must be greater than or equal to 0; got -1."),
     ],

@@ -159,9 +159,16 @@ def test_a_grid_that_is_too_large_is_refused_before_anything_is_written(tmp_path
     assert not (tmp_path / "run").exists()
 
 
-def test_a_trial_shorter_than_a_second_is_refused(tmp_path):
-    with pytest.raises(ConfigurationError, match=r"`duration` must be at least 1 s; got 0\.5"):
-        search_controller(SWARM, replace(SMALL, duration_s=0.5), out=tmp_path / "run")
+@pytest.mark.parametrize(
+    ("duration", "message"),
+    [
+        (0.5, r"`duration` must be at least 1 s; got 0\.5"),
+        (3.05, r"`duration` must be a whole number of control intervals of 0\.1 s; got 3\.05"),
+    ],
+)
+def test_a_trial_too_short_or_with_a_part_of_a_control_interval_is_refused(duration, message, tmp_path):
+    with pytest.raises(ConfigurationError, match=message):
+        search_controller(SWARM, replace(SMALL, duration_s=duration), out=tmp_path / "run")
 
 
 def test_the_settings_of_a_search_are_in_its_folder(found):

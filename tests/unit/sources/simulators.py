@@ -56,6 +56,10 @@ def failing(simulate, reason, above=0.5):
         if reason == "nan":
             sample[3, 1] = np.nan
             return sample
+        if reason == "masked":
+            mask = np.zeros(sample.shape, dtype=bool)
+            mask[3, 1] = True
+            return np.ma.masked_array(sample, mask)
         if reason == "complex":
             return sample + 1j
         return None if reason == "nothing" else sample[:-1]

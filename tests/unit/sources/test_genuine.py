@@ -97,11 +97,23 @@ def test_held_out_samples_do_not_enter_the_scale():
 def test_a_value_that_is_not_finite_is_refused_with_its_place(value):
     data = samples()
     data[4, 2, 1] = value
+    shown = "nan (or masked)" if np.isnan(value) else value
     message = (
-        f"`genuine` must be finite and at most 1e+09 in size; got {value} [sample 4, step 2, signal 1]. Cut the gap out"
+        f"`genuine` must be finite and at most 1e+09 in size; got {shown} [sample 4, step 2, signal 1]. Cut the gap out"
     )
     with pytest.raises(ValueError, match=re.escape(message)):
         read(data)
+
+
+@pytest.mark.parametrize(
+    "given", [lambda data: data, list, lambda data: [list(data[0]), *data[1:]], lambda data: lambda rng: data]
+)
+def test_a_masked_value_is_refused_as_nan_is(given):
+    data = np.ma.masked_array(np.rint(samples()).astype(int), mask=np.zeros(samples().shape, dtype=bool))
+    np.testing.assert_array_equal(read(given(data)).samples, data.data)
+    data[0, 2, 1] = np.ma.masked
+    with pytest.raises(ValueError, match=r"must be finite .* got nan \(or masked\) \[sample 0, step 2, signal 1\]"):
+        read(given(data))
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ def test_a_live_source_is_observed_in_every_generation():
 @pytest.mark.parametrize(
     ("live", "message"),
     [
-        (lambda rng: np.full((2, STEPS, SIGNALS), np.nan), "got nan [sample 0, step 0, signal 0]"),
+        (lambda rng: np.full((2, STEPS, SIGNALS), np.nan), "got nan (or masked) [sample 0, step 0, signal 0]"),
         (lambda rng: np.ones((2, STEPS, 1)), "`genuine` must yield 2 signals as in the beginning; got 1"),
         (lambda rng: 1 / 0, "division by zero"),
     ],
@@ -200,7 +200,8 @@ def test_a_simulator_that_a_worker_cannot_load_ends_the_run():
     ("reason", "told"),
     [
         ("raise", "it raised ArithmeticError: too fast ["),
-        ("nan", "it returned nan [step 3, signal y]"),
+        ("nan", "it returned nan (or masked) [step 3, signal y]"),
+        ("masked", "it returned nan (or masked) [step 3, signal y]"),
         ("shape", "it returned shape (4, 2) instead of (T, D) = (5, 2) or (C, T, D)"),
         ("nothing", "it returned None"),
         ("complex", "it returned complex numbers"),
@@ -225,7 +226,7 @@ def test_the_first_failure_of_a_run_is_logged(caplog):
         collect(one, 3)
     assert caplog.messages == [
         "2 of 8 simulations failed in generation 2, the first with a = 0.714286 cm, b = 0.714286: "
-        "it returned nan [step 3, signal y]."
+        "it returned nan (or masked) [step 3, signal y]."
     ]
 
 

@@ -167,17 +167,24 @@ def test_a_grid_is_summarized_configuration_by_configuration(small, executor, tm
     assert "estimate_window 2" in (tmp_path / "grid" / "report.html").read_text()
 
 
-def test_random_behaviors_have_their_own_figures_and_the_papers_errors(small, executor, tmp_path):
+def test_random_behaviors_have_their_own_figures(small, executor, tmp_path):
     result = study("random-behaviors", runs=3, generations=3, settings=small, executor=executor, out=tmp_path / "study")
     assert {path.stem for path in (tmp_path / "study" / "figures").iterdir()} == {"histogram", "errors", "convergence"}
     truths = {tuple(run.result["truth"].values()) for run in result.runs}
     assert len(truths) == 3
-    assert {one.parameter: one.paper for one in result.summaries} == {
-        "vl0": 0.01,
-        "vr0": 0.02,
-        "vl1": 0.07,
-        "vr1": 0.05,
-    }
+
+
+def test_the_papers_errors_stand_only_beside_the_papers_random_behaviors(small, executor, tmp_path):
+    papers = {"vl0": 0.01, "vr0": 0.02, "vl1": 0.07, "vr1": 0.05}
+    grid = {"scenario.agents": [10, 2]}
+    sizes = {key: value for key, value in small.items() if not key.startswith("scenario.")}
+    result = study(
+        "random-behaviors", runs=1, generations=1, settings=sizes, grid=grid, executor=executor, out=tmp_path / "s"
+    )
+    found = [
+        {one.parameter: one.paper for one in result.summaries if one.group["scenario.agents"] == n} for n in (10, 2)
+    ]
+    assert found == [papers, dict.fromkeys(papers)]
 
 
 def test_a_failed_run_is_named_and_tried_again(small, executor, tmp_path):
