@@ -46,6 +46,11 @@ _SENTENCES = (
     (r"`simulate` must have the parameters of the run", "`--model` must have the parameters of the run"),
     (r" Give the simulator that the run has, or its parameters\.", " Give the model that the run has."),
     (
+        r"`simulate` must have no headings, as the samples have none; got (\w+), (.*?)\. Give .*",
+        r"`--model` must be one without headings, as `--trajectories` has none; got \1, \2. Give another model, or a file with "
+        r"headings, see docs/trajectories.md.",
+    ),
+    (
         r"`genuine` must be left out for simulated robots; got \w+\. A system of .*",
         "`--trajectories` must be left out for a run on simulated robots; got one. Such a run needs nothing but its folder.",
     ),

@@ -58,6 +58,8 @@ class RunClassifiers:
         Of the D signals.
     interval_s
         Duration of a time step (s); 0 if it is not known.
+    headings
+        Whether samples are measured "with" headings or "without"; empty if that is not known, or makes no difference.
     calibration
         Genuine and abnormal motion (individuals, 1, T, D) that the run has kept; None if there is none.
     """
@@ -70,6 +72,7 @@ class RunClassifiers:
     scenario: Scenario | None
     names: tuple[str, ...]
     interval_s: float
+    headings: str
     calibration: tuple[np.ndarray, np.ndarray] | None = None
 
     def voters(self, rule: str) -> np.ndarray:
@@ -127,6 +130,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         scenario=system if isinstance(system, Scenario) else None,
         names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
         interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
+        headings=system.headings if isinstance(system, OwnSystem) else "with",
         calibration=stored_calibration(result.path),
     )
 

@@ -15,8 +15,9 @@ from ._scales import on_own_scales
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
-_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history")
-"""Settings in which pooled runs may differ; but for the seed, none of them changes the result."""
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings")
+"""Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
+and samples that are measured otherwise are others."""
 
 _LONGEST = 60  # characters of a value in a message
 

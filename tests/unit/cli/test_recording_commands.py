@@ -58,6 +58,27 @@ def test_a_table_of_ones_own_says_where_y_points(call):
     assert "`--y-axis` must be given; got none" in err
 
 
+def test_headings_are_on_both_sides_or_on_none(call):
+    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
+    for name, column, heading in (("plain.csv", "", ""), ("facing.csv", ",heading", ",3.1")):
+        Path(name).write_text("\n".join([f"frame,id,x,y{column}", *(row + heading for row in rows)]) + "\n")
+    read = ["--fps", "10", "--scale", "1", "--y-axis", "up"]
+    more = [*read, "--window", "2", *SMALL, "--generations", "1"]
+    code, _, err = call("infer", "--trajectories", "plain.csv", "--model", "robots", *more, "--out", "run")
+    assert code == 2
+    assert (
+        "error: `--model` must be one without headings, as `--trajectories` has none; got Robots, whose speeds are negative "
+        "backwards. Give another model, or a file with headings, see docs/trajectories.md." in err
+    )
+    assert not Path("run").exists()
+    for model, headings in (("robots", "with"), ("burst-and-coast", "without")):
+        assert call("infer", "--trajectories", "facing.csv", "--model", model, *more, "--out", model)[0] == 0
+        assert f'headings = "{headings}"\n' in Path(model, "config.toml").read_text()
+    assert "`motion` must have headings" in call("detect", "robots", "plain.csv", *read)[2]
+    refused = [call("detect", "burst-and-coast", name, *read)[2] for name in ("plain.csv", "facing.csv")]
+    assert not any("headings" in err for err in refused)
+
+
 def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, monkeypatch):
     whole, _, _ = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "whole")
     assert whole == 0
