@@ -122,6 +122,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     runs = list(runs)
     _refuse_unfit(runs)
     configuration = _common_configuration(runs)
+    _refuse_same_seeds(runs)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     typical = np.stack([_typical_models(run, configuration) for run in runs])
     estimate = on_own_scales(configuration, typical, pooled_estimate)
@@ -157,6 +158,10 @@ def _refuse_unfit(runs: list[Result]) -> None:
             raise ConfigurationError(
                 f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."
             )
+
+
+def _refuse_same_seeds(runs: list[Result]) -> None:
+    """Raise ConfigurationError if two runs of one configuration have the same seed."""
     for number, run in enumerate(runs):
         if run.seed in {other.seed for other in runs[:number]}:
             raise ConfigurationError(
