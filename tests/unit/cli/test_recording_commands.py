@@ -159,6 +159,39 @@ def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, monkeyp
         assert of_python not in err
 
 
+def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
+    def interrupt(self, progress):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
+        assert call("infer", *RECORDED, *SMALL, "--generations", "3", "--out", "run")[0] == 130
+    motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
+    assert call(*motion)[2] == (
+        "error: `run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
+        "first, or give --genuine and --abnormal.\n"
+    )
+    assert call("detect", "run", "--simulate", "1")[2] == (
+        "error: `--simulate` must be left out for a run on recorded motion, whose individuals are no simulated robots; got one. "
+        "Give MOTION, a file of observed motion.\n"
+    )
+
+
+def test_a_short_recording_of_one_individual_is_not_checked(call):
+    rng = np.random.default_rng(1)
+    rows = [f"{t},0,{x},{y}" for t, (x, y) in enumerate(np.cumsum(rng.normal(0.6, 0.2, (450, 2)), axis=0))]
+    Path("one.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    one = ["--trajectories", "one.csv", "--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+    assert call("infer", *one, "--window", "1.2", *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    code, _, err = call("check", "run", *one)
+    assert (code, err) == (
+        2,
+        "error: `--trajectories` must have kept-out windows of 2 individuals or 2 blocks of time at least, to be checked; got 1. "
+        "Record for longer, or more individuals, and infer again, perhaps with a shorter --window.\n",
+    )
+    assert not Path("run/check").exists()
+
+
 def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch):
     def full(*arguments):
         raise OSError(28, "No space left on device")
