@@ -1,7 +1,7 @@
 """Options that name recorded motion and a family of models, and what they stand for."""
 
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -102,6 +102,8 @@ class Recording:
     def opened(self, run: Path | None = None) -> tuple["Windows", "Family", "Trajectories"]:
         """Open the recording, and fit the family of models to it.
 
+        What the family knows nothing of is not measured: headings are left out of account if its individuals have none.
+
         Parameters
         ----------
         run
@@ -135,8 +137,11 @@ class Recording:
                 format=self.format,
                 keypoint=self.keypoint,
             )
+            chosen = FAMILIES[self.model]
+            if not chosen.headings:
+                motion = replace(motion, headings=None)
             windows = motion.windows(**self._length(run))
-            family = FAMILIES[self.model](
+            family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],
                 interval_s=windows.interval_s,

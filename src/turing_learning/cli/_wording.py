@@ -46,6 +46,11 @@ _SENTENCES = (
     (r"`simulate` must have the parameters of the run", "`--model` must have the parameters of the run"),
     (r" Give the simulator that the run has, or its parameters\.", " Give the model that the run has."),
     (
+        r"`simulate` must have no headings, as the samples have none; got (\w+), (.*?)\. Give .*",
+        r"`--model` must be one without headings, as `--trajectories` has none; got \1, \2. Give another model, or a file with "
+        r"headings, see docs/trajectories.md.",
+    ),
+    (
         r"`genuine` must be left out for simulated robots; got \w+\. A system of .*",
         "`--trajectories` must be left out for a run on simulated robots; got one. Such a run needs nothing but its folder.",
     ),
@@ -56,14 +61,24 @@ _SENTENCES = (
     ),
     (
         r"`genuine` and `abnormal` must be given for a run on a system of one's own; got one without\. Give .*",
-        "`--genuine` and `--abnormal` must be given for a run that has kept no motion; got one of them or none. Give files of "
-        "motion of both kinds, see docs/detection.md.",
+        "`--genuine` and `--abnormal` must be given for a run that has kept no motion; got one of them or none. Give files "
+        "of motion of both kinds, see docs/detection.md.",
     ),
+    (
+        r"`run` must be on simulated robots for individuals to be simulated; got .*",
+        "`--simulate` must be left out for a run on recorded motion, whose individuals are no simulated robots; got one. Give "
+        "MOTION, a file of observed motion.",
+    ),
+    (r" Resume it first, or give `genuine` and `abnormal`\.", " Resume it first, or give --genuine and --abnormal."),
     (
         r" Run again with a larger share, or shorter windows\.",
         " Infer again with a shorter --window, or record for longer.",
     ),
-    (r" Name groups of another kind, such as blocks of time\.", " Record for longer, or more individuals."),
+    (
+        r"`groups` must tell at least 2 groups of kept-out samples apart; got (\d+)\. Name .*",
+        r"`--trajectories` must have kept-out windows of 2 individuals or 2 blocks of time at least, to be checked; got \1. Record "
+        r"for longer, or more individuals, and infer again, perhaps with a shorter --window.",
+    ),
     (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
     (r"force=True", "--force"),
     # studies

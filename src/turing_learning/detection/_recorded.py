@@ -1,6 +1,6 @@
 """Recorded motion as the classifiers of a run want it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,8 @@ class RecordedMotion:
 def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMotion:
     """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
 
+    For a run without headings, those of the recording are left out of account.
+
     Parameters
     ----------
     recording
@@ -51,6 +53,8 @@ def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMot
     """
     _check_signals(recording, run)
     _check_rate(recording, run)
+    if run.headings == "without":
+        recording = replace(recording, headings=None)
     try:
         windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
     except ValueError as error:
@@ -75,10 +79,10 @@ def _check_signals(recording: Trajectories, run: RunClassifiers) -> None:
             f"`run` must have signals that a recording yields, {', '.join(SIGNALS)}; got {', '.join(unknown)}. "
             "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
         )
-    if run.scenario is not None and recording.headings is None:
+    if run.headings == "with" and recording.headings is None:
         raise ConfigurationError(
-            "`motion` must have headings for a run on robots, whose speeds are negative when they drive backwards; got a "
-            "recording without. Give speeds in a .npy, .npz or .csv file, see docs/detection.md."
+            "`motion` must have headings, as the run has, whose speeds are negative backwards; got a recording without. Give one "
+            "with headings, or motion in a .npy, .npz or .csv file, see docs/detection.md."
         )
     if recording.unit != "cm":
         raise ConfigurationError(f"`motion` must be in cm; got {recording.unit}. Say how many pixels are 1 cm.")

@@ -58,8 +58,12 @@ class RunClassifiers:
         Of the D signals.
     interval_s
         Duration of a time step (s); 0 if it is not known.
+    headings
+        Whether samples are measured "with" headings or "without"; empty if that is not known, or makes no difference.
     calibration
         Genuine and abnormal motion (individuals, 1, T, D) that the run has kept; None if there is none.
+    complete
+        Whether the run has come to its end.
     """
 
     classifier: Classifier
@@ -70,7 +74,9 @@ class RunClassifiers:
     scenario: Scenario | None
     names: tuple[str, ...]
     interval_s: float
+    headings: str
     calibration: tuple[np.ndarray, np.ndarray] | None = None
+    complete: bool = True
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -88,8 +94,8 @@ class RunClassifiers:
         """
         if self.scenario is None:
             raise ConfigurationError(
-                "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
-                "Give motion (individuals, samples, T, D) of both kinds."
+                "`run` must be on simulated robots for individuals to be simulated; got one on a system of one's own. Give motion "
+                "that was observed."
             )
         return self.scenario
 
@@ -127,7 +133,9 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         scenario=system if isinstance(system, Scenario) else None,
         names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
         interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
+        headings=system.headings if isinstance(system, OwnSystem) else "with",
         calibration=stored_calibration(result.path),
+        complete=len(history["classifier"]) == configuration.run.generations,
     )
 
 
@@ -141,6 +149,20 @@ def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:
     total = len(populations)
     chosen = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
     return np.stack([np.asarray(populations[g])[np.argmax(np.asarray(fitness[g]))] for g in chosen.tolist()])
+
+
+def _refuse_uncalibrated(run: RunClassifiers) -> None:
+    """Raise ConfigurationError if a run, which has kept no motion, cannot be simulated either."""
+    if run.scenario is None and not run.complete:
+        raise ConfigurationError(
+            "`run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
+            "first, or give `genuine` and `abnormal`."
+        )
+    if run.scenario is None:
+        raise ConfigurationError(
+            "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
+            "Give motion (individuals, samples, T, D) of both kinds."
+        )
 
 
 def calibration_motion(
@@ -161,6 +183,7 @@ def calibration_motion(
             run.calibration[0] if genuine is None else genuine,
             run.calibration[1] if abnormal is None else abnormal,
         )
+    _refuse_uncalibrated(run)
     scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
     controllers = random_controllers(scenario, behaviors, rng)
     simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)

@@ -52,6 +52,8 @@ class Family(ABC):
 
     least: ClassVar[float] = 0.0
     """The least value that a parameter may have."""
+    headings: ClassVar[bool] = False
+    """Whether individuals have headings, with which their signals are measured then."""
 
     def __post_init__(self) -> None:
         for name, lowest in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):

@@ -39,6 +39,7 @@ class Robots(Family):
     scenario: Scenario = AGGREGATION
 
     least: ClassVar[float] = -math.inf
+    headings: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -101,6 +101,8 @@ class Check:
         Runs whose truth is the estimate; empty if they were left out.
     quantities
         Distributions, genuine beside simulated.
+    unfinished
+        Generations that the run had completed when it was checked, and those that it was asked for; None of a finished run.
     """
 
     test: TwoSampleTest
@@ -108,6 +110,7 @@ class Check:
     profiles: tuple[Profile, ...]
     recoveries: tuple[Recovery, ...]
     quantities: tuple[Quantity, ...]
+    unfinished: tuple[int, int] | None = None
 
     @property
     def not_pinned_down(self) -> tuple[str, ...]:
@@ -116,15 +119,19 @@ class Check:
 
     @property
     def verdict(self) -> str:
-        """All of it in two sentences."""
+        """All of it in two sentences, and a third if the run was not finished."""
         can = "can" if self.test.told_apart else "cannot"
         first = (
             f"Fresh classifiers {can} tell kept-out samples from the model "
             f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
         )
-        if not self.not_pinned_down:
-            return f"{first} Nothing speaks against any parameter being pinned down."
-        return f"{first} Not pinned down: {', '.join(self.not_pinned_down)}."
+        second = "Nothing speaks against any parameter being pinned down."
+        if self.not_pinned_down:
+            second = f"Not pinned down: {', '.join(self.not_pinned_down)}."
+        if self.unfinished is None:
+            return f"{first} {second}"
+        done, asked = self.unfinished
+        return f"{first} {second} The run was not finished: the estimate is that after {done} of {asked} generations."
 
     def __str__(self) -> str:
         lines = [self.verdict]
@@ -140,6 +147,7 @@ def check_from_json(content: Mapping[str, Any]) -> Check:
         profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
         recoveries=tuple(Recovery(**each) for each in content["recoveries"]),
         quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),
+        unfinished=_tuples(content).get("unfinished"),
     )
 
 

@@ -74,6 +74,11 @@ class Evidence:
         Judges samples as they were observed.
     parameters
         Name -> parameter with its initial range, P of them.
+
+    Raises
+    ------
+    ConfigurationError
+        If too few samples were kept out, or all of them are of one group.
     """
 
     learning: np.ndarray
@@ -83,6 +88,19 @@ class Evidence:
     simulate: Callable[[np.ndarray, np.random.Generator], np.ndarray]
     classifier: Classifier
     parameters: Mapping[str, Parameter]
+
+    def __post_init__(self) -> None:
+        if len(self.testing) < LEAST_TESTING:
+            raise ConfigurationError(
+                f"`held_out` must keep at least {LEAST_TESTING} samples for testing; got {len(self.testing)}. "
+                "Run again with a larger share, or shorter windows."
+            )
+        groups = len(np.unique(self.groups))
+        if groups < 2:
+            raise ConfigurationError(
+                f"`groups` must tell at least 2 groups of kept-out samples apart; got {groups}. Name groups of another kind, "
+                "such as blocks of time."
+            )
 
 
 def stream(seed: int, *use: int) -> np.random.Generator:
@@ -125,18 +143,13 @@ def own_evidence(
     Raises
     ------
     ConfigurationError
-        If too few samples were held out.
+        If too few samples were held out, or all of them are of one group.
     """
     system, rng = source.system, stream(seed, OBSERVING)
     source.generation = 1  # from here on a failed simulation is left out
     learning, testing = data.learning, data.testing
     if data.live is not None:
         learning, testing = (_observed(data, system.steps, effort.samples, rng) for _ in range(2))
-    if len(testing) < LEAST_TESTING:
-        raise ConfigurationError(
-            f"`held_out` must keep at least {LEAST_TESTING} samples for testing; got {len(testing)}. "
-            "Run again with a larger share, or shorter windows."
-        )
 
     def simulate(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         samples = source.simulate(values, rng)

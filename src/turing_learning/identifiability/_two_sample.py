@@ -84,7 +84,7 @@ def two_sample_test(
     Raises
     ------
     ConfigurationError
-        If most simulations fail, or all kept-out samples are of one group.
+        If most simulations fail.
 
     Source
     ------
@@ -95,11 +95,6 @@ def two_sample_test(
     if len(genuine) > effort.samples:
         genuine = genuine[rng.choice(len(genuine), effort.samples, replace=False)]
     groups = len(np.unique(evidence.groups))
-    if groups < 2:
-        raise ConfigurationError(
-            f"`groups` must tell at least 2 groups of kept-out samples apart; got {groups}. Name groups of another kind, "
-            "such as blocks of time."
-        )
     jury = train_jury(
         evidence.classifier,
         genuine,

@@ -94,8 +94,9 @@ class Checker:
         from turing_learning.identifiability._check import check_from_json
 
         path = None if folder is None else folder.path / FOLDER
-        content = self._begun(path, force=force)
-        evidence = self._evidence()
+        known = self._known(path, force=force)
+        evidence = self._evidence()  # refuses what cannot be checked, before anything is written
+        content = self._begun(path) if known is None else known
         self._test(content, path, evidence)
         self._quantities(content, path, evidence)
         self._profiles(content, path, evidence)
@@ -111,7 +112,6 @@ class Checker:
     def _settings(self) -> dict[str, Any]:
         groups = None if self.given is None or self.given.groups is None else self.given.groups.tolist()
         return {
-            "generations": self.result.generations,
             "estimate": self.result.estimate,
             "seed": self.seed,
             "recoveries": self.recoveries,
@@ -120,22 +120,29 @@ class Checker:
             "groups": groups,
         } | asdict(self.effort)
 
-    def _begun(self, path: Path | None, *, force: bool) -> dict[str, Any]:
-        """Return what is known already, under these settings; nothing if all is to be looked at anew."""
-        settings = self._settings()
-        new = {"settings": settings, "profiles": {}, "recoveries": []}
+    def _known(self, path: Path | None, *, force: bool) -> dict[str, Any] | None:
+        """Return what is known already, under these settings; None if all is to be looked at anew."""
+        known = None if path is None or force else stored_check(path.parent)
+        if known is None or known["settings"] == self._settings():
+            return known
+        if known["settings"]["estimate"] != self.result.estimate:
+            raise RunFolderError(
+                f"`run` must have the estimate that it had when its check began; got another, after {self.result.generations} "
+                f"generations [{path}]. The run has gone on since: replace the check with force=True."
+            )
+        raise RunFolderError(
+            f"`run` must be checked with the settings that its check began with; got others [{path}]. "
+            "Replace it with force=True."
+        )
+
+    def _begun(self, path: Path | None) -> dict[str, Any]:
+        """Return the beginning of a check, in place of one that may be there."""
+        unfinished = None if self.result.complete else [self.result.generations, self.configuration.run.generations]
+        new = {"settings": self._settings(), "unfinished": unfinished, "profiles": {}, "recoveries": []}
         if path is None:
             return new
-        known = stored_check(path.parent)
-        if known is not None and not force:
-            if known["settings"] == settings:
-                return known
-            raise RunFolderError(
-                f"`run` must be checked with the settings that its check began with; got others [{path}]. "
-                "Replace it with force=True."
-            )
         with kept(path.parent):
-            if known is not None:
+            if stored_check(path.parent) is not None:
                 import shutil
 
                 shutil.rmtree(path)

@@ -115,7 +115,7 @@ def check_run(
             stage=stage or _say_nothing,
         ).run(folder, force=force)
         if folder is not None:
-            _draw(result, configuration, found, folder)
+            _draw(result, configuration, found, folder, stage or _say_nothing)
     return found
 
 
@@ -182,8 +182,8 @@ def _recover(configuration: Configuration, path: Path | None, system: Mapping[st
             raise error.__cause__ from None
 
 
-def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder) -> None:
-    """Write the figures of a check, and the report of the run again where there is one."""
+def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder, stage: Stage) -> None:
+    """Write the figures of a check, and the report of the run again where there is one and the history that it shows."""
     from ._check_present import draw_check
     from ._present import save_figures
 
@@ -191,4 +191,7 @@ def _draw(result: Result, configuration: Configuration, found: "Check", folder: 
     with kept(folder.path):
         save_figures(drawings, folder.figures_path)
         if folder.report_path.exists():
-            result.report()
+            try:
+                result.report()
+            except RunFolderError as error:
+                stage(f"the report is left as it was: {error}")

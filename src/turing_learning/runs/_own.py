@@ -10,7 +10,7 @@ from turing_learning.config import Configuration, ConfigurationError, OwnConfigu
 from turing_learning.models import Parameter
 from turing_learning.sources import TIME_STEP_TOLERANCE, Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
 from turing_learning.swarm import SCENARIOS, Scenario
-from turing_learning.trajectories import SIGNALS, Signals, Trajectories
+from turing_learning.trajectories import DIRECTED, SIGNALS, Signals, Trajectories
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
@@ -77,12 +77,12 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
             rng=np.random.default_rng(GENUINE),
         )
         center, scale = data.scales()
-        name = options.get("name", "own-system")
+        name, signals = options.get("name", "own-system"), _signals(options, genuine, data.samples.shape[2])
         system = OwnSystem(
             name=name,
             title=options.get("title", name),
             parameters=_parameters(parameters),
-            signals=_signals(options, genuine, data.samples.shape[2]),
+            signals=signals,
             steps=data.samples.shape[1],
             center=center,
             input_scale=scale,
@@ -92,6 +92,7 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
             batches=_batches(options),
             digest=data.digest,
             interval_s=float(getattr(genuine, "interval_s", 0.0)),
+            headings=_headings(genuine) if set(DIRECTED) & set(signals) else "",
         )
     except ConfigurationError:
         raise
@@ -156,6 +157,7 @@ def _refuse_others_samples(system: OwnSystem, simulate: Any) -> None:
             f"`simulate` must have the signals of the samples, {', '.join(system.signals)}, in this order; got "
             f"{', '.join(signals)}. Give the family of models signals={system.signals}."
         )
+    _refuse_other_headings(system, simulate)
     known = system.interval_s  # 0 if it is not
     if known and isinstance(interval, float | int) and abs(interval / known - 1) > TIME_STEP_TOLERANCE:
         raise ConfigurationError(
@@ -167,6 +169,28 @@ def _refuse_others_samples(system: OwnSystem, simulate: Any) -> None:
             f"`simulate` must have as many steps as the samples, {system.steps}; got {steps}. Give the family of models "
             f"steps={system.steps}."
         )
+
+
+def _refuse_other_headings(system: OwnSystem, simulate: Any) -> None:
+    """Raise ConfigurationError if a simulator says that it measures with headings, and the samples are without, or vice versa."""
+    simulated, name = _headings(simulate), type(simulate).__name__
+    if (system.headings, simulated) == ("without", "with"):
+        raise ConfigurationError(
+            f"`simulate` must have no headings, as the samples have none; got {name}, whose speeds are negative backwards. Give "
+            "another family of models, or windows of a recording with headings."
+        )
+    if (system.headings, simulated) == ("with", "without"):
+        raise ConfigurationError(
+            f"`simulate` must have headings, as the samples do; got {name}, whose speeds are never negative. Give a family of "
+            "models with headings, or measure the samples without: dataclasses.replace(recording, headings=None).windows(...)."
+        )
+
+
+def _headings(measured: Any) -> Literal["", "with", "without"]:
+    known = getattr(measured, "headings", None)
+    if not isinstance(known, bool):
+        return ""
+    return "with" if known else "without"
 
 
 def reopen_source(

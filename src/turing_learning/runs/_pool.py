@@ -15,8 +15,9 @@ from ._scales import on_own_scales
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
-_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history")
-"""Settings in which pooled runs may differ; but for the seed, none of them changes the result."""
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings")
+"""Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
+and samples that are measured otherwise are others."""
 
 _LONGEST = 60  # characters of a value in a message
 
@@ -121,6 +122,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     runs = list(runs)
     _refuse_unfit(runs)
     configuration = _common_configuration(runs)
+    _refuse_same_seeds(runs)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     typical = np.stack([_typical_models(run, configuration) for run in runs])
     estimate = on_own_scales(configuration, typical, pooled_estimate)
@@ -156,6 +158,10 @@ def _refuse_unfit(runs: list[Result]) -> None:
             raise ConfigurationError(
                 f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."
             )
+
+
+def _refuse_same_seeds(runs: list[Result]) -> None:
+    """Raise ConfigurationError if two runs of one configuration have the same seed."""
     for number, run in enumerate(runs):
         if run.seed in {other.seed for other in runs[:number]}:
             raise ConfigurationError(

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class OwnSystem:
         SHA-256 of the genuine data; empty for a live source.
     interval_s
         Duration of a time step (s); 0 if it is not known.
+    headings
+        Whether the signals are measured "with" headings or "without"; empty if that is not known, or makes no difference to them.
 
     Raises
     ------
@@ -66,6 +68,7 @@ class OwnSystem:
     batches: int = 1
     digest: str = ""
     interval_s: float = 0.0
+    headings: Literal["", "with", "without"] = ""
 
     def __post_init__(self) -> None:
         _check_name("name", self.name)
@@ -84,6 +87,8 @@ class OwnSystem:
                 raise ValueError(f"`{name}` must be an integer of at least {least}; got {value!r}.")
         if not self.interval_s >= 0:
             raise ValueError(f"`interval_s` must be at least 0; got {self.interval_s!r}.")
+        if self.headings not in ("", "with", "without"):
+            raise ValueError(f'`headings` must be "with", "without" or empty; got {self.headings!r}.')
 
     @property
     def parameter_names(self) -> tuple[str, ...]:

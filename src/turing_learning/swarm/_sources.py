@@ -93,6 +93,7 @@ class ObservedSwarm:
     trials: int = TRIALS
 
     names = ("speed", "turn")
+    headings = True
 
     @property
     def interval_s(self) -> float:

@@ -6,7 +6,8 @@
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
 `Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, direction of y.
-`compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them.
+`compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
+                            that depend on headings.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.
 ==========================  =====================================================================================
 """
@@ -16,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ._load import FORMATS, load_trajectories
     from ._problems import Jump, Problems
-    from ._signals import SIGNALS, Signals, compute_signals
+    from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
     from ._trajectories import Trajectories
     from ._windows import Windows
     from ._xarray import from_xarray
 
 __all__ = [
+    "DIRECTED",
     "FORMATS",
     "SIGNALS",
     "Jump",
@@ -35,6 +37,7 @@ __all__ = [
 ]
 
 _LAZY = {
+    "DIRECTED": "_signals",
     "FORMATS": "_load",
     "SIGNALS": "_signals",
     "Jump": "_problems",

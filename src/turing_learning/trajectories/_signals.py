@@ -17,6 +17,9 @@ SIGNALS = {
 }
 """Signals and their units (px instead of cm where the scale is unknown)."""
 
+DIRECTED = ("speed", "turn", "neighbor_bearing")
+"""Signals that are others where headings are known."""
+
 
 @dataclass(frozen=True, eq=False)
 class Signals:

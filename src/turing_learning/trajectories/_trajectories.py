@@ -264,7 +264,8 @@ class Trajectories:
             jumps = np.zeros_like(usable.valid)
             for jump in self.check(jump_factor).jumps:
                 jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
-        return cut_windows(usable, cut, [self._place(name) for name in names], self.fps, jumps)
+        chosen = [self._place(name) for name in names]
+        return cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
 
     def to_xarray(self) -> "xr.Dataset":
         """Return a dataset in the conventions of the `movement` package; missing positions are NaN there.

@@ -51,6 +51,8 @@ class Windows:
         Of the D signals.
     interval_s
         Duration of a step (s).
+    headings
+        Whether the signals are measured with headings.
     steps_without_signal, steps_with_jump
         Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
     blocks
@@ -63,13 +65,14 @@ class Windows:
     held_out_index: np.ndarray
     names: tuple[str, ...]
     interval_s: float
+    headings: bool
     steps_without_signal: int
     steps_with_jump: int
     blocks: tuple[tuple[int, int, str], ...]
 
 
 def cut_windows(
-    signals: Signals, cut: Cut, individuals: Sequence[int], fps: float, jumps: np.ndarray | None
+    signals: Signals, cut: Cut, individuals: Sequence[int], fps: float, jumps: np.ndarray | None, *, headings: bool
 ) -> Windows:
     """Cut windows of some individuals out of signals (F - 1, A, D)."""
     valid = signals.valid if jumps is None else signals.valid & ~_widened(jumps, cut)
@@ -83,6 +86,7 @@ def cut_windows(
         held_out_index=found["held out"],
         names=signals.names,
         interval_s=1 / fps,
+        headings=headings,
         steps_without_signal=int((~signals.valid[:, individuals]).sum()),
         steps_with_jump=0 if jumps is None else int(jumps[:, individuals].sum()),
         blocks=blocks,

@@ -58,6 +58,27 @@ def test_a_table_of_ones_own_says_where_y_points(call):
     assert "`--y-axis` must be given; got none" in err
 
 
+def test_headings_are_on_both_sides_or_on_none(call):
+    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
+    for name, column, heading in (("plain.csv", "", ""), ("facing.csv", ",heading", ",3.1")):
+        Path(name).write_text("\n".join([f"frame,id,x,y{column}", *(row + heading for row in rows)]) + "\n")
+    read = ["--fps", "10", "--scale", "1", "--y-axis", "up"]
+    more = [*read, "--window", "2", *SMALL, "--generations", "1"]
+    code, _, err = call("infer", "--trajectories", "plain.csv", "--model", "robots", *more, "--out", "run")
+    assert code == 2
+    assert (
+        "error: `--model` must be one without headings, as `--trajectories` has none; got Robots, whose speeds are negative "
+        "backwards. Give another model, or a file with headings, see docs/trajectories.md." in err
+    )
+    assert not Path("run").exists()
+    for model, headings in (("robots", "with"), ("burst-and-coast", "without")):
+        assert call("infer", "--trajectories", "facing.csv", "--model", model, *more, "--out", model)[0] == 0
+        assert f'headings = "{headings}"\n' in Path(model, "config.toml").read_text()
+    assert "`motion` must have headings" in call("detect", "robots", "plain.csv", *read)[2]
+    refused = [call("detect", "burst-and-coast", name, *read)[2] for name in ("plain.csv", "facing.csv")]
+    assert not any("headings" in err for err in refused)
+
+
 def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, monkeypatch):
     whole, _, _ = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "whole")
     assert whole == 0
@@ -136,6 +157,39 @@ def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, monkeyp
     assert err.count("\n") == 1
     for of_python in ("turing_learning.", "simulate=", "`genuine`", "`simulate`"):
         assert of_python not in err
+
+
+def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
+    def interrupt(self, progress):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
+        assert call("infer", *RECORDED, *SMALL, "--generations", "3", "--out", "run")[0] == 130
+    motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
+    assert call(*motion)[2] == (
+        "error: `run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
+        "first, or give --genuine and --abnormal.\n"
+    )
+    assert call("detect", "run", "--simulate", "1")[2] == (
+        "error: `--simulate` must be left out for a run on recorded motion, whose individuals are no simulated robots; got one. "
+        "Give MOTION, a file of observed motion.\n"
+    )
+
+
+def test_a_short_recording_of_one_individual_is_not_checked(call):
+    rng = np.random.default_rng(1)
+    rows = [f"{t},0,{x},{y}" for t, (x, y) in enumerate(np.cumsum(rng.normal(0.6, 0.2, (450, 2)), axis=0))]
+    Path("one.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    one = ["--trajectories", "one.csv", "--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+    assert call("infer", *one, "--window", "1.2", *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    code, _, err = call("check", "run", *one)
+    assert (code, err) == (
+        2,
+        "error: `--trajectories` must have kept-out windows of 2 individuals or 2 blocks of time at least, to be checked; got 1. "
+        "Record for longer, or more individuals, and infer again, perhaps with a shorter --window.\n",
+    )
+    assert not Path("run/check").exists()
 
 
 def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch):

@@ -108,8 +108,22 @@ def test_a_run_that_does_not_know_its_time_step_or_sees_other_signals_is_refused
 
 
 def test_robots_need_headings(run):
-    with pytest.raises(ConfigurationError, match="`motion` must have headings for a run on robots"):
+    with pytest.raises(
+        ConfigurationError, match=r"`motion` must have headings, as the run has, .*; got a recording without"
+    ):
         recorded_motion(recording(), run_classifiers(run))
     heading = np.zeros((60, 3))
     motion = recorded_motion(recording(60, headings=heading), run_classifiers(run))
     assert motion.samples[0].shape == (5, 10, 2)
+
+
+def test_motion_is_measured_as_that_of_the_run(fish):
+    run = run_classifiers(fish)
+    assert run.headings == "without"
+    facing = recording(60, headings=np.full((60, 3), np.pi))
+    expected = recorded_motion(recording(60), run).samples
+    for found, samples in zip(recorded_motion(facing, run).samples, expected, strict=True):
+        np.testing.assert_array_equal(found, samples)
+    assert (recorded_motion(facing, replace(run, headings="with")).samples[0][..., 0] < 0).any()
+    with pytest.raises(ConfigurationError, match="`motion` must have headings"):
+        recorded_motion(recording(60), replace(run, headings="with"))

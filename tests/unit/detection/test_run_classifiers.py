@@ -5,7 +5,7 @@ import pytest
 
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import Detector, _run, random_controllers, run_classifiers, simulate_behaviors
-from turing_learning.runs import infer, load_run
+from turing_learning.runs import infer, load_run, resume
 
 
 def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
@@ -122,7 +122,19 @@ def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
         Detector.from_run(own_run, genuine=genuine)
 
 
-def test_without_a_scenario_motion_must_be_given(run):
+def test_an_own_run_that_was_stopped_has_to_be_finished_before_it_calibrates(tmp_path):
+    given = {"genuine": walks(np.full((30, 1), 30.0), np.random.default_rng(1)), "simulate": walks}
+    small = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
+    more = {"parameters": {"speed": (0, 80)}, "generations": 4, "settings": small, "out": tmp_path / "run"}
+    stopped = infer(**given, **more, should_stop=lambda: True)
+    with pytest.raises(
+        ConfigurationError, match=r"^`run` must be finished to have kept .*\. Resume it first, or give `gen"
+    ):
+        Detector.from_run(stopped)
+    assert run_classifiers(resume(stopped.path, **given)).complete
+
+
+def test_without_a_scenario_nobody_can_be_simulated(run):
     parts = replace(run_classifiers(run), scenario=None)
-    with pytest.raises(ConfigurationError, match=r"^`genuine` and `abnormal` must be given for a run on a system of"):
+    with pytest.raises(ConfigurationError, match=r"^`run` must be on simulated robots for individuals to be simulated"):
         parts.simulated_scenario()

@@ -61,6 +61,10 @@ def test_the_verdict_names_what_is_not_pinned_down():
         "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
     )
     assert "  b: its interval is 90%" in str(found)
+    unfinished = replace(found, unfinished=(3, 10))
+    assert unfinished.verdict == (
+        f"{found.verdict} The run was not finished: the estimate is that after 3 of 10 generations."
+    )
     cannot = replace(found, test=replace(test, p_value=0.4), parameters=parameters[:1])
     assert "cannot tell" in cannot.verdict
     assert cannot.not_pinned_down == ()

@@ -1,6 +1,7 @@
 """A check of a run: what it finds, what it keeps, and how it goes on."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -109,6 +110,48 @@ def test_other_settings_are_refused_unless_forced(tmp_path):
         result.check(effort=QUICK, recoveries=0, seed=1)
     assert result.check(effort=QUICK, recoveries=0, seed=1, force=True).recoveries == ()
     assert content(result.path)["settings"]["seed"] == 1
+
+
+def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
+    stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
+    found = stopped.check(effort=QUICK, recoveries=0)
+    assert found.unfinished == (3, 6)
+    assert "The run was not finished: the estimate is that after 3 of 6 generations." in str(found)
+    assert stopped.check(effort=QUICK, recoveries=0) == found
+    tl.resume(stopped.path, genuine=recorded(), simulate=walk)
+    given = {"genuine": recorded(), "simulate": walk, "effort": QUICK, "recoveries": 0}
+    with pytest.raises(
+        RunFolderError, match=r"got another, after 6 generations \[.*\]\. The run has gone on since: replace"
+    ):
+        tl.load_run(stopped.path).check(**given)
+    assert tl.load_run(stopped.path).check(**given, force=True).unfinished is None
+
+
+def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
+    result = infer(out=tmp_path / "run")
+    calls = []
+    with pytest.raises(
+        ConfigurationError, match="`groups` must tell at least 2 groups of kept-out samples apart; got 1"
+    ):
+        result.check(effort=QUICK, groups=np.zeros(40), stage=calls.append)
+    few = infer(out=tmp_path / "few", held_out=[3])
+    with pytest.raises(ConfigurationError, match="`held_out` must keep at least 4"):
+        few.check(effort=QUICK, stage=calls.append)
+    assert calls == []
+    assert not any((path / "check").exists() for path in (result.path, few.path))
+
+
+def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
+    full = SETTINGS | {"run.history": "full"}
+    tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, generations=3, settings=full, out=tmp_path / "run")
+    shutil.rmtree(tmp_path / "run/history.zarr")
+    (tmp_path / "run/report.html").write_text("as it was")
+    calls = []
+    given = {"genuine": recorded(), "simulate": walk, "effort": QUICK, "recoveries": 0}
+    found = tl.load_run(tmp_path / "run").check(**given, stage=calls.append)
+    assert calls[-1].startswith("the report is left as it was: `run` must have its history; got ")
+    assert (tmp_path / "run/report.html").read_text() == "as it was"
+    assert tl.load_run(tmp_path / "run").check(**given) == found
 
 
 def test_a_forced_check_looks_again(tmp_path):

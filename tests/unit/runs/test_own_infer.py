@@ -292,6 +292,62 @@ def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(t
     assert tl.resume(path, genuine=Windows(), simulate=replace(WALK, interval_s=0.0400001)).complete
 
 
+class Facing(BurstAndCoast):
+    """A walk that is said to be measured with headings."""
+
+    headings = True
+
+
+FACING = Facing(individuals=1, steps=12, interval_s=0.04)
+
+
+@pytest.mark.parametrize(
+    ("headings", "simulate", "other", "message"),
+    [
+        (
+            False,
+            WALK,
+            FACING,
+            "`simulate` must have no headings, as the samples have none; got Facing, whose speeds are negative",
+        ),
+        (
+            True,
+            FACING,
+            WALK,
+            "`simulate` must have headings, as the samples do; got BurstAndCoast, whose speeds are never",
+        ),
+    ],
+)
+def test_headings_on_one_side_only_are_refused_wherever_a_simulator_is_given(
+    tmp_path, stop_after, headings, simulate, other, message
+):
+    windows, path = Windows(), tmp_path / "run"
+    windows.headings = headings
+    with pytest.raises(ConfigurationError, match=message):
+        infer(windows, other, WALK.parameters, out=path)
+    assert not path.exists()
+    stopped = infer(windows, simulate, WALK.parameters, out=path, should_stop=stop_after(2))
+    for again in (stopped.check, lambda **system: tl.resume(path, **system)):
+        with pytest.raises(ConfigurationError, match=message):
+            again(genuine=windows, simulate=other)
+    assert tl.resume(path, genuine=windows, simulate=simulate).complete
+
+
+def test_headings_do_not_matter_where_they_change_no_signal_or_nothing_is_known_of_them():
+    near, windows = replace(FACING, individuals=2, signals=("neighbor_distance",)), Windows()
+    assert infer(windows, FACING, WALK.parameters, generations=1).configuration.scenario.headings == ""
+    windows.headings, windows.names = False, near.signals
+    windows.learning = windows.held_out = near(np.full((20, 4), 0.5), np.random.default_rng(1))[:, 0]
+    assert infer(windows, near, near.parameters, generations=1).configuration.scenario.headings == ""
+
+
+def test_a_stored_run_of_before_headings_were_known_opens(tmp_path):
+    stored = to_toml(infer(Windows(), WALK, WALK.parameters, generations=1).configuration)
+    assert stored.count('headings = ""\n') == 1
+    (tmp_path / "old.toml").write_text(stored.replace('headings = ""\n', ""))
+    assert load_configuration(tmp_path / "old.toml").scenario.headings == ""
+
+
 def test_a_recording_of_another_frame_rate_is_refused_in_a_check():
     result = infer(Windows(), WALK, WALK.parameters, generations=1)
     with pytest.raises(

@@ -138,6 +138,12 @@ def test_the_same_seed_twice_is_refused(three):
         tl.pool([*three, three[0]])
 
 
+def test_the_same_seed_of_other_settings_is_another_run(three, small):
+    other = with_settings(small(seed=1, generations=LENGTH, history="thin"), {"models.parents": 5})
+    with pytest.raises(ConfigurationError, match=r"got models\.parents = 4 with seed 1 and 5 with seed 1\."):
+        tl.pool([three[0], tl.infer(config=other)])
+
+
 def test_a_run_that_is_not_complete_is_refused(three, small, tmp_path, stop_after):
     kept = start(small(seed=4, generations=LENGTH), tmp_path / "run", should_stop=stop_after(9))
     message = (
