@@ -154,7 +154,7 @@ def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
         held = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise RunFolderError(
-            f"`out` must be a new folder, or that of a search; got {folder} ({error}). Choose another folder."
+            f"`out` must be a new folder, or that of a search; got {folder}, without a readable {path.name}. Choose another folder."
         ) from error
     if held != content:
         raise RunFolderError(

@@ -81,6 +81,8 @@ class OwnSystem:
                 "`signals` must be as many names as the data has signals, one or more; "
                 f"got {len(self.signals)} names of {len(self.center)} signals."
             )
+        if len(set(self.signals)) < len(self.signals):
+            raise ValueError(f"`signals` must have different names; got {', '.join(self.signals)}.")
         for name, least in (("steps", 1), ("samples", 0), ("samples_per_generation", 0), ("batches", 0)):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool) or value < least:

@@ -121,7 +121,10 @@ def test_a_folder_of_another_search_is_refused(found):
 
 def test_a_folder_with_something_else_is_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("")
-    with pytest.raises(RunFolderError, match="`out` must be a new folder, or that of a search; got"):
+    with pytest.raises(
+        RunFolderError,
+        match=r"`out` must be a new folder, or that of a search; got .*, without a readable search\.json",
+    ):
         search(tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 

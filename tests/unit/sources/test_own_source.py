@@ -373,6 +373,7 @@ def test_a_setting_that_breaks_its_rule_is_refused(options, message):
         ({"name": "my fish"}, "`name` must be of 1 to 60 letters, digits, _ and -; got 'my fish'."),
         ({"parameters": {}}, "`parameters` must name one parameter or more; got {}."),
         ({"parameters": {"v (cm)": Parameter(0, 1)}}, "got 'v (cm)'. Give the unit to `Parameter`."),
+        ({"signals": ("x", "x")}, "`signals` must have different names; got x, x."),
         (
             {"signals": ("x",)},
             "`signals` must be as many names as the data has signals, one or more; got 1 names of 2 signals.",
