@@ -44,7 +44,9 @@ def test_the_verdict_names_the_mean_error_and_whether_the_run_is_complete(result
 
 
 def test_the_table_holds_the_papers_figures_and_their_source(result):
-    table = run_table(result)
+    assert [row.published_error for row in run_table(result).rows] == [None] * 4  # not the paper's number of agents
+    papers = dict(zip(result.estimate, [0.01, 0.01, 0.07, 0.06], strict=True))
+    table = run_table(replace(result, paper_absolute_error=papers))
     assert [row.published_error for row in table.rows] == [0.01, 0.01, 0.07, 0.06]
     assert [row.truth for row in table.rows] == [-0.7, -1.0, 1.0, -1.0]
     assert "sections 4.3, 4.6.1, 5.4" in table.note

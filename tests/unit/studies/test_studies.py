@@ -25,6 +25,7 @@ from turing_learning.studies import (
     study,
 )
 from turing_learning.studies._study import create_study
+from turing_learning.studies._table import _paper
 
 TABLES = ("runs.csv", "summary.csv", "convergence.csv")
 
@@ -61,7 +62,14 @@ def test_statistics_are_those_of_the_runs(finished):
     assert found.mean == pytest.approx(np.mean(errors))
     assert found.standard_deviation == pytest.approx(np.std(errors, ddof=1))
     assert found.median == np.median(errors)
-    assert found.paper == 0.07
+    assert found.paper is None  # not the paper's number of agents
+
+
+def test_the_papers_error_stands_beside_runs_of_its_scenario(finished):
+    plan, papers = plan_study("aggregation", runs=3), {"paper_absolute_error": {"vl1": 0.07}}
+    runs = [replace(run, result={**run.result, **papers}) for run in finished.runs]
+    assert _paper(plan, runs, "vl1") == 0.07
+    assert _paper(plan, [runs[0], *finished.runs[1:]], "vl1") is None
 
 
 def test_the_folder_holds_tables_figures_and_report(finished):
