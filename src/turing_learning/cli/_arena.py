@@ -65,12 +65,7 @@ def arena(
             f"`out` must be a folder that can be written; got {out}",
             "Choose another, or make room.",
         ):
-            try:
-                path = service.write(out, force=force)
-            except FileExistsError as error:
-                if error.errno is not None:  # a file in the place of the folder
-                    raise
-                raise ConfigurationError(str(error)) from error
+            path = service.write(out, force=force)
         _show(service, path)
         _listen(service.laboratory)
     typer.echo("the laboratory is closed")

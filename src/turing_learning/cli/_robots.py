@@ -116,15 +116,14 @@ def track(
 ) -> None:
     """Track all robots in a video, write a table that --trajectories reads, and list what went wrong."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.robots import Capture, laboratory_tracker, write_table
+    from turing_learning.robots import Capture, laboratory_tracker, refuse_taken_table, write_table
     from turing_learning.runs import told
 
     laboratory = _load(config)
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup)
-    if path.exists() and not force:
-        raise ConfigurationError(f"`out` must be a new file; got {path}. Choose another, or --force.")
     try:
+        refuse_taken_table(path, force=force)
         with Capture(video) as capture:
             observed = tracker.track(capture)
     except (OSError, ValueError) as error:

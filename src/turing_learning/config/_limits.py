@@ -41,10 +41,10 @@ def check_limits(configuration: "Configuration") -> None:
         _check_work(configuration)
 
 
-def whole_cycles(scenario: "Scenario", duration_s: float) -> int:
-    """Return the control cycles in a `duration` that is asked for; raise ConfigurationError if they are no whole number."""
+def require_whole_cycles(scenario: "Scenario", duration_s: float) -> None:
+    """Raise ConfigurationError if a `duration` that is asked for is no whole number of control cycles."""
     try:
-        return scenario.trial.steps_of(duration_s, "duration")
+        scenario.trial.steps_of(duration_s, "duration")
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turing_learning.config import ConfigurationError
-from turing_learning.sources import TIME_STEP_TOLERANCE
+from turing_learning.sources import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
 from ._run import RunClassifiers
@@ -94,7 +94,7 @@ def _check_rate(recording: Trajectories, run: RunClassifiers) -> None:
             "`run` must know its time step, as runs on windows of recorded motion do; got one on samples alone. "
             "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
         )
-    if abs(recording.fps * run.interval_s - 1) > TIME_STEP_TOLERANCE:
+    if not same_time_step(run.interval_s, 1 / recording.fps):
         raise ConfigurationError(
             f"`fps` must be that of the run, {1 / run.interval_s:.6g}; got {recording.fps:.6g}. Speeds and turns of another "
             "frame rate have other noise. Thin the faster recording, and infer again if that is the run's."

@@ -153,16 +153,17 @@ def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:
 
 def _refuse_uncalibrated(run: RunClassifiers) -> None:
     """Raise ConfigurationError if a run, which has kept no motion, cannot be simulated either."""
-    if run.scenario is None and not run.complete:
+    if run.scenario is not None:
+        return
+    if not run.complete:
         raise ConfigurationError(
             "`run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
             "first, or give `genuine` and `abnormal`."
         )
-    if run.scenario is None:
-        raise ConfigurationError(
-            "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
-            "Give motion (individuals, samples, T, D) of both kinds."
-        )
+    raise ConfigurationError(
+        "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
+        "Give motion (individuals, samples, T, D) of both kinds."
+    )
 
 
 def calibration_motion(

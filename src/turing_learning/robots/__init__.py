@@ -18,7 +18,7 @@ The laboratory
     through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
     generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
     are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
-    do. `rehearse` opens the doors to an emulated one. `write_table` exports tracks.
+    do. `rehearse` opens the doors to an emulated one. `write_table` exports tracks, `refuse_taken_table` asks before.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 The laboratory that is not there
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from .program._states import Disturbance, ObservedTrial, PcProgram
     from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
     from .tracking._capture import CameraError, Capture
-    from .tracking._export import write_table
+    from .tracking._export import refuse_taken_table, write_table
     from .tracking._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
     from .tracking._motion import signed_speeds
     from .tracking._tracker import Fault, Sighting, Track, Tracker, compare_labels
@@ -121,6 +121,7 @@ __all__ = [
     "place_camera",
     "read_setup",
     "real_equipment",
+    "refuse_taken_table",
     "rehearse",
     "serve_tcp",
     "serve_terminal",
@@ -159,7 +160,7 @@ _HOMES = {
     "program._states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
     "tracking._capture": ("CameraError", "Capture"),
-    "tracking._export": ("write_table",),
+    "tracking._export": ("refuse_taken_table", "write_table"),
     "tracking._markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),
     "tracking._motion": ("signed_speeds",),
     "tracking._tracker": ("Fault", "Sighting", "Track", "Tracker", "compare_labels"),

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration
-from turing_learning.sources import TIME_STEP_TOLERANCE, OwnSystem, Simulator
+from turing_learning.sources import OwnSystem, Simulator, same_time_step
 
 from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
 from ._errors import RunFolderError, RunStorageError, writable
@@ -125,9 +125,7 @@ def _say_nothing(stage: str) -> None:
 
 def _refuse_other_rate(recording: "Trajectories | None", system: OwnSystem) -> None:
     """Raise ConfigurationError if a recording has another frame rate than the samples, which are from it."""
-    if recording is None or system.interval_s == 0:
-        return
-    if abs(recording.fps * system.interval_s - 1) > TIME_STEP_TOLERANCE:
+    if recording is not None and system.interval_s > 0 and not same_time_step(system.interval_s, 1 / recording.fps):
         raise ConfigurationError(
             f"`recording` must have the frame rate of the samples, {1 / system.interval_s:.6g} per second; got "
             f"{recording.fps:.6g}. Give the recording that the samples are from."

@@ -20,7 +20,8 @@ def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
     Parameters
     ----------
     kind
-        Of the error that is raised; a `RunStorageError` has its message already, and passes.
+        Of the error that is raised. A `RunStorageError` has its message already, and passes; so does the message of a
+        FileExistsError that is ours, not the operating system's.
     what
         For example "`out` must be a folder that can be written; got runs/mine".
     remedy
@@ -31,7 +32,8 @@ def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
     except RunStorageError:
         raise
     except OSError as error:
-        raise kind(f"{what} ({error.strerror or error}). {remedy}") from error
+        ours = isinstance(error, FileExistsError) and error.errno is None
+        raise kind(str(error) if ours else f"{what} ({error.strerror or error}). {remedy}") from error
 
 
 def writable(name: str, path: Path) -> AbstractContextManager[None]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
-from turing_learning.sources import TIME_STEP_TOLERANCE, Genuine, OwnSource, OwnSystem, cut_samples, read_genuine
+from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine, same_time_step
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.trajectories import DIRECTED, SIGNALS, Signals, Trajectories
 
@@ -159,7 +159,7 @@ def _refuse_others_samples(system: OwnSystem, simulate: Any) -> None:
         )
     _refuse_other_headings(system, simulate)
     known = system.interval_s  # 0 if it is not
-    if known and isinstance(interval, float | int) and abs(interval / known - 1) > TIME_STEP_TOLERANCE:
+    if known and isinstance(interval, float | int) and not same_time_step(interval, known):
         raise ConfigurationError(
             f"`simulate` must have the time step of the samples, {known:.6g} s; got {interval:.6g} s. Give the family of models "
             f"interval_s={known:.6g}, or samples at its rate."

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.config import ConfigurationError, nearest, whole_cycles
+from turing_learning.config import ConfigurationError, nearest, require_whole_cycles
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
@@ -101,7 +101,7 @@ def _check(
         raise ConfigurationError(f"`robots` must be between 1 and {MOST_ROBOTS}; got {robots}.")
     if not 0 < duration_s <= LONGEST_S:
         raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {duration_s:g}.")
-    whole_cycles(scenario, duration_s)
+    require_whole_cycles(scenario, duration_s)
     if seed < 0:
         raise ConfigurationError(f"`seed` must be greater than or equal to 0; got {seed}.")
 

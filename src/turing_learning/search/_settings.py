@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from turing_learning.config import ConfigurationError, whole_cycles
+from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.swarm import Scenario
 
 MOST_CONTROLLERS = 1_000_000
@@ -91,7 +91,7 @@ class SearchSettings:
         shortest = max(1.0, scenario.trial.control_interval_s)
         if self.duration_s < shortest:
             raise ConfigurationError(f"`duration` must be at least {shortest:g} s; got {self.duration_s:g}.")
-        whole_cycles(scenario, self.duration_s)
+        require_whole_cycles(scenario, self.duration_s)
 
     def rounds(self, controllers: int) -> tuple[Round, ...]:
         """Return the rounds of a search among that many controllers: all, the better ones in more trials, the finalists."""

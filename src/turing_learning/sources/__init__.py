@@ -1,8 +1,8 @@
 """Everything that yields samples besides robots: any system that was observed, and any simulator of it.
 
 `OwnSystem`
-    What a run has to know of such a system, as frozen data: parameters, signals, scales of the inputs. `TIME_STEP_TOLERANCE`
-    is the share by which time steps may differ that are held to be the same.
+    What a run has to know of such a system, as frozen data: parameters, signals, scales of the inputs. `same_time_step`
+    says which time steps are held to be the same.
 `Genuine`, `read_genuine`, `cut_samples`
     Samples of the system, checked and split into those for learning and those kept for testing.
 `OwnSource`
@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 from ._errors import OwnSystemError
 from ._failures import FailureLog
 from ._genuine import Genuine, cut_samples, read_genuine
-from ._system import TIME_STEP_TOLERANCE, OwnSystem
+from ._system import OwnSystem, same_time_step
 
 if TYPE_CHECKING:
     from ._calls import Simulator
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from ._source import OwnSource
 
 __all__ = [
-    "TIME_STEP_TOLERANCE",
     "CenteredClassifier",
     "FailureLog",
     "Genuine",
@@ -44,6 +43,7 @@ __all__ = [
     "Simulator",
     "cut_samples",
     "read_genuine",
+    "same_time_step",
 ]
 
 _LAZY = {

@@ -9,10 +9,14 @@ import numpy as np
 
 from ..models import Parameter
 
-TIME_STEP_TOLERANCE = 0.01
-"""Share by which time steps may differ that are held to be the same."""
+TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that are held to be the same
 
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
+
+
+def same_time_step(one_s: float, other_s: float) -> bool:
+    """Return whether two time steps (s), the second above 0, are held to be the same."""
+    return abs(one_s / other_s - 1) <= TIME_STEP_TOLERANCE
 
 
 @dataclass(frozen=True)

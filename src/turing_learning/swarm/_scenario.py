@@ -289,7 +289,7 @@ class Scenario:
     @property
     def control_steps(self) -> int:
         """Number of control cycles T in a trial."""
-        return round(self.trial.duration_s / self.trial.control_interval_s)
+        return self.trial.steps_of(self.trial.duration_s, "trial.duration_s")
 
     @property
     def input_scale(self) -> tuple[float, float]:

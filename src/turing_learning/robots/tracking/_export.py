@@ -27,8 +27,7 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
     FileExistsError
         If it is there, and may not be replaced.
     """
-    if path.exists() and not force:
-        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or force=True.")
+    refuse_taken_table(path, force=force)
     names = ["frame", "x", "y", "id", *(["heading"] if track.has_headings else [])]
     with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
         file.write(",".join(names) + "\n")
@@ -37,3 +36,9 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
                 if present[number - 1]:
                     row = f"{frame},{x:.4f},{y:.4f},{number}"
                     file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))
+
+
+def refuse_taken_table(path: Path, *, force: bool) -> None:
+    """Raise FileExistsError if a file is there, and may not be replaced; for those who have much to do before they write."""
+    if path.exists() and not force:
+        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or force=True.")
