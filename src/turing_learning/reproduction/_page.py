@@ -61,9 +61,20 @@ def _how(experiment: Experiment, results: Results | None) -> list[str]:
 def _provenance(results: Results) -> str:
     found, machine = results.provenance, results.provenance["machine"]
     return (
-        f"Run at full size: {found['finished'][:10]}, commit {found['commit'] or 'unknown'}, version "
+        f"Run at full size: {found['finished'][:10]}, {_commits(found)}, version "
         f"{found['versions']['turing-learning']}, {machine['processors']} processors of {machine['processor']}; "
         f"{results.seconds / 60:.0f} minutes of computing, summed over the pieces of work."
+    )
+
+
+def _commits(provenance: Mapping[str, Any]) -> str:
+    """Name the commits that computed, with the numbers of runs and other pieces of work, and the one that wrote the tables."""
+    computed = ", ".join(
+        f"{commit or 'not recorded'} ({count})" for commit, count in provenance.get("commits", {}).items()
+    )
+    written = provenance["commit"] or "unknown"
+    return f"tables of commit {written}" + (
+        f", runs and other pieces of work of commits {computed}" if computed else ""
     )
 
 

@@ -38,7 +38,10 @@ def folder(tmp_path):
     folder.begin(EXPERIMENTS[ID], fast=False)
     table = Table("errors", "Errors", ("method", "trials", "MAE"), [("NPE", 1000, 0.123456)], inline=True)
     folder.write(
-        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]), fast=False, seconds=1
+        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]),
+        fast=False,
+        seconds=1,
+        commits={},
     )
     return folder
 
