@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import name_failure
+from turing_learning.report import shown
 from turing_learning.runs import TIMINGS
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
@@ -179,7 +180,7 @@ class StudyResult:
     def __str__(self) -> str:
         lines = [f"{self.title}: {describe(self)}"]
         for summary in self.summaries:
-            spread = "-" if summary.standard_deviation is None else f"{summary.standard_deviation:.4f}"
+            spread = shown(summary.standard_deviation, "{:.4f}".format)
             where = " ".join(f"{key}={value}" for key, value in summary.group.items())
             lines.append(
                 f"{summary.parameter:>8} {summary.model:<10} mean {summary.mean:.4f}  std {spread}  "

@@ -1,24 +1,35 @@
 """A check of a run: what it finds, what it keeps, and how it goes on."""
 
+import io
 import json
 import shutil
 
 import numpy as np
 import pytest
 from own_models import RANGES, recorded, walk
+from rich.console import Console
 
 import turing_learning as tl
+from turing_learning.analysis import WHY_UNKNOWN
+from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs._check_present import check_listing, draw_check
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
 
 
-def infer(**options):
+def infer(generations=6, **options):
     return tl.infer(
-        genuine=recorded(), simulate=walk, parameters=RANGES, generations=6, settings=SETTINGS, seed=1, **options
+        genuine=recorded(),
+        simulate=walk,
+        parameters=RANGES,
+        generations=generations,
+        settings=SETTINGS,
+        seed=1,
+        **options,
     )
 
 
@@ -101,6 +112,30 @@ def test_a_check_of_a_run_that_cannot_be_written_is_refused(stored, monkeypatch)
         RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Read-only file sys"
     ):
         stored[0].check(effort=QUICK)
+
+
+def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_and_tables(tmp_path):
+    result = infer(out=tmp_path / "run", generations=2)
+    result.report()
+    found = result.check(effort=QUICK)
+    assert [each.interval_share for each in found.parameters] == [None, None]
+    assert found.not_pinned_down == ("speed", "turn_noise")
+    kept = content(result.path)
+    assert [each["interval_share"] for each in kept["parameters"]] == [None, None]
+    assert kept["recoveries"][0]["interval"] == {"speed": [None, None], "turn_noise": [None, None]}
+    assert result.check(effort=QUICK) == found
+    table = Console(width=120, record=True, quiet=False, file=io.StringIO())
+    table.print(check_table(found))
+    assert [line.split()[:4] for line in table.export_text().splitlines() if "speed" in line] == [
+        ["│", "speed", "│", "-"]
+    ]
+    assert check_listing(found).rows[0][1] is None
+    drawing = draw_check(found, result, result.configuration)[0]
+    assert drawing.caption.endswith(f"The 90 % interval is unknown for speed, turn_noise: {WHY_UNKNOWN}.")
+    assert not drawing.figure.axes[0].patches
+    page = (result.path / "report.html").read_text(encoding="utf-8")
+    assert drawing.caption.rpartition(". ")[2] in page
+    assert ">nan" not in page
 
 
 def test_other_settings_are_refused_unless_forced(tmp_path):

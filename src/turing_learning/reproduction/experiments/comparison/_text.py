@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.swarm import Scenario
 
 from ._outcome import METHODS, MIXTURE, TURING_LEARNING, Outcome
@@ -46,6 +47,7 @@ def remarks(outcomes: Sequence[Outcome]) -> list[str]:
         own = [one for one in outcomes if one.scenario.name == name]
         texts += [_ranking(own[0].scenario, trials, own) for trials in _budgets(own)]
         texts.append(_defeats(own))
+        texts += _unknown(own)
     return texts
 
 
@@ -75,6 +77,13 @@ def _defeats(outcomes: Sequence[Outcome]) -> str:
     wins = [text for one in others for text in _wins(one, own[max(own) if one.method == MIXTURE else one.trials])]
     title = outcomes[0].scenario.title
     return f"**Where the others win, {title.lower()}:** {'; '.join(wins) if wins else 'nowhere'}."
+
+
+def _unknown(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Say how many intervals are not known, if there are some."""
+    some = [f"{METHODS[one.method]} {one.unknown} with {one.trials:,} trials" for one in outcomes if one.unknown]
+    if some:
+        yield f"Intervals that are not known, and count as not holding the truth: {', '.join(some)}: {WHY_UNKNOWN}."
 
 
 def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
