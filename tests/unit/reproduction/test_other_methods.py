@@ -91,9 +91,12 @@ def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
     first, second, wins = remarks(found)
     assert first.index("NPE 0.2000") < first.index("Turing Learning 0.3000")
     assert second.index("Turing Learning 0.0100") < second.index("NPE 0.0500")
-    assert "NPE with 100 simulated trials has smaller errors (0.2000, 0.3000) than Turing Learning" in wins
+    assert "NPE with 100 simulated trials has a smaller median error (0.2000, 0.3000) than Turing Learning" in wins
     assert "NPE with 1,000" not in wins
-    assert "mixture with 10 observed trials has smaller errors (0.0010, 0.0100) and less time (0.5 s, 20.0 s)" in wins
+    assert (
+        "mixture with 10 observed trials has a smaller median error (0.0010, 0.0100) and less time (0.5 s, 20.0 s)"
+        in wins
+    )
     assert "than Turing Learning with 1,000" in wins
 
 

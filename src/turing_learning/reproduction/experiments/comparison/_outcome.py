@@ -72,6 +72,11 @@ class Outcome:
         return float(np.median(self.maes))
 
     @property
+    def worst(self) -> float:
+        """Largest of the mean absolute errors."""
+        return float(self.maes.max())
+
+    @property
     def seconds(self) -> float:
         """Median processor time (s)."""
         return float(np.median(self.processor_seconds))

@@ -60,14 +60,15 @@ def _ranking(scenario: Scenario, trials: int, outcomes: Sequence[Outcome]) -> st
         (one for one in outcomes if one.trials == trials and one.method != MIXTURE), key=lambda one: one.mae
     )
     fit = max((one for one in outcomes if one.method == MIXTURE), key=lambda one: one.trials)
+    listing = ", ".join(_named(one) for one in ranked)
     return (
-        f"{scenario.title}, {trials:,} simulated trials, median MAE: {', '.join(_named(one) for one in ranked)}; "
-        f"{METHODS[MIXTURE]} {fit.mae:.4f} without any."
+        f"{scenario.title}, {trials:,} simulated trials, median MAE (of the worst seed; time): {listing}; "
+        f"{_named(fit)} without any, from {fit.trials:,} observed ones."
     )
 
 
 def _named(outcome: Outcome) -> str:
-    return f"{METHODS[outcome.method]} {outcome.mae:.4f} ({outcome.seconds:.1f} s)"
+    return f"{METHODS[outcome.method]} {outcome.mae:.4f} ({outcome.worst:.4f}; {outcome.seconds:.1f} s)"
 
 
 def _defeats(outcomes: Sequence[Outcome]) -> str:
@@ -94,7 +95,7 @@ def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
     against = f"Turing Learning with {own.trials:,}" if other.method == MIXTURE else "Turing Learning"
     better = []
     if other.mae < own.mae:
-        better.append(f"smaller errors ({other.mae:.4f}, {own.mae:.4f})")
+        better.append(f"a smaller median error ({other.mae:.4f}, {own.mae:.4f})")
     if other.seconds < own.seconds:
         better.append(f"less time ({other.seconds:.1f} s, {own.seconds:.1f} s)")
     if better:
