@@ -115,7 +115,7 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    refuse_unknown_options(options, signature(infer).parameters)
+    refuse_unknown_options(options, {*OwnOptions.__annotations__, *signature(infer).parameters} - {"options"})
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)

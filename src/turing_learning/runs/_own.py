@@ -268,9 +268,8 @@ def refuse_without_system(**given: Any) -> None:
             )
 
 
-def refuse_unknown_options(options: Mapping[str, Any], arguments: Iterable[str]) -> None:
-    """Raise ConfigurationError if an option is none of `OwnOptions`; the message names the nearest of all arguments of a call."""
-    known = {*OwnOptions.__annotations__, *arguments} - {"options"}
+def refuse_unknown_options(options: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Raise ConfigurationError if an option is none of the known arguments of a call; the message names the nearest of them."""
     for name, value in options.items():
         if name not in known:
             raise ConfigurationError(f"`{name}` must be a known option; got {_shown(value)}. {nearest(name, known)}")
