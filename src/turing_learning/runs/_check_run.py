@@ -13,6 +13,7 @@ from turing_learning.sources import OwnSystem, Simulator, same_time_step
 
 from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
 from ._errors import RunFolderError, RunStorageError, writable
+from ._execute import in_memory, start
 from ._folder import RunFolder
 from ._infer import infer, resume
 from ._own import OwnOptions, open_source, refuse_unknown_options, refuse_without_system, same_data
@@ -191,7 +192,9 @@ def _recover(configuration: Configuration, path: Path | None, system: Mapping[st
                 workers=options.get("workers"),
                 timeout_s=options.get("timeout_s"),
             )
-        return infer(config=configuration, out=path, **system)
+        if system:
+            return infer(config=configuration, out=path, **system)
+        return in_memory(configuration, None, None) if path is None else start(configuration, path)
     except (RunFolderError, RunStorageError) as error:
         if path is None or not isinstance(error.__cause__, OSError):
             raise

@@ -14,6 +14,7 @@ from turing_learning.config import (
     Variant,
     flat_settings,
     load_variants,
+    require_seen,
     with_settings,
 )
 from turing_learning.swarm import AGGREGATION, Scenario
@@ -136,6 +137,7 @@ def _seeds(first_seed: int, runs: int) -> range:
 def _check_variants(variants: Sequence[Variant], runs: int) -> None:
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
+        require_seen(variant.configuration)
         other = variant.configuration.scenario.parameter_names
         if other != names:
             raise ConfigurationError(
