@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turing_learning.analysis import absolute_error, pooled_estimate, pooled_interval, r_hat
-from turing_learning.config import Configuration, ConfigurationError, flat_settings
+from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 
 from ._folder import going_on
 from ._result import Result, named
@@ -15,7 +15,7 @@ from ._scales import on_own_scales
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
-_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings")
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings", *PROSE)
 """Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
 and samples that are measured otherwise are others."""
 

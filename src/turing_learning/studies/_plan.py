@@ -23,8 +23,7 @@ BEHAVIORS = replace(
     AGGREGATION,
     name="random-behaviors",
     title="Random behaviors",
-    description="11 robots as in aggregation; the controller is drawn at random, another one for each run "
-    "(paper, section 4.6.4).",
+    description="As aggregation; the controller is drawn at random, another one for each run (paper, section 4.6.4).",
 )
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 

@@ -54,6 +54,7 @@ def test_scenarios_lists_the_presets(call):
     assert "aggregation" in out
     assert "object-clustering" in out
     assert "vl2 = 0.1" in out
+    assert "4 agents, 1 replica, 10 objects; vl0" in out
     assert "aggregation-field-of-view-60" in out
     assert "field of view 1.047 rad" in out
 

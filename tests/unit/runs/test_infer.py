@@ -157,7 +157,7 @@ UNSEEN = {
 def test_a_sensor_for_objects_that_are_not_there_is_refused_in_new_runs(tmp_path):
     with pytest.raises(
         ConfigurationError,
-        match=r"`scenario.objects.count` must be at least 1 .* the parameters vl1 and vr1 cannot be inferred; got 0. Set it, or leave",
+        match=r"`scenario.objects.count` must be at least 1 .* vl1 and vr1 cannot be inferred; got 0. Set it, or leave",
     ):
         tl.infer("object-clustering", settings=UNSEEN, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()
