@@ -101,10 +101,9 @@ def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
     """Print every scenario's name, what it is, and its agents' parameters."""
     for name, scenario in scenarios.items():
         console.print(f"[bold]{name}[/bold]  {scenario.description}", highlight=False, soft_wrap=True)
-        values = ", ".join(_agents(scenario))
-        console.print(
-            f"    {scenario.agents} agents, {scenario.replicas} replica; {values}", highlight=False, soft_wrap=True
-        )
+        values, count = ", ".join(_agents(scenario)), scenario.objects.count
+        bodies = f"{scenario.agents} agents, {scenario.replicas} replica{f', {count} objects' if count else ''}"
+        console.print(f"    {bodies}; {values}", highlight=False, soft_wrap=True)
 
 
 def _agents(scenario: "Scenario") -> list[str]:

@@ -14,7 +14,7 @@ from turing_learning.analysis import (
     pooled_interval,
     r_hat,
 )
-from turing_learning.config import Configuration, ConfigurationError, flat_settings
+from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 from turing_learning.report import describe_unknown, shown
 
 from ._folder import going_on
@@ -24,7 +24,7 @@ from ._scales import on_own_scales
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
-_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings")
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings", *PROSE)
 """Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
 and samples that are measured otherwise are others."""
 

@@ -270,7 +270,10 @@ def _summary(
 def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
     if plan.behaviors:
         scenario = plan.configuration(own[0].number).scenario
-        if replace(scenario, controller=BEHAVIORS.controller) != BEHAVIORS:
+        drawn = replace(
+            BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
+        )
+        if scenario != drawn:
             return None
         return dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))[name]
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 import shutil
 
 import numpy as np
@@ -18,6 +19,7 @@ from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs._check_present import check_listing, draw_check
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
+SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
 QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
 
 
@@ -300,3 +302,42 @@ def test_a_run_on_a_scenario_as_genuine_is_resumed_to_the_same_result(tmp_path, 
     whole = tl.infer(**given, **more)
     tl.infer(**given, **more, out=tmp_path / "run", should_stop=stop_after(2))
     assert tl.resume(tmp_path / "run", **given).estimate == whole.estimate
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (
+            {"samples": 10},
+            "`samples` must be a part of the effort; got 10 beside it. Give "
+            "effort=turing_learning.identifiability.Effort(samples=10).",
+        ),
+        ({"recovery": 0}, "`recovery` must be a known option; got 0. Did you mean `recoveries`?"),
+        ({"result": 3}, "`result` must be a known option; got 3."),
+        (
+            {"effort": 3},
+            "`effort` must be an Effort; got int. For example turing_learning.identifiability.Effort(samples=100).",
+        ),
+    ],
+)
+def test_an_option_that_no_check_has_is_refused_by_its_name(stored, option, message):
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        stored[0].check(**option)
+
+
+@pytest.mark.parametrize("history", ["full", "thin"])
+@pytest.mark.parametrize("there", [False, True])
+def test_a_run_whose_folder_is_elsewhere_writes_nothing_where_it_was(tmp_path, history, there):
+    path = tmp_path / "run"
+    result = tl.infer("aggregation", generations=1, settings=SWARM | {"run.history": history}, out=path)
+    path.rename(tmp_path / "elsewhere")
+    if there:
+        path.mkdir()
+    for use in (lambda: result.check(effort=QUICK), result.report, lambda: result.history):
+        with pytest.raises(
+            RunFolderError,
+            match=r"`run` must be in its folder; got .*run, where it is not any more. Open it from where it is now: .*load_run",
+        ):
+            use()
+    assert (list(path.iterdir()) == []) if there else not path.exists()
+    assert tl.load_run(tmp_path / "elsewhere").report().exists()

@@ -12,6 +12,7 @@ import xarray as xr
 import turing_learning as tl
 from turing_learning.analysis import WHY_UNKNOWN, interval
 from turing_learning.config import ConfigurationError, load_configuration
+from turing_learning.identifiability import Effort
 from turing_learning.robots import LABORATORY
 from turing_learning.runs import (
     TIMINGS,
@@ -142,6 +143,35 @@ def test_a_run_that_is_stopped_and_resumed_gives_the_result_of_one_that_never_wa
     histories = [xr.open_zarr(folder / "history.zarr").load() for folder in (stopped, whole)]
     xr.testing.assert_identical(*histories)
     assert RunFolder(stopped).manifest()["state"] == "finished"
+
+
+UNSEEN = {
+    "scenario.agents": 2,
+    "scenario.objects.count": 0,
+    "scenario.trial.duration_s": 1.0,
+    "models.population": 4,
+    "classifiers.population": 4,
+    "run.threads": 1,
+}
+
+
+def test_a_sensor_for_objects_that_are_not_there_is_refused_in_new_runs(tmp_path):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"`scenario.objects.count` must be at least 1 .* vl1 and vr1 cannot be inferred; got 0. Set it, or leave",
+    ):
+        tl.infer("object-clustering", settings=UNSEEN, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_stored_run_with_such_a_sensor_goes_on_and_is_checked(tmp_path, stop_after):
+    configuration = load_configuration(None, "default", UNSEEN | {"run.generations": 4}, scenario="object-clustering")
+    stopped = start(configuration, tmp_path / "run", should_stop=stop_after(2))
+    assert not stopped.complete
+    result = resume(tmp_path / "run")
+    assert result.complete
+    quick = Effort(samples=10, generations=1, population=4, points=0)
+    assert len(result.check(effort=quick, recovery_generations=1).recoveries) == 1
 
 
 def test_resuming_a_finished_run_changes_nothing(finished):

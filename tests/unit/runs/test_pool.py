@@ -176,6 +176,12 @@ def test_the_same_seed_of_other_settings_is_another_run(three, small):
         tl.pool([three[0], tl.infer(config=other)])
 
 
+def test_runs_that_are_described_otherwise_are_pooled(three, small):
+    told = {"scenario.title": "Mine", "scenario.description": "11 robots gather."}
+    fourth = tl.infer(config=with_settings(small(seed=4, generations=LENGTH), told))
+    assert tl.pool([*three, fourth]).seeds == (1, 2, 3, 4)
+
+
 def test_a_run_that_is_not_complete_is_refused(three, small, tmp_path, stop_after):
     kept = start(small(seed=4, generations=LENGTH), tmp_path / "run", should_stop=stop_after(9))
     message = (
