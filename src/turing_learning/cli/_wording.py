@@ -27,6 +27,10 @@ _SENTENCES = (
         r"`--window` must leave at least one window \1; got \2 steps in \3 frames. Take a shorter one.",
     ),
     (r" Record for longer, or bridge gaps\.", " Record for longer."),
+    (
+        r"`genuine` must be finite and at most (\S+) in size; got (.*?)\. Cut the gap out, or change the unit\.",
+        r"`--trajectories` must give signals of at most \1 in size; got \2. Check --scale and --fps.",
+    ),
     # runs on recordings
     (
         r"`(?:genuine|simulate)` must be given to (go on with|check) (?:a run on )?a system of one's own.*?; got nothing"

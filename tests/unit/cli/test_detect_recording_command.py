@@ -87,6 +87,7 @@ def test_json_holds_what_the_table_holds(fish, trial, call):
     [
         (["trial.txt", "--fps", "25", "--scale", "1"], "`--fps` must be that of the run, 10; got 25"),
         (["trial.txt", "--fps", "10"], "`--scale` must be given; got none"),
+        (["trial.txt", "--fps", "10", "--scale", "1e-12"], r"`--scale` must be a number from 1e-09 to .*; got 1e-12\."),
         (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames.* \[short.txt\]"),
         (["none.txt", *OPTIONS], r"`motion` must be a file that can be read; got none.txt"),
         (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must be a file that ends with .csv; got x.txt"),

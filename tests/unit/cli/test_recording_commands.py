@@ -255,6 +255,13 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
             ["--trajectories", "pickle.npy", *RECORDED[2:]],
             "it can run any code it holds: let idtracker.ai write h5 or csv.",
         ),
+        ([*RECORDED, "--scale", "1e-12"], "`--scale` must be a number from 1e-09 to 1e+09; got 1e-12."),
+        ([*RECORDED, "--scale", "1e-7"], "`--scale` must leave coordinates within +-1e+09 cm; got 1e-07, by which"),
+        ([*RECORDED, "--fps", "1e12"], "`--fps` must be a number from 1e-09 to 1e+09; got 1000000000000.0."),
+        (
+            [*RECORDED, "--scale", "1e-5", "--fps", "1e9", "--window", "2e-7"],
+            "`--trajectories` must give signals of at most 1e+09 in size; got ",
+        ),
         ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),
     ],
 )
