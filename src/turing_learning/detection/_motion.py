@@ -146,7 +146,12 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             return _from_rows(path, csv.reader(file), signals)
-    except (UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"`motion` must be text in UTF-8; got byte {error.object[error.start]:#04x} [{path}]. It may be in UTF-16, "
+            "Latin-1 or another encoding: save it as UTF-8."
+        ) from error
+    except csv.Error as error:
         raise ConfigurationError(f"`motion` must be a text file with commas; got {path} ({error}).") from error
 
 

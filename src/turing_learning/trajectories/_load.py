@@ -11,7 +11,7 @@ from ._assemble import LARGEST
 from ._recording import Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
 from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
-from .readers._text import LONGEST_LINE
+from .readers._text import LONGEST_LINE, refuse_utf16
 
 _ALL = (
     _idtracker.FORMAT,
@@ -162,17 +162,15 @@ def _look(path: Path) -> Glance:
         return Glance(arrays=_trex.archive_names(path))
     if head.startswith(b"\x93NUMPY"):
         return Glance(npy=True)
+    refuse_utf16(head, path)
     return Glance(lines=_first_lines(path))
 
 
 def _first_lines(path: Path) -> tuple[str, ...]:
-    """Return the first four lines, none if the file is no text."""
+    """Return the first four lines, none if the file is no text; who reads them refuses what is not UTF-8, with its line."""
     with path.open("rb") as file:
         raw = [file.readline(LONGEST_LINE) for _ in range(4)]
-    try:
-        text = [line.decode("utf-8-sig" if k == 0 else "utf-8").rstrip("\r\n") for k, line in enumerate(raw)]
-    except UnicodeDecodeError:
-        return ()
+    text = [line.decode("utf-8-sig" if k == 0 else "utf-8", "replace").rstrip("\r\n") for k, line in enumerate(raw)]
     return tuple(line for line in text if line) if not any("\0" in line for line in text) else ()
 
 

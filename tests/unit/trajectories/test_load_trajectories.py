@@ -119,7 +119,7 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
     np.testing.assert_array_equal(read.positions, [[[1, 2]]])
 
 
-@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\xfe\n", b"\n\n\n"])
+@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\n", b"\n\n\n"])
 def test_an_unknown_content_is_refused(content, tmp_path):
     path = tmp_path / "some.dat"
     path.write_bytes(content)
@@ -127,6 +127,26 @@ def test_an_unknown_content_is_refused(content, tmp_path):
         ValueError, match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]"
     ):
         load_trajectories(path, fps=25, pixels_per_cm=10)
+
+
+TABLE = "frame,id,x,y,größe\n0,fähe,1,2,3\n1,fähe,1,2,3\n"
+
+
+@pytest.mark.parametrize("format", [None, "tidy"])
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (TABLE.encode("latin-1"), r"got byte 0xf6 \[.*fish.csv:1\]. It may be in Latin-1 .*: save it as UTF-8"),
+        (TABLE.replace("öß", "o").encode("latin-1"), r"got byte 0xe4 \[.*fish.csv:2\]. It may be in Latin-1"),
+        (TABLE.encode("utf-16"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
+        ("\ufeff".encode("utf-16-be") + TABLE.encode("utf-16-be"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
+    ],
+)
+def test_an_encoding_other_than_utf_8_is_named_whether_the_format_is_said_or_found(content, message, format, tmp_path):
+    path = tmp_path / "fish.csv"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match="`path` must be text in UTF-8; " + message):
+        load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up", format=format)
 
 
 def test_an_empty_file_is_refused(tmp_path):
