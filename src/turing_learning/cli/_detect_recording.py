@@ -20,8 +20,12 @@ MOST_SPELLS = 3  # in a cell of the table
 
 
 def is_recording(path: Path, told: Mapping[str, Any]) -> bool:
-    """Return whether a file is what a tracker wrote: something is told of it as such, or it is no file of samples."""
-    return any(value is not None for value in told.values()) or path.suffix.lower() not in MOTION_FILES
+    """Return whether a file is what a tracker wrote: by its name no samples, or told of as a recording and holding none."""
+    from turing_learning.detection import holds_motion
+
+    if path.suffix.lower() not in MOTION_FILES:
+        return True
+    return any(value is not None for value in told.values()) and not holds_motion(path)
 
 
 def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **options: Any) -> "RecordedMotion":

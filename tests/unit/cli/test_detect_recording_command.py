@@ -110,6 +110,22 @@ def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, 
     assert not Path("x.csv").exists()
 
 
+@pytest.mark.parametrize("name", ["samples.npy", "samples.npz", "samples.csv"])
+@pytest.mark.parametrize(("option", "value"), [("--scale", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")])
+def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
+    samples = np.random.default_rng(0).normal(size=(2, 20, 2))
+    np.save("samples.npy", samples)
+    np.savez("samples.npz", samples=samples)
+    rows = [f"{k},{t},{samples[k, t, 0]},{samples[k, t, 1]}" for k in range(2) for t in range(20)]
+    Path("samples.csv").write_text("\n".join(["individual,step,speed,turn", *rows]) + "\n")
+    assert call("detect", fish, name)[0] == 0
+    assert call("detect", fish, name, option, value) == (
+        *(2, ""),
+        f"error: `{option[2:]}` must be left out where there is no recording; got {value} [{option}]. {name} holds samples of "
+        "the run's signals, in their units.\n",
+    )
+
+
 def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(fish, trial, call, monkeypatch):
     command = ("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
     with monkeypatch.context() as patch:
