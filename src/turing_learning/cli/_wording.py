@@ -84,6 +84,7 @@ _SENTENCES = (
         r"for longer, or more individuals, and infer again, perhaps with a shorter --window.",
     ),
     (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
+    (r"with points=0 in `effort` and force=True", "with --points 0 and --force"),
     (r"force=True", "--force"),
     # studies
     (r"with `runs` and `first_seed`", "with --runs and --first-seed"),

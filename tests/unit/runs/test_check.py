@@ -1,7 +1,9 @@
 """A check of a run: what it finds, what it keeps, and how it goes on."""
 
 import json
+import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
+from turing_learning.sources import OwnSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
@@ -265,3 +268,31 @@ def test_a_run_on_a_scenario_as_genuine_is_resumed_to_the_same_result(tmp_path, 
     whole = tl.infer(**given, **more)
     tl.infer(**given, **more, out=tmp_path / "run", should_stop=stop_after(2))
     assert tl.resume(tmp_path / "run", **given).estimate == whole.estimate
+
+
+def test_a_simulator_that_fails_in_a_check_is_told_without_generations_and_bounds():
+    def broken(parameters, rng):
+        raise ZeroDivisionError("too fast")
+
+    with pytest.raises(OwnSystemError) as caught:
+        infer().check(simulate=broken, effort=QUICK)
+    assert re.fullmatch(
+        r"`simulate` must not fail for more than half of the \d+ models; got \d+ failures or more, the first with speed = .*: it "
+        r"raised ZeroDivisionError: too fast \[.*\]\. Repair the simulator\.",
+        str(caught.value),
+    )
+
+
+def test_a_simulator_that_fails_in_a_profile_may_be_checked_without():
+    result = infer()
+    estimate = np.array(list(result.estimate.values()))
+
+    def narrow(parameters, rng):
+        if not np.allclose(parameters, estimate):
+            raise ZeroDivisionError("too far")
+        return walk(parameters, rng)
+
+    with pytest.raises(OwnSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
+        result.check(simulate=narrow, effort=QUICK, recoveries=0)
+    found = result.check(simulate=narrow, effort=replace(QUICK, points=0), recoveries=0)
+    assert found.profiles == ()
