@@ -155,15 +155,17 @@ def resume(
         if value is not None:
             what = "study, whose runs have one thread each" if is_study(run) else "single run"
             raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
     if is_study(run):
+        recording.refuse_beside("a study")
         _study.resume(run, workers, cluster)
         return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
     if is_laboratory_run(run):
+        recording.refuse_beside("a run in a laboratory")
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording

@@ -99,6 +99,16 @@ class Recording:
         given = {name: value for name, value in vars(self).items() if value is not None}
         return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items())
 
+    def refuse_beside(self, what: str) -> None:
+        """Raise ConfigurationError if an option is given for a run or study that is not on recorded motion."""
+        from turing_learning.config import ConfigurationError
+
+        for name, value in vars(self).items():
+            if value is not None:
+                raise ConfigurationError(
+                    f"`--{name.replace('_', '-')}` must be left out for {what}, which needs nothing but its folder; got {value}."
+                )
+
     def opened(self, run: Path | None = None) -> tuple["Windows", "Family", "Trajectories"]:
         """Open the recording, and fit the family of models to it.
 
@@ -107,7 +117,7 @@ class Recording:
         Parameters
         ----------
         run
-            A run folder; windows are as long as those of the run if no option says otherwise.
+            A run folder, which must be on recorded motion; windows are as long as those of the run if no option says otherwise.
 
         Raises
         ------
@@ -118,6 +128,7 @@ class Recording:
         from turing_learning.families import FAMILIES
         from turing_learning.trajectories import load_trajectories
 
+        steps = None if run is None else self._steps(run)
         if self.trajectories is None or self.model is None:
             missing = "--trajectories" if self.trajectories is None else "--model"
             raise ConfigurationError(
@@ -140,7 +151,7 @@ class Recording:
             chosen = FAMILIES[self.model]
             if not chosen.headings:
                 motion = replace(motion, headings=None)
-            windows = motion.windows(**self._length(run))
+            windows = motion.windows(**self._length(steps))
             family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],
@@ -156,14 +167,20 @@ class Recording:
             raise ConfigurationError(in_options(str(error), file="--trajectories")) from error
         return windows, family, motion
 
-    def _length(self, run: Path | None) -> dict[str, Any]:
+    def _steps(self, run: Path) -> int | None:
+        """Return the length of the samples of a run; refuse the options for one on simulated robots."""
         from turing_learning.runs import RunFolder
         from turing_learning.sources import OwnSystem
 
-        if self.window is None and run is not None:
-            system = RunFolder(run).configuration().scenario
-            if isinstance(system, OwnSystem):
-                return {"steps": system.steps}
+        system = RunFolder(run).configuration().scenario
+        if isinstance(system, OwnSystem):
+            return system.steps
+        self.refuse_beside("a run on simulated robots")
+        return None
+
+    def _length(self, steps: int | None) -> dict[str, Any]:
+        if self.window is None and steps is not None:
+            return {"steps": steps}
         return {"length_s": WINDOW_S if self.window is None else self.window}
 
     def arguments(self) -> dict[str, Any]:

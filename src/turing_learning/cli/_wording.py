@@ -55,10 +55,6 @@ _SENTENCES = (
         r"headings, see docs/trajectories.md.",
     ),
     (
-        r"`genuine` must be left out for simulated robots; got \w+\. A system of .*",
-        "`--trajectories` must be left out for a run on simulated robots; got one. Such a run needs nothing but its folder.",
-    ),
-    (
         r"`simulate` must be given for a system of one's own; got the configuration of (.*?) alone\. Call .*",
         rf"`--trajectories` and `--model` must be given for recorded motion; got the configuration of \1 alone. Remove its "
         rf"scenario, and give them; {_ELSEWHERE}",

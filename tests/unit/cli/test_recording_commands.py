@@ -205,9 +205,26 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
 def test_a_run_on_robots_needs_no_recording(call):
     small = ["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0", "--generations", "1"]
     assert call("infer", "aggregation", *SMALL, *small, "--out", "run")[0] == 0
-    code, _, err = call("check", "run", *RECORDED)
+    for command in ("check", "resume"):
+        for options in (RECORDED, ["--trajectories", str(TERMITES)], ["--fps", "25"]):
+            code, _, err = call(command, "run", *options)
+            given = f"`{options[0]}` must be left out for a run on simulated robots, which needs nothing but its folder; got"
+            assert (code, err) == (2, f"error: {given} {float(options[1]) if options[0] == '--fps' else options[1]}.\n")
+
+
+def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
+    assert call("infer", *RECORDED, *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    assert call("resume", "run")[0] == 0
+    assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
+    code, _, err = call("resume", "run", *without(RECORDED, "--scale"), "--scale", "10")
+    assert (code, err) == (
+        2,
+        "error: `--trajectories` must be the recording that the run began with, and its options the same; got others [run]. "
+        "Give those, or start a new run.\n",
+    )
+    code, _, err = call("resume", "run", *OTHER_MODEL)
     assert code == 2
-    assert err.startswith("error: `--trajectories` must be left out for a run on simulated robots; got one.")
+    assert "`--model` must have the parameters of the run" in err
 
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
