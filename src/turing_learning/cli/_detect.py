@@ -7,7 +7,7 @@ import typer
 
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
-from ._recording import FormatOption, KeypointOption, YAxisOption
+from ._recording import EveryOption, FormatOption, KeypointOption, YAxisOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -99,6 +99,7 @@ def detect(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -112,7 +113,14 @@ def detect(
     from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
-    told: dict[str, Any] = {"fps": fps, "scale": scale, "y_axis": y_axis, "format": format, "keypoint": keypoint}
+    told: dict[str, Any] = {
+        "fps": fps,
+        "scale": scale,
+        "y_axis": y_axis,
+        "format": format,
+        "keypoint": keypoint,
+        "every": every,
+    }
     recorded = motion is not None and is_recording(motion, told)
     if not recorded:
         _refuse_options(told | {"out": out}, motion)

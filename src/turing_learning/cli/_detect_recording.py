@@ -29,7 +29,7 @@ def is_recording(path: Path, told: Mapping[str, Any]) -> bool:
 
 
 def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **options: Any) -> "RecordedMotion":
-    """Return the windows of a recording; `options` are those of `load_trajectories`.
+    """Return the windows of a recording; `options` are those of `load_trajectories`, and how many frames are kept.
 
     Raises
     ------
@@ -38,12 +38,12 @@ def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **
     """
     from turing_learning.config import ConfigurationError
     from turing_learning.detection import recorded_motion
-    from turing_learning.trajectories import load_trajectories
 
+    from ._recording import read
     from ._wording import in_options
 
     try:
-        recording = load_trajectories(path, pixels_per_cm=scale, **options)
+        recording = read(path, pixels_per_cm=scale, **options)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(f"`motion` must be a file that can be read; got {path} ({reason}).") from error

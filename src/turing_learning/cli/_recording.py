@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ._numbers import real
+from ._numbers import integer, real
 from ._wording import in_options
 
 if TYPE_CHECKING:
@@ -59,6 +59,16 @@ KeypointOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+EveryOption = Annotated[
+    int | None,
+    typer.Option(
+        "--every",
+        metavar="K",
+        help="Keep one frame in K, of a file that has only those, or is faster than the motion.",
+        parser=integer,
+        rich_help_panel=PANEL,
+    ),
+]
 ModelOption = Annotated[
     str | None,
     typer.Option("--model", metavar="NAME", help="Family of models, see docs/families.md.", rich_help_panel=PANEL),
@@ -75,6 +85,14 @@ WindowOption = Annotated[
 ]
 
 
+def read(path: Path, *, every: int | None, **options: Any) -> "Trajectories":
+    """Open a recording with options of `load_trajectories`, and keep one frame in so many."""
+    from turing_learning.trajectories import load_trajectories
+
+    recording = load_trajectories(path, **options)
+    return recording if every is None else recording.thinned(every)
+
+
 @dataclass(frozen=True)
 class Recording:
     """What the options say."""
@@ -87,6 +105,7 @@ class Recording:
     y_axis: Any = None
     format: str | None = None
     keypoint: str | None = None
+    every: int | None = None
 
     @property
     def given(self) -> bool:
@@ -126,7 +145,6 @@ class Recording:
         """
         from turing_learning.config import ConfigurationError, nearest
         from turing_learning.families import FAMILIES
-        from turing_learning.trajectories import load_trajectories
 
         steps = None if run is None else self._steps(run)
         if self.trajectories is None or self.model is None:
@@ -140,8 +158,9 @@ class Recording:
                 f"`--model` must be one of {', '.join(FAMILIES)}; got {self.model!r}. {nearest(self.model, FAMILIES)}"
             )
         try:
-            motion = load_trajectories(
+            motion = read(
                 self.trajectories,
+                every=self.every,
                 fps=self.fps,
                 pixels_per_cm=self.scale,
                 y_axis=self.y_axis,

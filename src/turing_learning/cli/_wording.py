@@ -11,8 +11,9 @@ _ARGUMENTS = {
     "length_s": "--window",
     "format": "--format",
     "keypoint": "--keypoint",
+    "every": "--every",
 }
-"""Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
+"""Arguments of `load_trajectories`, `thinned` and `windows`, and what they are called on the command line."""
 
 _RESUME = r"`turing_learning\.resume\((?P<run>'[^`]*'|\"[^`]*\"), genuine=\.\.\., simulate=\.\.\.\)`"
 _ELSEWHERE = "a system with a simulator of one's own has its doors in Python, see docs/own-system.md."
@@ -27,6 +28,8 @@ _SENTENCES = (
         r"`--window` must leave at least one window \1; got \2 steps in \3 frames. Take a shorter one.",
     ),
     (r" Record for longer, or bridge gaps\.", " Record for longer."),
+    (r"keep those with recording\.thinned\((\d+)\)\.", r"keep those with --every \1."),
+    (r" Thin the faster recording, and", " Thin the faster recording with --every, and"),
     (
         r"`genuine` must be finite and at most (\S+) in size; got (.*?)\. Cut the gap out, or change the unit\.",
         r"`--trajectories` must give signals of at most \1 in size; got \2. Check --scale and --fps.",

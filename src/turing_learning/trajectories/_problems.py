@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._stretches import next_true
+from ._stretches import every, next_true
 
 JUMP_FACTOR = 20.0
 """Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,
@@ -52,6 +52,8 @@ class Problems:
         Median length of the steps that are not 0, in the unit of the recording.
     remarks
         What the reader and later steps have to say, among it the direction of y.
+    every
+        Only one frame in so many is there, evenly; 1 otherwise.
     """
 
     missing: dict[str, int]
@@ -63,6 +65,7 @@ class Problems:
     typical_step: float
     frames: int
     remarks: tuple[str, ...] = ()
+    every: int = 1
 
     @property
     def found(self) -> bool:
@@ -70,7 +73,10 @@ class Problems:
         return bool(any(self.missing.values()) or self.jumps or self.repeated_frames or self.empty_frames)
 
     def __str__(self) -> str:
-        lines = [
+        lines = (
+            [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
+        )
+        lines += [
             f"{name}: {count} of {self.frames} frames missing, in {self.gaps[name]} gaps of up to {self.longest_gap[name]}"
             for name, count in self.missing.items()
             if count
@@ -119,6 +125,7 @@ def find_problems(
         typical_step=typical,
         frames=len(present),
         remarks=remarks,
+        every=every(present),
     )
 
 

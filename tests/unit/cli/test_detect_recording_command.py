@@ -126,6 +126,24 @@ def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
     )
 
 
+def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, call):
+    header, *rows = Path(write_recording("whole.csv", seed=1)).read_text().splitlines()
+    sparse = [row for row in rows if int(row.split(",")[0]) % 2 == 0]
+    Path("sparse.csv").write_text("\n".join([header, *sparse]) + "\n")
+    command = ("detect", fish, "sparse.csv", "--scale", "1", "--y-axis", "up")
+    assert call(*command, "--fps", "10") == (
+        *(2, ""),
+        "error: `--fps` must be the rate of the frames that are there; got 10 per second, of which only one in 2 is there: 5 per "
+        "second. If that is the rate of what was tracked, keep those with --every 2. [sparse.csv]\n",
+    )
+    code, out, err = call(*command, "--fps", "20", "--every", "2")
+    assert (code, err) == (0, "")
+    assert "of 6 abnormal, by windows of 20 steps" in out
+    assert "Thin the faster recording with --every, and infer again" in call(*command, "--fps", "40", "--every", "2")[2]
+    code, _, err = call(*command, "--fps", "20", "--every", "0")
+    assert (code, err) == (2, "error: `--every` must be a whole number from 1 to 499; got 0.\n")
+
+
 def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(fish, trial, call, monkeypatch):
     command = ("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
     with monkeypatch.context() as patch:

@@ -227,6 +227,35 @@ def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
     assert "`--model` must have the parameters of the run" in err
 
 
+def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call):
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
+    rows = [f"{2 * t},{who},{x},{y}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
+    Path("sparse.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    options = [
+        "--trajectories",
+        "sparse.csv",
+        "--fps",
+        "20",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
+    small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
+    code, _, err = call("infer", *options, *small)
+    assert code == 2
+    assert (
+        "only one in 2 is there: 10 per second. If that is the rate of what was tracked, keep those with --every 2."
+        in err
+    )
+    assert call("infer", *options, "--every", "2", *small)[0] == 0
+    assert "interval_s = 0.1\n" in Path("run/config.toml").read_text()
+    assert call("resume", "run", *options, "--every", "2")[0] == 0
+
+
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
     rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},0,0" for t in range(200) for who in range(3)]
     Path("both.csv").write_text("\n".join(["frame,id,x,y,pos_x,pos_y", *rows]) + "\n")
