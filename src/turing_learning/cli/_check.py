@@ -8,6 +8,7 @@ import typer
 
 from ._numbers import integer
 from ._recording import (
+    EveryOption,
     FormatOption,
     FpsOption,
     KeypointOption,
@@ -70,6 +71,7 @@ def check(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -84,7 +86,7 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)

@@ -84,6 +84,24 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     )
 
 
+def test_the_same_motion_cannot_be_genuine_and_abnormal(run, call):
+    np.save("motion.npy", np.random.default_rng(0).normal(8, 3, (9, 4, 10, 2)))
+    assert call("detect", run, "motion.npy", "--genuine", "motion.npy", "--abnormal", "motion.npy") == (
+        *(2, ""),
+        "error: `abnormal` must be other motion than `genuine`; got 36 samples that are all in `genuine`, too. Give motion of "
+        "individuals that behave otherwise.\n",
+    )
+
+
+def test_a_verdict_that_could_not_be_another_is_told(run, call, caplog, monkeypatch):
+    monkeypatch.setattr(Detector, "threshold", lambda self, samples: 0.0)
+    np.save("motion.npy", np.zeros((2, 1, 10, 2)))
+    assert call("detect", run, "motion.npy", "--rule", "single")[0] == 0
+    assert (
+        "Nobody can be called abnormal by 1 sample each: the threshold is 0, and no score is below it." in caplog.text
+    )
+
+
 def test_the_unanimous_rule_states_no_rate_of_false_alarms(run, call):
     code, out, _ = call("detect", run, "--simulate", 1, "--rule", "unanimous", "--json")
     assert code == 0
