@@ -45,7 +45,10 @@ def check(
     points: Annotated[
         int | None,
         typer.Option(
-            "--points", metavar="N", help="Values of each parameter in a profile, 0 for none; 8.", parser=integer
+            "--points",
+            metavar="N",
+            help="Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.",
+            parser=integer,
         ),
     ] = None,
     recoveries: Annotated[
@@ -124,7 +127,7 @@ def check_table(found: "Check") -> "Table":
         table.add_row(
             each.parameter,
             f"{each.interval_share:.1%}",
-            "-" if each.open_share is None else f"{each.open_share:.0%}",
+            "-" if each.open_share is None else f"at most {each.open_share:.0%}",
             "-" if each.recovery_error is None else f"{each.recovery_error:.1%}",
             "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
         )

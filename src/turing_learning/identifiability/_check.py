@@ -53,7 +53,7 @@ class PinnedDown:
     interval_share
         Width of the interval of the estimate.
     open_share
-        Width of what its profile leaves open; None without profile.
+        Width of what its profile may leave open, at most; None without profile.
     recovery_error
         Largest error of the recoveries; None without recovery.
     """
@@ -70,7 +70,7 @@ class PinnedDown:
             (self.interval_share >= WIDE, f"its interval is {self.interval_share:.0%} of the initial range"),
             (
                 self.open_share is not None and self.open_share >= WIDE,
-                f"{self.open_share or 0:.0%} of the range cannot be told apart",
+                f"up to {self.open_share or 0:.0%} of the range may be open",
             ),
             (
                 self.recovery_error is not None and self.recovery_error >= FAR,

@@ -13,7 +13,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
-QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
+QUICK = Effort(samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8)
 
 
 def infer(**options):
