@@ -22,14 +22,18 @@ def zebrafish(monkeypatch):
     return zebrafish
 
 
-def test_both_families_try_to_pass_for_the_fish(zebrafish, tmp_path):
+def test_both_families_try_to_pass_for_the_fish(zebrafish, tmp_path, monkeypatch):
     for folder in ("results", "images"):
         (tmp_path / folder).mkdir()
+    least = zebrafish.Effort(samples=10, generations=2, population=4, points=0)
+    monkeypatch.setattr(zebrafish, "EFFORT", least)
     small = ["--generations", "4", "--population", "8"]
     zebrafish.main(["--out", str(tmp_path / "runs"), "--docs", str(tmp_path), *small])
     rows = list(csv.DictReader((tmp_path / "results" / "zebrafish.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["family"] for row in rows} == {"burst-and-coast", "couzin"}
-    assert all(0 <= float(row[name]) <= 1 for row in rows for name in ("area", "control", "told"))
+    assert all(
+        0 <= float(row[name]) <= 1 for row in rows for name in ("area", "control", "told", "accuracy", "p_value")
+    )
     assert len(list((tmp_path / "images").glob("*.png"))) == 2
 
 
