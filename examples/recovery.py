@@ -22,6 +22,12 @@ from turing_learning.runs import write_atomically
 from turing_learning.trajectories import SIGNALS
 
 RECORDINGS = 10
+SHOWN = (
+    "family", "parameter", "truth", "least_error", "held", "held_alone",
+    "median_estimate", "median_error", "median_half_width", "median_r_hat",
+)  # fmt: skip
+"""Columns of the summary that fit on a page."""
+
 SEEDS = 4
 """Runs on each recording, which are pooled."""
 
@@ -183,10 +189,11 @@ def read(path: Path) -> list[Row]:
         return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
 
 
-def write(path: Path, rows: Sequence[Row | Summary]) -> None:
-    """Write rows as CSV."""
+def write(path: Path, rows: Sequence[Row | Summary], columns: Sequence[str] | None = None) -> None:
+    """Write rows as CSV, all columns or those that are named."""
     text = StringIO()
-    writer = csv.DictWriter(text, [field.name for field in fields(rows[0])], lineterminator="\n")
+    names = columns or [field.name for field in fields(rows[0])]
+    writer = csv.DictWriter(text, names, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
     writer.writerows(asdict(row) for row in rows)
     write_atomically(path, text.getvalue().encode())
@@ -255,8 +262,9 @@ def main() -> None:
     rows = read(path)
     summaries = list(summarize(rows))
     write(path.with_name("recovery-pools-summary.csv"), summaries)
+    write(path.with_name("recovery-pools-page.csv"), summaries, SHOWN)
     dim = {(one.family, one.parameter) for one in summaries if not one.identifiable}
-    draw(rows, dim).savefig(chosen.docs / "images" / "recovery-pools.png", dpi=110)
+    draw(rows, dim).savefig(chosen.docs / "images" / "recovery-pools.png", dpi=200)
 
 
 if __name__ == "__main__":

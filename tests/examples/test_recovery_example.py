@@ -92,6 +92,14 @@ def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
     )  # the straightened chords of turns within a step show a little
 
 
+def test_the_table_on_the_page_is_a_part_of_the_summary(recovery):
+    summary, page = (
+        list(csv.DictReader((TABLES / f"recovery-pools-{name}.csv").read_text(encoding="utf-8").splitlines()))
+        for name in ("summary", "page")
+    )
+    assert page == [{name: row[name] for name in recovery.SHOWN} for row in summary]
+
+
 @pytest.mark.parametrize(
     ("table", "told", "count"),
     [("runs", "summary", "runs"), ("pools", "pools-summary", "recordings")],
