@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ._exit import REFUSED, Interrupted
-from ._options import GenerationsOption, SettingsOption, settings_of
+from ._options import SettingsOption, settings_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -55,7 +55,9 @@ def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = Fal
 )
 def run(
     config: ConfigOption = LABORATORY_FILE,
-    generations: GenerationsOption = None,
+    generations: Annotated[
+        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 100 by default.")
+    ] = None,
     seed: Annotated[str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers.")] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
