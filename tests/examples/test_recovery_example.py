@@ -1,6 +1,7 @@
 """The recovery of known parameters, in a fast form, and its table."""
 
 import csv
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -114,3 +115,11 @@ def test_the_committed_summaries_are_those_of_the_committed_tables(table, told, 
         held = sum(float(row["low"]) <= float(row["truth"]) <= float(row["high"]) for row in own)
         assert (len(own), held) == (int(summary[count]), int(summary["held"]))
     assert {row["family"] for row in rows} == {summary["family"] for summary in summaries}
+
+
+def test_what_limits_says_of_a_walk_before_any_run_is_printed(recovery, capsys):
+    page = (TABLES.parent / "limits.md").read_text(encoding="utf-8")
+    ((block, shown),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", page, re.DOTALL)
+    sys.modules["identifiability"].GROUPS = 400  # as it is in the file; the fixture has set it lower
+    exec(block, {})  # noqa: S102 - our own page
+    assert capsys.readouterr().out == shown

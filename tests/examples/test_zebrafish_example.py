@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from turing_learning.identifiability import Effort
+
 ROOT = Path(__file__).parents[2]
 TUTORIAL = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 
@@ -50,7 +52,7 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch):
     shutil.copy(ROOT / "tests" / "reference" / "data" / "tracktor" / "zebrafish_video_idtracked.txt", tmp_path)
     monkeypatch.chdir(tmp_path)
     parts = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", TUTORIAL, re.DOTALL)
-    assert len(parts) == 5
+    assert len(parts) == 7
     names = {}
     for block, shown in parts[:3]:
         printed = io.StringIO()
@@ -58,11 +60,12 @@ def test_the_tutorial_prints_what_it_shows(tmp_path, monkeypatch):
             exec(block, names)  # noqa: S102 - our own page
         assert printed.getvalue() == shown
     fast = '"models.population": 8, "classifiers.population": 8, "run.threads": 1'
+    least = "result.check(effort=Effort(samples=10, generations=2, population=4, points=0), recoveries=0)"
+    names["Effort"] = Effort
     for block, _ in parts[3:]:
-        small = block.replace("generations=300", "generations=2")
+        small = block.replace("generations=300", "generations=2").replace("result.check()", least)
         small = small.replace('"models.population": 50, "classifiers.population": 50', fast)
-        assert "generations=2" in small
-        assert fast in small
+        assert least in small or ("generations=2" in small and fast in small)
         with contextlib.redirect_stdout(io.StringIO()):
             exec(small, names)  # noqa: S102 - our own page
     assert set(names["rehearsal"].estimate) == set(names["result"].estimate)
