@@ -6,8 +6,8 @@ folders are there.
 
 import argparse
 import csv
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from io import StringIO
 from pathlib import Path
 
@@ -22,12 +22,6 @@ from turing_learning.runs import write_atomically
 from turing_learning.trajectories import SIGNALS
 
 RECORDINGS = 10
-SHOWN = (
-    "family", "parameter", "truth", "least_error", "held", "held_alone",
-    "median_estimate", "median_error", "median_half_width", "median_r_hat",
-)  # fmt: skip
-"""Columns of the summary that fit on a page."""
-
 SEEDS = 4
 """Runs on each recording, which are pooled."""
 
@@ -36,6 +30,20 @@ GROUPS = 100
 
 TOLD = 0.02
 """Standard error, as a share of the range, up to which a parameter counts as identifiable."""
+
+SHOWN = {
+    "family": "family",
+    "parameter": "parameter",
+    "truth": "truth",
+    "estimate": "median_estimate",
+    "error": "median_error",
+    "half width": "median_half_width",
+    "held": "held",
+    "alone": "held_alone",
+    "least": "least_error",
+    "R-hat": "median_r_hat",
+}
+"""Short heading -> column, for those columns of the summary that fit on a page."""
 
 ROOT = Path(__file__).parents[1]
 DOCS, WORK = ROOT / "docs", ROOT / "runs" / "recovery"
@@ -189,13 +197,13 @@ def read(path: Path) -> list[Row]:
         return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
 
 
-def write(path: Path, rows: Sequence[Row | Summary], columns: Sequence[str] | None = None) -> None:
-    """Write rows as CSV, all columns or those that are named."""
+def write(path: Path, rows: Sequence[Row | Summary], columns: Mapping[str, str] | None = None) -> None:
+    """Write rows as CSV: all columns, or some, heading -> name."""
     text = StringIO()
-    names = columns or [field.name for field in fields(rows[0])]
-    writer = csv.DictWriter(text, names, extrasaction="ignore", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(asdict(row) for row in rows)
+    columns = columns or {field.name: field.name for field in fields(rows[0])}
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([getattr(row, name) for name in columns.values()] for row in rows)
     write_atomically(path, text.getvalue().encode())
 
 

@@ -98,7 +98,7 @@ def test_the_table_on_the_page_is_a_part_of_the_summary(recovery):
         list(csv.DictReader((TABLES / f"recovery-pools-{name}.csv").read_text(encoding="utf-8").splitlines()))
         for name in ("summary", "page")
     )
-    assert page == [{name: row[name] for name in recovery.SHOWN} for row in summary]
+    assert page == [{heading: row[name] for heading, name in recovery.SHOWN.items()} for row in summary]
 
 
 @pytest.mark.parametrize(
