@@ -107,7 +107,7 @@ def test_runs_that_do_not_move_and_differ_disagree_without_end():
 @pytest.mark.parametrize("told", [pooled_estimate, pooled_interval, r_hat])
 @pytest.mark.parametrize("shape", [(3, 4), (1, 4, 2), (2, 0, 2), (2, 4, 0)])
 def test_another_shape_is_refused(told, shape):
-    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(K, W, P\) with at least 2 runs"):
+    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(runs, W, P\) with at least 2 runs"):
         told(np.zeros(shape))
 
 
