@@ -13,7 +13,6 @@ from ._options import (
     PresetOption,
     SettingsOption,
     ThreadsOption,
-    WorkersOption,
     require_scenario,
     settings_of,
 )
@@ -132,9 +131,28 @@ def infer(
 @app.command(epilog="Example: turing-learning resume runs/aggregation-20261121-093015-seed1")
 def resume(
     run: RunArgument,
-    threads: ThreadsOption = None,
-    workers: WorkersOption = None,
-    cluster: _study.ClusterOption = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="Of a run: number of threads; all by default. The result does not depend on it.",
+            parser=integer,
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            metavar="N",
+            help="Of a study: number of worker processes; one for each processor by default.",
+            parser=integer,
+        ),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option("--cluster", metavar="ADDRESS", help="Of a study: a Dask scheduler, as tcp://10.0.0.1:8786."),
+    ] = None,
     trajectories: TrajectoriesOption = None,
     fps: FpsOption = None,
     scale: ScaleOption = None,

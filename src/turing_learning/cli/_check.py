@@ -46,7 +46,10 @@ def check(
     points: Annotated[
         int | None,
         typer.Option(
-            "--points", metavar="N", help="Values of each parameter in a profile, 0 for none; 8.", parser=integer
+            "--points",
+            metavar="N",
+            help="Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.",
+            parser=integer,
         ),
     ] = None,
     recoveries: Annotated[
@@ -128,7 +131,7 @@ def check_table(found: "Check") -> "Table":
         table.add_row(
             each.parameter,
             shown(each.interval_share, "{:.1%}".format),
-            shown(each.open_share, "{:.0%}".format),
+            shown(each.open_share, "at most {:.0%}".format),
             shown(each.recovery_error, "{:.1%}".format),
             "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
         )

@@ -7,7 +7,7 @@ import typer
 
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
-from ._recording import EveryOption, FormatOption, KeypointOption, YAxisOption
+from ._recording import PANEL, EveryOption, FormatOption, KeypointOption, YAxisOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from turing_learning.detection import Detector, Motion, Verdict
 
 SAMPLES = 10
-PANEL = "A recording"
 
 
 def register(app: typer.Typer) -> None:
@@ -133,9 +132,8 @@ def detect(
         for path in (None if recorded else motion, genuine, abnormal)
     )
     if observed is None and timed is None:
-        observed = plant_abnormal(
-            learned.simulated_scenario(), simulate or 0, samples=SAMPLES if samples is None else samples, seed=seed
-        )
+        swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
+        observed = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
     given = [None if each is None else each.samples for each in calibration]
     detector = Detector.from_run(
         result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
@@ -172,6 +170,18 @@ def _refuse_options(options: dict[str, object], motion: Path | None) -> None:
             raise ConfigurationError(
                 f"`{option}` must be left out where there is no recording; got {value} [--{option}].{samples}"
             )
+
+
+def _sorted(motion: "Motion") -> "Motion":
+    """Return agents, then planted ones, each by their numbers."""
+    from turing_learning.detection import Motion
+
+    def place(k: int) -> tuple[str, int]:
+        kind, _, number = motion.individuals[k].partition(" ")
+        return kind, int(number)
+
+    order = sorted(range(len(motion.individuals)), key=place)
+    return Motion(tuple(motion.individuals[k] for k in order), motion.samples[order])
 
 
 def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:

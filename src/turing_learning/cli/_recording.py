@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 WINDOW_S = 4.0
 
-PANEL = "Recorded motion instead of a scenario"
+PANEL = "Recorded motion"
 
 TrajectoriesOption = Annotated[
     Path | None,

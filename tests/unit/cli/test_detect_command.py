@@ -37,7 +37,7 @@ def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
     for text in ("individual", "judged genuine", "score", "verdict", "since sample"):
         assert text in out
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
-    assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
+    assert list(rows) == ["agent 1", "agent 2", "planted 1"]
     count = list(rows.values()).count("abnormal")
     assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule discriminant, " in out
 

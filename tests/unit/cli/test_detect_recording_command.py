@@ -193,7 +193,7 @@ def swarm(tmp_path_factory):
     return folder
 
 
-CHEAP = ["--samples", "20", "--points", "2", "--recovery-generations", "2"]
+CHEAP = ["--samples", "20", "--points", "0", "--recovery-generations", "2"]
 
 
 def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, call):
@@ -211,9 +211,12 @@ def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, c
 
 def test_check_refuses_what_does_not_fit(swarm, fish, call):
     call("check", swarm, *CHEAP)
-    code, _, err = call("check", swarm, "--points", "3")
+    code, _, err = call("check", swarm, "--points", "7")
     assert code == 2
     assert "`run` must be checked with the settings that its check began with" in err
+    code, _, err = call("check", swarm, "--points", "2")
+    assert code == 2
+    assert "`points` must be at least 6, or 0 for no profiles; got 2" in err
     code, _, err = call("check", fish)
     assert code == 2
     assert "`--trajectories` and `--model` must be given to check a run on recorded motion" in err

@@ -22,7 +22,7 @@ from turing_learning.sources import OwnSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
-QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
+QUICK = Effort(samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8)
 
 
 def infer(generations=6, **options):
