@@ -34,7 +34,7 @@ def run(tmp_path_factory):
 def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
     code, out, err = call("detect", run, "--simulate", 1, "--samples", 4)
     assert (code, err) == (0, "")
-    for text in ("individual", "judged genuine", "score", "verdict", "since sample"):
+    for text in ("individual", "judged genuine", "score", "p-value", "verdict", "since sample"):
         assert text in out
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
     assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
@@ -59,7 +59,7 @@ def test_json_holds_what_the_table_holds(run, call):
     assert (content["rule"], content["false_alarms"], content["samples"]) == ("discriminant", 0.05, 3)
     assert [entry["individual"] for entry in content["individuals"]] == ["1", "2"]
     for entry in content["individuals"]:
-        assert entry["abnormal"] == (entry["score"] < content["threshold"])
+        assert entry["abnormal"] == (entry["p_value"] <= 0.05)
         assert (entry["since"] is None) != entry["abnormal"]
 
 
@@ -76,11 +76,22 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     )
     content = json.loads(out)
     assert code == 0
-    assert content["threshold"] == expected.threshold(4)
-    assert content["individuals"][0]["score"] == expected.verdicts(np.load("motion.npy"))[0].score
+    (verdict,) = expected.verdicts(np.load("motion.npy"))
+    found = content["individuals"][0]
+    assert (found["score"], found["p_value"]) == (verdict.score, verdict.p_value)
+    kept = json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["individuals"][0]
+    assert found["p_value"] != kept["p_value"]
+
+
+def test_too_few_genuine_samples_to_calibrate_with_are_refused_in_one_line(run, call):
+    np.save("normal.npy", np.random.default_rng(0).normal(8, 3, (9, 1, 10, 2)))
+    np.save("motion.npy", np.zeros((1, 1, 10, 2)))
+    code, out, err = call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group")
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert "`false_alarms` must be at least 0.167 by 5 genuine samples and 1 of an individual; got 0.01" in err
+    assert "Calibrate with 99 (the second half of `genuine` counts)" in err
     assert (
-        content["threshold"]
-        != json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["threshold"]
+        call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group", "--false-alarms", "0.2")[0] == 0
     )
 
 

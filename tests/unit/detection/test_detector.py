@@ -41,7 +41,7 @@ def test_a_score_is_the_weighted_share_of_votes_for_genuine(speed_limits, motion
     np.testing.assert_allclose(found.judge(motion_at([[0, 2, 6]])[0]), [0, 1 / 3, 1], atol=1e-9)
 
 
-def test_only_the_second_half_places_the_threshold(speed_limits, motion_at):
+def test_only_the_second_half_says_what_scores_are_usual(speed_limits, motion_at):
     genuine, abnormal = motion_at([[9, 9], [3, 9]]), motion_at([[0, 0]])
     found = Detector.calibrate(speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="group")
     assert found.weights.tolist() == [0.5, 0.5]
@@ -55,7 +55,7 @@ def test_the_single_classifier_is_the_one_that_tells_best(detector):
 
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("false_alarms", [0.02, 0.2])
-def test_no_more_than_the_stated_share_of_genuine_individuals_is_below_the_threshold(
+def test_no_more_than_the_stated_share_of_genuine_individuals_is_called_abnormal(
     speed_limits, motion_at, samples, false_alarms
 ):
     limits = np.linspace(0, 8, 60)[:, None]
@@ -63,24 +63,39 @@ def test_no_more_than_the_stated_share_of_genuine_individuals_is_below_the_thres
     found = Detector.calibrate(
         speed_limits, limits, genuine=genuine, abnormal=abnormal, rule="group", false_alarms=false_alarms
     )
-    fresh = found.mean_scores(motion_at(RNG.normal(6, 1.2, (4000, samples))))
-    # 1000 scores place the threshold and 4000 test it: four standard deviations of both, of the share for single samples
+    fresh = found.called_abnormal(motion_at(RNG.normal(6, 1.2, (4000, samples))))
+    # 1000 scores calibrate and 4000 test: four standard deviations of both, of the share for single samples
     margin = 4 * np.sqrt(false_alarms * (1 - false_alarms) * (1 / 1000 + 1 / 4000))
-    assert abs(np.mean(fresh < found.threshold(samples)) - false_alarms) < margin
+    assert abs(np.mean(fresh) - false_alarms) < margin
 
 
-def test_more_samples_bring_the_threshold_nearer_to_genuine_motion(detector):
-    found = detector(rule="group")
-    assert found.threshold(1) < found.threshold(10) < found.genuine_scores.mean()
+def test_more_samples_say_more_against_an_individual(detector, motion_at):
+    once, often = (detector(rule="group").p_values(motion_at([[3.0] * n]))[0] for n in (1, 10))
+    assert often < 0.1 * once
 
 
-def test_more_false_alarms_bring_the_threshold_nearer_to_genuine_motion(detector):
-    found = detector(rule="group", false_alarms=0.01)
-    assert found.with_false_alarms(0.2).threshold(5) > found.threshold(5)
+def test_more_false_alarms_call_more_individuals_abnormal(detector, motion_at):
+    found, motion = detector(rule="group", false_alarms=0.01), motion_at(RNG.normal(4, 2, (50, 5)))
+    few, many = (each.called_abnormal(motion) for each in (found, found.with_false_alarms(0.2)))
+    assert set(np.flatnonzero(few)) < set(np.flatnonzero(many))
     assert found.false_alarms == 0.01
 
 
-def test_an_individual_is_abnormal_if_its_mean_score_is_below_the_threshold(detector, motion_at):
+def test_too_few_genuine_samples_for_the_stated_share_are_refused_with_the_number_that_is_needed(detector, motion_at):
+    found, motion = detector(rule="group", false_alarms=0.005), motion_at([[0.0]])  # 100 genuine scores
+    message = (
+        r"^`false_alarms` must be at least 0\.0099 by 100 genuine samples and 1 of an individual; got 0\.005, by which nobody "
+        r"could be called abnormal\. Calibrate with 199 \(the second half of `genuine` counts\), or allow more\.$"
+    )
+    for judge in (found.verdicts, found.called_abnormal, lambda motion: found.abnormal(motion[0])):
+        with pytest.raises(ConfigurationError, match=message):
+            judge(motion)
+    assert found.with_false_alarms(0.01).abnormal(motion[0])
+    assert found.abnormal(motion_at([[0.0, 0.0]])[0])
+    assert detector(rule="unanimous", false_alarms=1e-9).abnormal(motion[0])
+
+
+def test_an_individual_is_abnormal_if_its_mean_score_is_low(detector, motion_at):
     found = detector(rule="group")
     assert found.abnormal(motion_at([[0, 1, 0, 1]])[0])
     assert not found.abnormal(motion_at([[6, 6, 0, 6]])[0])
@@ -105,6 +120,7 @@ def test_the_verdict_says_how_much_was_judged_genuine_and_since_when_not(detecto
     assert (good.individual, good.abnormal, good.since, good.genuine_share) == ("good", False, None, 1.0)
     assert (late.individual, late.abnormal, late.since, late.genuine_share) == ("late", True, 4, 0.4)
     assert (bad.abnormal, bad.since, bad.genuine_share, bad.score) == (True, 1, 0.0, 0.0)
+    assert bad.p_value < late.p_value <= 0.01 < good.p_value
 
 
 def test_individuals_without_names_are_counted(detector, motion_at):
@@ -117,9 +133,11 @@ def test_the_order_of_individuals_does_not_matter(detector, motion_at):
     np.testing.assert_array_equal(found.mean_scores(motion[order]), found.mean_scores(motion)[order])
 
 
-def test_the_threshold_is_the_same_every_time(detector):
-    found = detector(rule="group")
-    assert found.threshold(7) == found.threshold(7)
+def test_p_values_are_the_same_every_time_and_for_each_alone(detector, motion_at):
+    found, motion = detector(rule="group"), motion_at(RNG.normal(4, 2, (70, 7)))
+    together = found.p_values(motion)
+    np.testing.assert_array_equal(together, found.p_values(motion))
+    np.testing.assert_array_equal(together, [found.p_values(motion[[k]])[0] for k in range(70)])
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -177,9 +195,11 @@ def test_samples_of_another_length_are_refused(detector):
         detector().judge(np.zeros((3, 5, 2)))
 
 
-def test_no_sample_has_no_threshold(detector):
-    with pytest.raises(ConfigurationError, match=r"^`samples` must be at least 1; got 0"):
-        detector().threshold(0)
+def test_no_sample_has_no_verdict(detector):
+    with pytest.raises(
+        ConfigurationError, match=r"^`samples` must be .* not empty; got float64 of shape \(1, 0, 4, 2\)"
+    ):
+        detector().abnormal(np.zeros((0, 4, 2)))
 
 
 def test_another_share_of_false_alarms_is_checked(detector):
