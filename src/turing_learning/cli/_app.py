@@ -20,6 +20,7 @@ from ._options import (
 from ._recording import (
     FormatOption,
     FpsOption,
+    HoldOutOption,
     KeypointOption,
     ModelOption,
     Recording,
@@ -102,6 +103,7 @@ def infer(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
     from turing_learning.config import ConfigurationError, load_configuration
@@ -111,7 +113,7 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -140,6 +142,7 @@ def resume(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
 
@@ -163,7 +166,7 @@ def resume(
     if is_laboratory_run(run):
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording

@@ -10,6 +10,7 @@ from ._numbers import integer
 from ._recording import (
     FormatOption,
     FpsOption,
+    HoldOutOption,
     KeypointOption,
     ModelOption,
     Recording,
@@ -70,6 +71,7 @@ def check(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -84,7 +86,7 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)

@@ -73,6 +73,15 @@ WindowOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+HoldOutOption = Annotated[
+    str | None,
+    typer.Option(
+        "--hold-out-individuals",
+        metavar="NAMES",
+        help="Individuals, separated by commas, that are for testing alone.",
+        rich_help_panel=PANEL,
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -87,6 +96,7 @@ class Recording:
     y_axis: Any = None
     format: str | None = None
     keypoint: str | None = None
+    hold_out_individuals: str | None = None
 
     @property
     def given(self) -> bool:
@@ -140,7 +150,8 @@ class Recording:
             chosen = FAMILIES[self.model]
             if not chosen.headings:
                 motion = replace(motion, headings=None)
-            windows = motion.windows(**self._length(run))
+            apart = [name.strip() for name in (self.hold_out_individuals or "").split(",") if name.strip()]
+            windows = motion.windows(**self._length(run), hold_out_individuals=apart)
             family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],

@@ -11,6 +11,7 @@ _ARGUMENTS = {
     "length_s": "--window",
     "format": "--format",
     "keypoint": "--keypoint",
+    "hold_out_individuals": "--hold-out-individuals",
 }
 """Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
 
