@@ -18,6 +18,7 @@ from ._options import (
     settings_of,
 )
 from ._recording import (
+    EveryOption,
     FormatOption,
     FpsOption,
     HoldOutOption,
@@ -103,17 +104,20 @@ def infer(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
     hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
-    from turing_learning.config import ConfigurationError, load_configuration
+    from turing_learning.config import ConfigurationError, load_configuration, require_seen
     from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
+    recording = Recording(
+        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
+    )
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -124,6 +128,7 @@ def infer(
         return
     require_scenario(scenario, config, SCENARIOS)
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+    require_seen(configuration)
     path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
     _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
 
@@ -142,6 +147,7 @@ def resume(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
     hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
@@ -158,15 +164,17 @@ def resume(
         if value is not None:
             what = "study, whose runs have one thread each" if is_study(run) else "single run"
             raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
     if is_study(run):
+        recording.refuse_beside("a study")
         _study.resume(run, workers, cluster)
         return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
     if is_laboratory_run(run):
+        recording.refuse_beside("a run in a laboratory")
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording

@@ -8,6 +8,7 @@ import typer
 
 from ._numbers import integer
 from ._recording import (
+    EveryOption,
     FormatOption,
     FpsOption,
     HoldOutOption,
@@ -71,6 +72,7 @@ def check(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
     hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
@@ -86,7 +88,9 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, hold_out_individuals)
+    recording = Recording(
+        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
+    )
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)
@@ -117,6 +121,8 @@ def check_table(found: "Check") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
+    from turing_learning.report import shown
+
     table = Table(caption="shares of the initial range", caption_justify="left")
     table.add_column("parameter")
     for heading in ("interval", "left open", "missed by"):
@@ -125,9 +131,9 @@ def check_table(found: "Check") -> "Table":
     for each in found.parameters:
         table.add_row(
             each.parameter,
-            f"{each.interval_share:.1%}",
-            "-" if each.open_share is None else f"{each.open_share:.0%}",
-            "-" if each.recovery_error is None else f"{each.recovery_error:.1%}",
+            shown(each.interval_share, "{:.1%}".format),
+            shown(each.open_share, "{:.0%}".format),
+            shown(each.recovery_error, "{:.1%}".format),
             "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
         )
     return table

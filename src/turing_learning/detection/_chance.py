@@ -50,11 +50,6 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     return found
 
 
-def least_p_value(known: int, samples: int) -> float:
-    """Return the smallest p-value that so many genuine samples can yield of an individual with so many samples."""
-    return 1 / (known + 1 if samples == 1 else min(comb(known + samples, samples), 1 + _draws(samples)))
-
-
 def known_needed(share: float, samples: int) -> int:
     """Return the number of genuine samples from which on choices are enough for a p-value as small as a share."""
     if samples == 1:

@@ -46,7 +46,7 @@ def compare_detectors(
     Raises
     ------
     ConfigurationError
-        If a shape does not fit a detector, or one was calibrated with too few genuine samples, see `Detector.verdicts`.
+        If a shape does not fit a detector.
     """
     return tuple(_compared(name, detector, genuine, abnormal) for name, detector in detectors.items())
 

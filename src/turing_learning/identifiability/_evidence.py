@@ -146,7 +146,7 @@ def own_evidence(
         If too few samples were held out, or all of them are of one group.
     """
     system, rng = source.system, stream(seed, OBSERVING)
-    source.generation = 1  # from here on a failed simulation is left out
+    source.generation = None  # a failed simulation is left out
     learning, testing = data.learning, data.testing
     if data.live is not None:
         learning, testing = (_observed(data, system.steps, effort.samples, rng) for _ in range(2))

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import Genuine, OwnSource
+from turing_learning.sources import Genuine, OwnSource, OwnSystemError
 
 from ._errors import RunFolderError, storage
 from ._files import write_json
@@ -193,7 +194,12 @@ class Checker:
         for place, name in enumerate(self.result.estimate if self.effort.points else ()):
             if name not in content["profiles"]:
                 self.stage(f"fresh classifiers where {name} is moved")
-                found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
+                try:
+                    found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
+                except OwnSystemError as error:
+                    raise OwnSystemError(
+                        f"{error} Or check without profiles, with points=0 in `effort` and force=True."
+                    ) from error
                 content["profiles"][name] = found.to_json()
                 _keep(content, path)
 
@@ -274,7 +280,7 @@ class Checker:
             asdict(
                 PinnedDown(
                     parameter=name,
-                    interval_share=float(width),
+                    interval_share=float(width) if is_known(width) else None,
                     open_share=Profile(**content["profiles"][name]).open_share if self.effort.points else None,
                     recovery_error=max(each[name] for each in errors) if errors else None,
                 )

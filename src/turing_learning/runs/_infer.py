@@ -8,7 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack, cast
 
-from turing_learning.config import Configuration, ConfigurationError, single_settings
+from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
 from turing_learning.sources import OwnSource, Simulator
 from turing_learning.swarm import Scenario
 
@@ -20,6 +20,7 @@ from ._own import (
     OwnOptions,
     Range,
     describe_system,
+    given_again,
     open_source,
     refuse_unknown_options,
     refuse_without_system,
@@ -115,13 +116,15 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    refuse_unknown_options(options, signature(infer).parameters)
+    refuse_unknown_options(options, {*OwnOptions.__annotations__, *signature(infer).parameters} - {"options"})
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:
         refuse_without_system(**options)
-        return execute(resolve(scenario))
+        configuration = resolve(scenario)
+        require_seen(configuration)
+        return execute(configuration)
     _refuse_half_a_system(scenario, genuine=genuine, simulate=simulate, parameters=parameters)
     assert parameters is not None
     system, data = describe_system(genuine, parameters, options)
@@ -178,7 +181,7 @@ def resume(
     Parameters
     ----------
     path
-        The run folder. One that is finished is left as it is.
+        The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
     genuine, simulate
         Of a system of one's own: the samples that the run began with, and the simulator, neither of which is in the folder.
     workers, timeout_s
@@ -208,9 +211,12 @@ def resume(
     given = {"workers": workers, "timeout_s": timeout_s}
     options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
 
+    folder = RunFolder(Path(path))
+    data = given_again(folder, folder.configuration(), genuine, simulate, options)
+
     def reopen(folder: RunFolder, configuration: Configuration) -> OwnSource | None:
         _refuse_laboratory(folder)
-        return reopen_source(folder, configuration, genuine, simulate, options)
+        return reopen_source(folder, configuration, data, simulate, options)
 
     return go_on(path, reopen, threads=threads, observer=observer, should_stop=should_stop)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._stretches import next_true
+from ._stretches import every, next_true
 
 JUMP_FACTOR = 20.0
 """Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,
@@ -52,6 +52,11 @@ class Problems:
         Median length of the steps that are not 0, in the unit of the recording.
     remarks
         What the reader and later steps have to say, among it the direction of y.
+    still
+        Names of the individuals that are in the same place in all of their frames, two or more: a track that was lost, a dead
+        animal, or a mark on the ground.
+    every
+        Only one frame in so many is there, evenly; 1 otherwise.
     """
 
     missing: dict[str, int]
@@ -63,14 +68,19 @@ class Problems:
     typical_step: float
     frames: int
     remarks: tuple[str, ...] = ()
+    still: tuple[str, ...] = ()
+    every: int = 1
 
     @property
     def found(self) -> bool:
-        """Whether there is anything: a missing value, a jump, a repeated or an empty frame."""
-        return bool(any(self.missing.values()) or self.jumps or self.repeated_frames or self.empty_frames)
+        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or an empty frame."""
+        return bool(any(self.missing.values()) or self.jumps or self.still or self.repeated_frames or self.empty_frames)
 
     def __str__(self) -> str:
-        lines = [
+        lines = (
+            [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
+        )
+        lines += [
             f"{name}: {count} of {self.frames} frames missing, in {self.gaps[name]} gaps of up to {self.longest_gap[name]}"
             for name, count in self.missing.items()
             if count
@@ -79,6 +89,7 @@ class Problems:
             f"{jump.individual}: jump of {jump.distance:.4g} after frame {jump.frame} ({jump.times_typical:.3g} typical steps)"
             for jump in self.jumps
         ]
+        lines += [f"{name}: never moves, in {self.frames - self.missing[name]} frames" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
                 lines.append(f"{len(frames)} frames {what}: {_listed(frames)}")
@@ -119,7 +130,16 @@ def find_problems(
         typical_step=typical,
         frames=len(present),
         remarks=remarks,
+        still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
+        every=every(present),
     )
+
+
+def _never_moves(positions: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Return which individuals (A,) are in one place wherever they are present, twice or more."""
+    first = positions[present.argmax(axis=0), np.arange(present.shape[1])]
+    moved = (positions != first).any(axis=2) & present
+    return (present.sum(axis=0) > 1) & ~moved.any(axis=0)
 
 
 def _gap_lengths(present: np.ndarray) -> np.ndarray:

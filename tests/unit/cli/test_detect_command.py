@@ -83,15 +83,22 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     assert found["p_value"] != kept["p_value"]
 
 
-def test_too_few_genuine_samples_to_calibrate_with_are_refused_in_one_line(run, call):
+def test_too_few_genuine_samples_to_calibrate_with_are_told(run, call, caplog):
     np.save("normal.npy", np.random.default_rng(0).normal(8, 3, (9, 1, 10, 2)))
     np.save("motion.npy", np.zeros((1, 1, 10, 2)))
-    code, out, err = call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "`false_alarms` must be at least 0.167 by 5 genuine samples and 1 of an individual; got 0.01" in err
-    assert "Calibrate with 99 (the second half of `genuine` counts)" in err
+    assert call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group")[0] == 0
     assert (
-        call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group", "--false-alarms", "0.2")[0] == 0
+        "99 genuine samples without a part in the weights (the second half of `genuine`) are needed, and there are 5"
+        in caplog.text
+    )
+
+
+def test_the_same_motion_cannot_be_genuine_and_abnormal(run, call):
+    np.save("motion.npy", np.random.default_rng(0).normal(8, 3, (9, 4, 10, 2)))
+    assert call("detect", run, "motion.npy", "--genuine", "motion.npy", "--abnormal", "motion.npy") == (
+        *(2, ""),
+        "error: `abnormal` must be other motion than `genuine`; got 36 samples that are all in `genuine`, too. Give motion of "
+        "individuals that behave otherwise.\n",
     )
 
 

@@ -82,6 +82,19 @@ def test_a_table_of_ones_own_says_where_y_points(call):
     assert "`--y-axis` must be given; got none" in err
 
 
+def test_a_recording_in_which_nobody_moves_is_refused(call):
+    rows = [f"{t},{who},{who},1" for t in range(200) for who in range(3)]
+    Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    read = ["--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
+    code, _, err = call("infer", "--trajectories", "still.csv", *read, "--out", "run")
+    assert code == 2
+    assert err == (
+        "error: `--trajectories` must be motion that varies; got the same at every step: speed is 0, turn is 0. Give a file in "
+        "which individuals move.\n"
+    )
+    assert not Path("run").exists()
+
+
 def test_headings_are_on_both_sides_or_on_none(call):
     rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
     for name, column, heading in (("plain.csv", "", ""), ("facing.csv", ",heading", ",3.1")):
@@ -229,13 +242,61 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
 def test_a_run_on_robots_needs_no_recording(call):
     small = ["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0", "--generations", "1"]
     assert call("infer", "aggregation", *SMALL, *small, "--out", "run")[0] == 0
-    code, _, err = call("check", "run", *RECORDED)
+    for command in ("check", "resume"):
+        for options in (RECORDED, ["--trajectories", str(TERMITES)], ["--fps", "25"]):
+            code, _, err = call(command, "run", *options)
+            given = f"`{options[0]}` must be left out for a run on simulated robots, which needs nothing but its folder; got"
+            assert (code, err) == (2, f"error: {given} {float(options[1]) if options[0] == '--fps' else options[1]}.\n")
+
+
+def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
+    assert call("infer", *RECORDED, *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    assert call("resume", "run")[0] == 0
+    assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
+    code, _, err = call("resume", "run", *without(RECORDED, "--scale"), "--scale", "10")
+    assert (code, err) == (
+        2,
+        "error: `--trajectories` must be the recording that the run began with, and its options the same; got others [run]. "
+        "Give those, or start a new run.\n",
+    )
+    code, _, err = call("resume", "run", *OTHER_MODEL)
     assert code == 2
-    assert err.startswith("error: `--trajectories` must be left out for a run on simulated robots; got one.")
+    assert "`--model` must have the parameters of the run" in err
+
+
+def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call):
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
+    rows = [f"{2 * t},{who},{x},{y}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
+    Path("sparse.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    options = [
+        "--trajectories",
+        "sparse.csv",
+        "--fps",
+        "20",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
+    small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
+    code, _, err = call("infer", *options, *small)
+    assert code == 2
+    assert (
+        "only one in 2 is there: 10 per second. If that is the rate of what was tracked, keep those with --every 2."
+        in err
+    )
+    assert call("infer", *options, "--every", "2", *small)[0] == 0
+    assert "interval_s = 0.1\n" in Path("run/config.toml").read_text()
+    assert call("resume", "run", *options, "--every", "2")[0] == 0
 
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
-    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},0,0" for t in range(200) for who in range(3)]
+    rows = [
+        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},{0.02 * t * t},{t}" for t in range(200) for who in range(3)
+    ]
     Path("both.csv").write_text("\n".join(["frame,id,x,y,pos_x,pos_y", *rows]) + "\n")
     header = ["scorer" + ",a" * 6, "bodyparts" + ",nose" * 3 + ",tail" * 3, "coords" + ",x,y,likelihood" * 2]
     points = [f"{t},{0.1 * t},{0.01 * t * t},1,0,0,1" for t in range(200)]
@@ -278,6 +339,13 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         (
             ["--trajectories", "pickle.npy", *RECORDED[2:]],
             "it can run any code it holds: let idtracker.ai write h5 or csv.",
+        ),
+        ([*RECORDED, "--scale", "1e-12"], "`--scale` must be a number from 1e-09 to 1e+09; got 1e-12."),
+        ([*RECORDED, "--scale", "1e-7"], "`--scale` must leave coordinates within +-1e+09 cm; got 1e-07, by which"),
+        ([*RECORDED, "--fps", "1e12"], "`--fps` must be a number from 1e-09 to 1e+09; got 1000000000000.0."),
+        (
+            [*RECORDED, "--scale", "1e-5", "--fps", "1e9", "--window", "2e-7"],
+            "`--trajectories` must give signals of at most 1e+09 in size; got ",
         ),
         ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),
     ],

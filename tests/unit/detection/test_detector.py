@@ -1,8 +1,10 @@
+import logging
+
 import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import RULES, Detector, Motion
+from turing_learning.detection import RULES, Detector, Motion, RecordedMotion
 
 RNG = np.random.default_rng(3)
 LIMITS = np.array([[-1.0], [2.0], [4.0], [9.0]])  # accept everything, two that tell, accept nothing
@@ -79,20 +81,6 @@ def test_more_false_alarms_call_more_individuals_abnormal(detector, motion_at):
     few, many = (each.called_abnormal(motion) for each in (found, found.with_false_alarms(0.2)))
     assert set(np.flatnonzero(few)) < set(np.flatnonzero(many))
     assert found.false_alarms == 0.01
-
-
-def test_too_few_genuine_samples_for_the_stated_share_are_refused_with_the_number_that_is_needed(detector, motion_at):
-    found, motion = detector(rule="group", false_alarms=0.005), motion_at([[0.0]])  # 100 genuine scores
-    message = (
-        r"^`false_alarms` must be at least 0\.0099 by 100 genuine samples and 1 of an individual; got 0\.005, by which nobody "
-        r"could be called abnormal\. Calibrate with 199 \(the second half of `genuine` counts\), or allow more\.$"
-    )
-    for judge in (found.verdicts, found.called_abnormal, lambda motion: found.abnormal(motion[0])):
-        with pytest.raises(ConfigurationError, match=message):
-            judge(motion)
-    assert found.with_false_alarms(0.01).abnormal(motion[0])
-    assert found.abnormal(motion_at([[0.0, 0.0]])[0])
-    assert detector(rule="unanimous", false_alarms=1e-9).abnormal(motion[0])
 
 
 def test_an_individual_is_abnormal_if_its_mean_score_is_low(detector, motion_at):
@@ -173,7 +161,16 @@ def test_a_detector_that_cannot_be_made_is_refused(detector, options, message):
             r"^`genuine` must be real numbers of shape \(individuals, samples",
         ),
         (np.ones((2, 3, 4, 2)), np.zeros((2, 3, 5, 2)), r"^`abnormal` must be .*\(any, any, 4, 2\), not empty; got "),
-        (np.ones((2, 3, 4, 2)), np.ones((2, 3, 4, 2)), "^`genomes` must hold a classifier that tells .* got 4 that"),
+        (
+            np.ones((2, 3, 4, 2)),
+            np.ones((2, 3, 4, 2)) * [1, 2],
+            "^`genomes` must hold a classifier that tells .* got 4",
+        ),
+        (
+            np.arange(48.0).reshape(2, 3, 4, 2),
+            np.arange(48.0).reshape(2, 3, 4, 2)[::-1, 1:],
+            "^`abnormal` must be other motion than `genuine`; got 4 samples that are all in `genuine`, too. Give motion of",
+        ),
     ],
 )
 def test_motion_that_cannot_calibrate_is_refused(speed_limits, genuine, abnormal, message):
@@ -205,3 +202,66 @@ def test_no_sample_has_no_verdict(detector):
 def test_another_share_of_false_alarms_is_checked(detector):
     with pytest.raises(ConfigurationError, match=r"^`false_alarms` must be above 0 and below 1; got 2"):
         detector().with_false_alarms(2)
+
+
+def test_scores_of_0_that_are_no_rarer_than_false_alarms_are_told_with_the_numbers(detector, motion_at, caplog):
+    found = detector(rule="single")  # by a single sample, and one classifier, the score is 0 or 1
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        lowest, _ = found.verdicts(motion_at([[0.0], [6.0]]))
+        share = np.mean(found.genuine_scores == 0)
+        assert not lowest.abnormal
+        assert caplog.messages == [
+            f"Nobody can be called abnormal by 1 sample each: with score 0 throughout the p-value is {lowest.p_value:.3g}, and "
+            f"at most 0.01 is asked for; {share:.3g} of 100 genuine samples have that score. Take more samples of each, another "
+            "rule, or allow more false alarms."
+        ]
+        caplog.clear()
+        assert found.verdicts(motion_at([[0.0] * 10, [6.0] * 10]))[0].abnormal
+        assert found.with_false_alarms(0.5).verdicts(motion_at([[0.0], [6.0]]))[0].abnormal
+        assert detector(rule="unanimous", false_alarms=1e-9).verdicts(motion_at([[0.0]]))[0].abnormal
+    assert caplog.messages == []
+
+
+def test_too_few_genuine_samples_are_told_with_the_number_that_is_needed(detector, motion_at, caplog):
+    found = detector(rule="group", false_alarms=0.005)  # 100 genuine scores
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        assert not found.verdicts(motion_at([[-9.0]]))[0].abnormal
+        assert caplog.messages == [
+            "Nobody can be called abnormal by 1 sample each: with score 0 throughout the p-value is 0.0099, and at most 0.005 is "
+            "asked for; 199 genuine samples without a part in the weights (the second half of `genuine`) are needed, and there "
+            "are 100. Calibrate with more, take more samples of each, or allow more false alarms."
+        ]
+        caplog.clear()
+        assert found.with_false_alarms(0.01).verdicts(motion_at([[-9.0]]))[0].abnormal
+        assert found.verdicts(motion_at([[-9.0, -9.0]]))[0].abnormal
+    assert caplog.messages == []
+
+
+def test_classifiers_that_do_not_tell_the_motion_apart_are_told(speed_limits, motion_at, caplog):
+    genuine, abnormal = motion_at([[9, 9], [1, 3]]), motion_at([[5, 5]])  # the first half tells, the second does not
+    found = Detector.calibrate(
+        speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="majority", false_alarms=0.5
+    )
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        found.verdicts(motion_at([[1.0]]))
+    assert caplog.messages == [
+        "The classifiers do not tell genuine from abnormal motion: the mean score of 2 genuine samples that had no part in the "
+        "weights is 0.500, and that of abnormal motion 1.000. Verdicts mean nothing; run more generations, or calibrate with other "
+        "motion."
+    ]
+
+
+def test_too_few_windows_for_any_evidence_are_told_with_the_numbers(detector, motion_at, caplog):
+    found = detector(rule="single")
+    windows = [motion_at([[0.0] * count])[0] for count in (1, 40, 0)]
+    times = tuple(np.stack((np.arange(len(each)), np.arange(len(each)) + 1.0), axis=1) for each in windows)
+    motion = RecordedMotion(("short", "long", "never"), tuple(windows), times, 40.0)
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        short, long, never = found.timeline(motion)
+    assert (short.abnormal, long.abnormal, never.abnormal) == (False, True, False)
+    assert short.strength <= short.threshold
+    assert caplog.messages == [
+        "1 of 3 individuals cannot be called abnormal, whatever they do: the evidence in 1 window is at most "
+        f"{short.strength:.2f}, and the threshold {short.threshold:.2f}, by 100 genuine samples and a share of false alarms of "
+        "0.01. Record for longer, calibrate with more genuine motion, or allow more false alarms."
+    ]

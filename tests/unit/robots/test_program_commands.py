@@ -48,6 +48,11 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
     assert code == 130
     assert "stopped after generation 2; go on with: turing-learning resume run" in err
     assert "generation 2/3" in out
+    code, _, err = call("resume", "run", "--fps", "25")
+    assert code == 2
+    assert err.startswith(
+        "error: `--fps` must be left out for a run in a laboratory, which needs nothing but its folder;"
+    )
     code, out, _ = call("resume", "run")
     assert code == 0
     assert "estimate" in out

@@ -234,6 +234,22 @@ def test_a_finished_run_needs_no_simulator(whole):
     assert tl.resume(whole).complete
 
 
+def test_a_finished_run_is_compared_with_what_is_given(whole, tmp_path):
+    assert tl.resume(whole, genuine=recorded()).complete
+    assert tl.resume(whole, genuine=recorded(), simulate=walk).complete
+    with pytest.raises(RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256"):
+        tl.resume(whole, genuine=recorded(seed=4), simulate=walk)
+    small = {
+        "models.population": 8,
+        "classifiers.population": 8,
+        "scenario.agents": 2,
+        "scenario.trial.duration_s": 1.0,
+    }
+    tl.infer("aggregation", generations=1, settings=small, out=tmp_path / "swarm")
+    with pytest.raises(ConfigurationError, match="`genuine` must be left out for simulated robots; got ndarray"):
+        tl.resume(tmp_path / "swarm", genuine=recorded())
+
+
 def test_a_live_source_is_observed_while_the_run_goes_on(tmp_path, stop_after):
     live = lambda rng: recorded(seed=int(rng.integers(1000)))  # noqa: E731
     whole = infer(genuine=live)
@@ -446,6 +462,28 @@ def test_what_breaks_a_rule_is_refused_before_anything_runs(arguments, message):
     given = {"genuine": recorded(), "simulate": walk, "parameters": RANGES} | arguments
     with pytest.raises(ConfigurationError, match=re.escape(message)):
         tl.infer(**given)
+
+
+def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
+    still = recorded()
+    still[..., 1] = 0.3
+    infer(genuine=recorded(), generations=1)
+    assert not caplog.records
+    infer(genuine=still, generations=1)
+    (record,) = caplog.records
+    assert (
+        "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them." in record.message
+    )
+
+
+def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
+    frames = tl.Trajectories(np.ones((400, 2, 2)), np.ones((400, 2), dtype=bool), fps=25.0, individuals=("a", "b"))
+    with pytest.raises(
+        ConfigurationError,
+        match=r"must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0. See",
+    ):
+        infer(frames.windows(12), WALK, WALK.parameters, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 def test_options_of_own_systems_are_refused_for_robots():

@@ -1,7 +1,10 @@
 """Tables and figures of section 4.3."""
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
+
+import numpy as np
 
 from turing_learning.analysis import least_dispersion
 from turing_learning.reproduction._claims import Claim
@@ -31,14 +34,27 @@ def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Ta
 def models_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
     """Return what every run of a case study has inferred."""
     rows: list[tuple[Cell, ...]] = [
-        (one.preset, kind, seed, *map(float, model))
+        (
+            one.preset,
+            kind,
+            seed,
+            *map(float, model),
+            *(_ends(interval) if kind == "estimate" else (None,) * interval.size),
+        )
         for one in outcomes
         if one.case == case
         for kind in KINDS
-        for seed, model in zip(one.seeds, one.models[kind], strict=True)
+        for seed, model, interval in zip(one.seeds, one.models[kind], one.intervals, strict=True)
     ]
-    columns = ("preset", "model", "seed", *case.scenario.parameter_names)
-    return Table(f"{case.scenario.name}-models", f"{case.scenario.title}: what every run has inferred", columns, rows)
+    names = case.scenario.parameter_names
+    columns = ("preset", "model", "seed", *names, *(f"{end}_{name}" for end in ("low", "high") for name in names))
+    caption = f"{case.scenario.title}: what every run has inferred, and the ends of the 90 % intervals of its estimate"
+    return Table(f"{case.scenario.name}-models", caption, columns, rows)
+
+
+def _ends(interval: np.ndarray) -> tuple[float | None, ...]:
+    """Return the lower, then the upper ends of an interval (2, P); None where unknown."""
+    return tuple(None if np.isnan(end) else float(end) for end in interval.ravel())
 
 
 def convergence_table(outcome: Outcome) -> Table:
@@ -65,15 +81,20 @@ def dispersion_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
     """Return the dispersion at the end of every trial of a case study."""
     own = [one for one in outcomes if one.case == case]
     trials = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
-    rows: list[tuple[Cell, ...]] = [("", "agents", None, None, *map(float, own[0].emergence.agents))]
-    for one in own:
-        comparison = one.emergence.comparison
-        tests = zip(one.seeds, comparison.p_values, comparison.significant, one.emergence.models, strict=True)
-        rows += [(one.preset, seed, float(p), bool(differs), *map(float, values)) for seed, p, differs, values in tests]
+    agents = own[0].emergence["best_model"].agents
+    rows: list[tuple[Cell, ...]] = [("", "agents", None, None, None, *map(float, agents))]
+    for one, kind in product(own, KINDS):
+        emergence = one.emergence[kind]
+        tests = zip(
+            one.seeds, emergence.comparison.p_values, emergence.comparison.significant, emergence.models, strict=True
+        )
+        rows += [
+            (one.preset, kind, seed, float(p), bool(differs), *map(float, values)) for seed, p, differs, values in tests
+        ]
     return Table(
         f"{case.scenario.name}-dispersion",
-        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the best model of each run",
-        ("preset", "seed", "p_value", "significant", *trials),
+        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the models of each run",
+        ("preset", "model", "seed", "p_value", "significant", *trials),
         rows,
     )
 
@@ -104,8 +125,8 @@ def outcome_pictures(outcome: Outcome) -> list[Picture]:
             f"{case.emergence.trials} trials for the agents (hatched) and for replicas of the best model of each run.",
             case.claim("4.3-emergent-{}"),
             dispersion_figure(
-                outcome.emergence.agents,
-                outcome.emergence.models,
+                outcome.emergence["best_model"].agents,
+                outcome.emergence["best_model"].models,
                 least=least_dispersion(case.gathering),
                 gathered=case.gathered,
             ),
