@@ -139,9 +139,14 @@ def told_apart(family: Particles, result: tl.Result, windows: Windows) -> tuple[
         result, genuine=learned[:, None], abnormal=simulated(family, result, 100, seed=11)[:, None], false_alarms=0.05
     )
     fish = detector.judge(windows.held_out)
-    models = detector.judge(simulated(family, result, 100, seed=12))
+    new = simulated(family, result, 100, seed=12)
+    models = detector.judge(new)
     others = detector.judge(learned[len(learned) // 2 :])
-    return roc_curve(fish, models).area, roc_curve(fish, others).area, float(np.mean(models < detector.threshold(1)))
+    return (
+        roc_curve(fish, models).area,
+        roc_curve(fish, others).area,
+        float(np.mean(detector.called_abnormal(new[:, None]))),
+    )
 
 
 def straight(samples: np.ndarray) -> float:

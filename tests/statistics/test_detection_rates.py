@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from turing_learning.detection._chance import p_values
 from turing_learning.detection._scan import Scan
 
 DETECTORS, INDIVIDUALS = 500, 8
@@ -55,3 +56,22 @@ def test_awkward_scores_raise_no_false_alarms(known, windows, share, scores):
 def test_an_outlier_among_the_genuine_scores_does_not_cost_the_power():
     # with means and standard deviations: 0 at a rate of 0, or a quarter of the normal ones called abnormal
     assert called_abnormal(70, 74, 0.01, close_with_outliers, lower=0.01).mean() > 0.6
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05])
+@pytest.mark.parametrize(("known", "samples"), [(100, 1), (20, 10), (50, 10), (20, 50)])
+@pytest.mark.parametrize("scores", [lambda rng, shape: rng.beta(16, 4, shape), close_with_outliers, one_or_zero])
+def test_no_more_genuine_individuals_have_a_small_p_value_than_stated(known, samples, share, scores):
+    rng = np.random.default_rng((known, samples))
+    found = np.array(
+        [np.mean(p_values(scores(rng, known), scores(rng, (INDIVIDUALS, samples))) <= share) for _ in range(DETECTORS)]
+    )
+    assert found.mean() <= share + 3.5 * np.hypot(found.std() / np.sqrt(DETECTORS), np.sqrt(share / DRAWS))
+
+
+def test_an_individual_that_is_lower_throughout_has_a_small_p_value():
+    rng = np.random.default_rng(4)
+    found = [
+        np.mean(p_values(rng.beta(16, 4, 50), rng.beta(16, 4, (INDIVIDUALS, 10)) - 0.1) <= 0.01) for _ in range(200)
+    ]
+    assert np.mean(found) > 0.7

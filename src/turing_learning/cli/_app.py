@@ -20,6 +20,7 @@ from ._recording import (
     EveryOption,
     FormatOption,
     FpsOption,
+    HoldOutOption,
     KeypointOption,
     ModelOption,
     Recording,
@@ -103,6 +104,7 @@ def infer(
     format: FormatOption = None,
     keypoint: KeypointOption = None,
     every: EveryOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
     from turing_learning.config import ConfigurationError, load_configuration, require_seen
@@ -112,7 +114,9 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
+    recording = Recording(
+        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
+    )
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -162,6 +166,7 @@ def resume(
     format: FormatOption = None,
     keypoint: KeypointOption = None,
     every: EveryOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
 

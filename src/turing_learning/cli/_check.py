@@ -11,6 +11,7 @@ from ._recording import (
     EveryOption,
     FormatOption,
     FpsOption,
+    HoldOutOption,
     KeypointOption,
     ModelOption,
     Recording,
@@ -75,6 +76,7 @@ def check(
     format: FormatOption = None,
     keypoint: KeypointOption = None,
     every: EveryOption = None,
+    hold_out_individuals: HoldOutOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -89,7 +91,9 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
+    recording = Recording(
+        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
+    )
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)

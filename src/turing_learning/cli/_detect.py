@@ -193,7 +193,6 @@ def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict
         "false_alarms": None if detector.rule == "unanimous" else detector.false_alarms,
         "classifiers": len(detector.genomes),
         "samples": motion.samples.shape[1],
-        "threshold": detector.threshold(motion.samples.shape[1]),
         "individuals": [asdict(verdict) for verdict in verdicts],
     }
     typer.echo(json.dumps(content, indent=2))
@@ -204,22 +203,24 @@ def _print_table(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdic
 
     console = Console()
     console.print(verdict_table(verdicts))
-    count, threshold = motion.samples.shape[1], detector.threshold(motion.samples.shape[1])
+    limit = (
+        "all samples judged counterfeit" if detector.rule == "unanimous" else f"p-value up to {detector.false_alarms:g}"
+    )
     console.print(
-        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {count} samples each of "
-        f"{detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers, score below {threshold:.3f}",
+        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {motion.samples.shape[1]} samples each "
+        f"of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers, {limit}",
         highlight=False,
     )
 
 
 def verdict_table(verdicts: "tuple[Verdict, ...]") -> "Table":
-    """Return the table individual / share of samples judged genuine / score / verdict / since when."""
+    """Return the table individual / share of samples judged genuine / score / p-value / verdict / since when."""
     from rich.table import Table
     from rich.text import Text
 
     table = Table()
     table.add_column("individual")
-    for heading in ("judged genuine", "score"):
+    for heading in ("judged genuine", "score", "p-value"):
         table.add_column(heading, justify="right")
     table.add_column("verdict")
     table.add_column("since sample", justify="right")
@@ -228,6 +229,7 @@ def verdict_table(verdicts: "tuple[Verdict, ...]") -> "Table":
             Text(verdict.individual),
             f"{100 * verdict.genuine_share:.0f} %",
             f"{verdict.score:.3f}",
+            f"{verdict.p_value:.2g}",
             Text("abnormal", style="bold red") if verdict.abnormal else "normal",
             "-" if verdict.since is None else str(verdict.since),
         )

@@ -83,6 +83,15 @@ WindowOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+HoldOutOption = Annotated[
+    str | None,
+    typer.Option(
+        "--hold-out-individuals",
+        metavar="NAMES",
+        help="Individuals, separated by commas, that are for testing alone.",
+        rich_help_panel=PANEL,
+    ),
+]
 
 
 def read(path: Path, *, every: int | None, **options: Any) -> "Trajectories":
@@ -106,6 +115,7 @@ class Recording:
     format: str | None = None
     keypoint: str | None = None
     every: int | None = None
+    hold_out_individuals: str | None = None
 
     @property
     def given(self) -> bool:
@@ -170,7 +180,8 @@ class Recording:
             chosen = FAMILIES[self.model]
             if not chosen.headings:
                 motion = replace(motion, headings=None)
-            windows = motion.windows(**self._length(steps))
+            apart = [name.strip() for name in (self.hold_out_individuals or "").split(",") if name.strip()]
+            windows = motion.windows(**self._length(steps), hold_out_individuals=apart)
             family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],

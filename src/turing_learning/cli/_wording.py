@@ -12,6 +12,7 @@ _ARGUMENTS = {
     "format": "--format",
     "keypoint": "--keypoint",
     "every": "--every",
+    "hold_out_individuals": "--hold-out-individuals",
 }
 """Arguments of `load_trajectories`, `thinned` and `windows`, and what they are called on the command line."""
 

@@ -12,7 +12,7 @@ Post-evaluation, as in section 4.4 of the paper:
 Detection:
 
 `Detector`, `Verdict`, `RULES`
-    Classifiers with votes and a threshold, which tell from motion which individuals behave abnormally.
+    Classifiers with votes, which tell from motion which individuals behave abnormally.
 `Motion`, `load_motion`, `holds_motion`, `cut_recordings`
     Motion samples of named individuals, from a file or from long recordings.
 `RecordedMotion`, `recorded_motion`, `TimedVerdict`

@@ -53,10 +53,7 @@ def compare_detectors(
 
 def _compared(name: str, detector: Detector, genuine: np.ndarray, abnormal: np.ndarray) -> RuleComparison:
     scores = [detector.mean_scores(motion) for motion in (genuine, abnormal)]
-    false_alarms, detections = (
-        float(np.mean(values < detector.threshold(np.shape(motion)[1])))
-        for values, motion in zip(scores, (genuine, abnormal), strict=True)
-    )
+    false_alarms, detections = (float(np.mean(detector.called_abnormal(motion))) for motion in (genuine, abnormal))
     return RuleComparison(name, detections, false_alarms, roc_curve(*scores))
 
 

@@ -1,4 +1,4 @@
-"""Classifiers with votes and a threshold."""
+"""Classifiers with votes, and what these say of an individual."""
 
 import logging
 from collections.abc import Iterable, Mapping
@@ -10,6 +10,7 @@ import numpy as np
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError, nearest
 
+from ._chance import DRAWS, known_needed, p_values
 from ._checks import checked_motion
 from ._motion import Motion
 from ._recorded import RecordedMotion
@@ -21,7 +22,6 @@ from ._weights import weigh
 RULES = ("fittest", "unanimous", "single", "majority", "group", "archive", "jury", "discriminant")
 """Names of the rules; see `Detector`."""
 DEFAULT_RULE = "discriminant"
-DRAWS = 20_000  # of genuine individuals, to place the threshold
 _ANY = 10.0**-DIGITS
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -31,27 +31,28 @@ class Detector:
     """Tell from motion which individuals behave abnormally.
 
     Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual is
-    called abnormal if the mean score of its samples is below a threshold. Eight rules choose voters and threshold:
+    called abnormal if the mean score of its samples is so low that chance makes it so in the stated share of cases
+    at most. Eight rules choose the voters:
 
     ==============  =============================================  ==========================================
     rule            voters                                         abnormal if
     ==============  =============================================  ==========================================
-    "fittest"       the subjectively best of the last generation   below the threshold
+    "fittest"       the subjectively best of the last generation   low mean score
     "unanimous"     the one of the last generation that decides    all samples are judged counterfeit: with
                     best by this rule                              ten, the rule of the paper
-    "single"        the one of the last generation with the        below the threshold
+    "single"        the one of the last generation with the        low mean score
                     largest Youden's J
-    "majority"      all of the last generation, with equal votes   below the threshold
-    "group"         all of the last generation                     below the threshold
-    "archive"       the best of up to 100 generations              below the threshold
-    "jury"          both of these                                  below the threshold
-    "discriminant"  the same, weighted together                    below the threshold
+    "majority"      all of the last generation, with equal votes   low mean score
+    "group"         all of the last generation                     low mean score
+    "archive"       the best of up to 100 generations              low mean score
+    "jury"          both of these                                  low mean score
+    "discriminant"  the same, weighted together                    low mean score
     ==============  =============================================  ==========================================
 
     A vote weighs Youden's J = specificity + sensitivity - 1 where that is positive, measured on genuine and on abnormal
     motion; one that guesses has no vote. "discriminant" weighs those that have one by Fisher's linear discriminant: who says
-    the same as others counts for less, and who hardly ever errs for more. The threshold is where the stated share of genuine
-    individuals, that had no part in the weights, would be called abnormal. It depends on the number of samples of an individual.
+    the same as others counts for less, and who hardly ever errs for more. Chance is measured on genuine individuals that had no
+    part in the weights, see `p_values`.
 
     Parameters
     ----------
@@ -66,7 +67,7 @@ class Detector:
     false_alarms
         Share of genuine individuals that may be called abnormal, in (0, 1); "unanimous" does not keep to it.
     genuine_scores, abnormal_scores : (any,)
-        Scores of single samples by which the threshold and the beginning of abnormal motion are found.
+        Scores of single samples, by which p-values and the beginning of abnormal motion are found.
     steps, signals
         Steps T and signals D of a sample.
 
@@ -96,7 +97,7 @@ class Detector:
         rule: str = DEFAULT_RULE,
         false_alarms: float = 0.01,
     ) -> "Detector":
-        """Choose voters, weights and threshold; nothing is trained.
+        """Choose voters and weights; nothing is trained.
 
         Parameters
         ----------
@@ -105,7 +106,8 @@ class Detector:
         genomes : (N, Q)
             Classifiers to choose from.
         genuine : (individuals, samples, T, D)
-            Motion of normal individuals, at least two. The first half weighs the votes, the second places the threshold.
+            Motion of normal individuals, at least two. The first half weighs the votes, the second says what scores
+            are usual.
         abnormal : (individuals, samples, T, D)
             Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
         rule, false_alarms
@@ -196,42 +198,45 @@ class Detector:
         """
         return self._judge_all(np.asarray(samples)[None], "samples")[0]
 
-    def threshold(self, samples: int) -> float:
-        """Return the mean score below which an individual with that many samples is called abnormal.
+    def p_values(self, motion: np.ndarray) -> np.ndarray:
+        """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
 
-        Mean scores of genuine individuals are made of scores of single samples, drawn at random.
+        The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the calibration, with a mean
+        score that is as low or lower. If samples are independent, no more genuine individuals than q have a p-value of at most q,
+        whatever the distribution of scores, and however many samples there are.
 
         Raises
         ------
         ConfigurationError
-            If `samples` is below 1.
-        """
-        if samples < 1:
-            raise ConfigurationError(f"`samples` must be at least 1; got {samples}.")
-        if self.rule == "unanimous":
-            return _ANY
-        means = np.sort(self._genuine_means(samples))
-        return float(means[int(self.false_alarms * len(means))])
+            If the shape does not fit or a value is not finite.
 
-    def _genuine_means(self, samples: int) -> np.ndarray:
-        if samples == 1:
-            return self.genuine_scores
-        rng = np.random.default_rng(samples)
-        total = np.zeros(DRAWS)
-        for _ in range(samples):
-            total += rng.choice(self.genuine_scores, DRAWS)
-        return np.round(total / samples, DIGITS)
+        Source
+        ------
+        Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
+        """
+        return p_values(self.genuine_scores, self._judge_all(motion, "motion"))
 
     def abnormal(self, samples: np.ndarray) -> bool:
-        """Return whether the individual that moves as in samples (S, T, D) behaves abnormally; see `judge`."""
-        scores = self.judge(samples)
-        return bool(mean_score(scores) < self.threshold(len(scores)))
+        """Return whether the individual that moves as in samples (S, T, D) behaves abnormally; see `verdicts`."""
+        return bool(self._called(self._judge_all(np.asarray(samples)[None], "samples"))[1][0])
+
+    def called_abnormal(self, motion: np.ndarray) -> np.ndarray:
+        """Return whether each individual (individuals,) of motion (individuals, S, T, D) behaves abnormally; see `verdicts`."""
+        return self._called(self._judge_all(motion, "motion"))[1]
+
+    def _called(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the p-values of individuals with the scores (individuals, S), and whether they are called abnormal."""
+        found = p_values(self.genuine_scores, scores)
+        if self.rule == "unanimous":
+            return found, mean_score(scores) < _ANY
+        return found, found <= self.false_alarms
 
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
 
-        If nobody could be called abnormal, or the detector does not tell the motion apart that it was calibrated with, a warning
-        is logged, with the numbers.
+        It does if its p-value is at most the share of false alarms, see `p_values`; by the rule "unanimous", if all of its samples
+        are judged counterfeit. If nobody could be called abnormal, or the detector does not tell the motion apart that it was
+        calibrated with, a warning is logged, with the numbers.
 
         The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest (Page, Continuous
         inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between the mean scores of
@@ -250,13 +255,13 @@ class Detector:
         if not isinstance(motion, Motion):
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
         scores = self._judge_all(motion.samples, "motion", motion.individuals)
-        threshold = self.threshold(scores.shape[1])
+        found, abnormal = self._called(scores)
         self._warn_if_blind()
-        if threshold <= 0:
-            self._warn_if_none_can_be_below(scores.shape[1])
+        self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         return tuple(
-            decide_verdict(name, row, threshold, middle) for name, row in zip(motion.individuals, scores, strict=True)
+            decide_verdict(name, row, float(p_value), bool(called), middle)
+            for name, row, p_value, called in zip(motion.individuals, scores, found, abnormal, strict=True)
         )
 
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
@@ -318,13 +323,22 @@ class Detector:
                 _counted(len(self.genuine_scores), "genuine sample"), genuine, abnormal,
             )  # fmt: skip
 
-    def _warn_if_none_can_be_below(self, samples: int) -> None:
-        """Log why nobody with so many samples can have a mean score below a threshold of 0."""
+    def _warn_if_no_score_is_low_enough(self, samples: int) -> None:
+        """Log why nobody with so many samples can have so small a p-value: genuine samples are too few, or have score 0."""
+        least = float(p_values(self.genuine_scores, np.zeros((1, samples)))[0])
+        if self.rule == "unanimous" or least <= self.false_alarms:
+            return
+        known, needed = len(self.genuine_scores), known_needed(self.false_alarms, samples)
+        remedy = "Take more samples of each, another rule"
+        reason = f"{np.mean(self.genuine_scores <= 0):.3g} of {_counted(known, 'genuine sample')} have that score"
+        if known < needed:
+            remedy = "Calibrate with more, take more samples of each"
+            who = "genuine samples without a part in the weights (the second half of `genuine`)"
+            reason = f"{needed} {who} are needed, and there are {known}"
         _LOGGER.warning(
-            "Nobody can be called abnormal by %s each: the threshold is 0, and no score is below it. Of genuine individuals, %.3g "
-            "have that score, and only %.3g may be called abnormal. Take more samples of each, another rule, or allow more false "
-            "alarms.",
-            _counted(samples, "sample"), np.mean(self._genuine_means(samples) <= 0), self.false_alarms,
+            "Nobody can be called abnormal by %s each: with score 0 throughout the p-value is %.3g, and at most %.3g is asked for; "
+            "%s. %s, or allow more false alarms.",
+            _counted(samples, "sample"), least, self.false_alarms, reason, remedy,
         )  # fmt: skip
 
     def _warn_if_none_can_be_above(self, scan: Scan, thresholds: Mapping[int, float], counts: list[int]) -> None:

@@ -18,6 +18,8 @@ class Verdict:
         Its name.
     score
         Mean over its samples of the weighted share of votes that say genuine; 0 to 1.
+    p_value
+        How often chance makes a score as low, see `Detector.p_values`.
     genuine_share
         Share of its samples that are judged genuine: whose score is nearer to the mean score of genuine samples than to
         that of abnormal ones.
@@ -29,6 +31,7 @@ class Verdict:
 
     individual: str
     score: float
+    p_value: float
     genuine_share: float
     abnormal: bool
     since: int | None
@@ -39,13 +42,12 @@ def mean_score(scores: np.ndarray) -> np.ndarray:
     return np.round(scores.mean(axis=-1), DIGITS)
 
 
-def decide_verdict(name: str, scores: np.ndarray, threshold: float, middle: float) -> Verdict:
+def decide_verdict(name: str, scores: np.ndarray, p_value: float, abnormal: bool, middle: float) -> Verdict:
     """Return the verdict on an individual with the scores (S,); samples with a score below `middle` count as counterfeit."""
-    score = float(mean_score(scores))
-    abnormal = score < threshold
     return Verdict(
         individual=name,
-        score=score,
+        score=float(mean_score(scores)),
+        p_value=p_value,
         genuine_share=float(np.mean(scores >= middle)),
         abnormal=abnormal,
         since=_beginning(middle - scores) if abnormal else None,

@@ -342,7 +342,8 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     if index is None or not len(index):
         return None, "samples"
     individuals = index[:, 0]
-    if len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
+    apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
+    if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
         return individuals, "individuals"
     blocks = np.searchsorted([begin for begin, _, _ in genuine.blocks], index[:, 1], side="right")
     pairs = np.stack((individuals, blocks), axis=1)

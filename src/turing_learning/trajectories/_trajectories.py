@@ -195,6 +195,14 @@ class Trajectories:
             raise ValueError(f"`individuals` must be among {', '.join(self.individuals)}; got {name!r}.")
         return self.individuals.index(name)
 
+    def _apart(self, names: Sequence[str], among: Sequence[str]) -> tuple[int, ...]:
+        """Return the places of the individuals that are held out, some of those whose windows are cut."""
+        if isinstance(names, str) or not set(names) <= set(among) or (names and set(names) >= set(among)):
+            raise ValueError(
+                f"`hold_out_individuals` must be a list of names, some of {', '.join(among)} but not all; got {names!r}."
+            )
+        return tuple(self._place(name) for name in names)
+
     def speeds(self, *, smooth_frames: int = 1) -> Signals:
         """Compute linear and angular speed; see `signals`."""
         return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
@@ -219,6 +227,7 @@ class Trajectories:
         signals: Sequence[str] = ("speed", "turn"),
         individuals: Sequence[str] | None = None,
         hold_out: float = 0.2,
+        hold_out_individuals: Sequence[str] = (),
         gap: int = 0,
         smooth_frames: int = 1,
         jump_factor: float | None = JUMP_FACTOR,
@@ -241,6 +250,9 @@ class Trajectories:
             Whose windows; None takes all. The others stay neighbors.
         hold_out
             Share of the frames kept for testing, from 0 to 0.9.
+        hold_out_individuals
+            Who is kept for testing: held-out windows are theirs, windows for learning those of all others. Beside a share of 0,
+            at the same times. None named: all are in both.
         gap
             Frames left out wherever learning and testing meet.
         smooth_frames
@@ -260,6 +272,7 @@ class Trajectories:
                 f"those with recording.thinned({self.every})."
             )
         names = self.individuals if individuals is None else individuals
+        chosen = [self._place(name) for name in names]
         cut = Cut(
             steps=_steps(steps, length_s, self.fps),
             stride=stride,
@@ -267,6 +280,7 @@ class Trajectories:
             gap=gap,
             half=smooth_frames // 2,
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
+            apart=self._apart(hold_out_individuals, names),
         )
         usable = self.signals(signals, smooth_frames=smooth_frames)
         jumps = None
@@ -274,7 +288,6 @@ class Trajectories:
             jumps = np.zeros_like(usable.valid)
             for jump in self.check(jump_factor).jumps:
                 jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
-        chosen = [self._place(name) for name in names]
         return cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
 
     def to_xarray(self) -> "xr.Dataset":

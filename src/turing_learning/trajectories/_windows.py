@@ -15,7 +15,7 @@ LEAST_WINDOWS = 4
 
 @dataclass(frozen=True)
 class Cut:
-    """How windows are cut: T steps, and how many frames before and after them enter the signals."""
+    """How windows are cut: T steps, how many frames before and after them enter the signals, and who is for testing alone."""
 
     steps: int
     stride: int | None
@@ -23,6 +23,7 @@ class Cut:
     gap: int
     half: int
     lead: int
+    apart: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if self.stride is not None:
@@ -56,7 +57,8 @@ class Windows:
     steps_without_signal, steps_with_jump
         Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
     blocks
-        (first row, row after the last, "learning" or "held out") of each block of frames.
+        (first row, row after the last, "learning" or "held out") of each block of frames; "learning and held out" where only
+        individuals are held out.
     """
 
     learning: np.ndarray
@@ -77,7 +79,10 @@ def cut_windows(
     """Cut windows of some individuals out of signals (F - 1, A, D)."""
     valid = signals.valid if jumps is None else signals.valid & ~_widened(jumps, cut)
     blocks = cut_blocks(len(valid) + 1, cut)
-    found = {side: _starts(valid, cut, individuals, [b for b in blocks if b[2] == side]) for side in SIDES}
+    found = {
+        side: _starts(valid, cut, whose, [block for block in blocks if block[2] in (side, BOTH)])
+        for side, whose in zip(SIDES, _whose(individuals, cut), strict=True)
+    }
     _check_found(found, cut, len(valid) + 1)
     return Windows(
         learning=_gather(signals.values, found["learning"], cut.steps),
@@ -94,10 +99,19 @@ def cut_windows(
 
 
 SIDES = ("learning", "held out")
+BOTH = "learning and held out"
+
+
+def _whose(individuals: Sequence[int], cut: Cut) -> tuple[Sequence[int], Sequence[int]]:
+    """Return whose windows are for learning, and whose are held out."""
+    if not cut.apart:
+        return individuals, individuals
+    learning = [who for who in individuals if who not in cut.apart]
+    return learning, [who for who in individuals if who in cut.apart]
 
 
 def _check_found(found: dict[str, np.ndarray], cut: Cut, frames: int) -> None:
-    for side in SIDES[: 2 if cut.hold_out else 1]:
+    for side in SIDES[: 2 if cut.hold_out or cut.apart else 1]:
         if not len(found[side]):
             raise ValueError(
                 f"`steps` must leave at least one window {'for learning' if side == 'learning' else 'held out'}; got "
@@ -109,7 +123,7 @@ def _check_found(found: dict[str, np.ndarray], cut: Cut, frames: int) -> None:
 def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
     """Return the blocks of frames for learning and for testing, those for testing spread over time."""
     if cut.hold_out == 0:
-        return ((0, frames, SIDES[0]),)
+        return ((0, frames, BOTH if cut.apart else SIDES[0]),)
     parts = int(np.clip(frames * cut.hold_out // (LEAST_WINDOWS * cut.frames), 1, MOST_PARTS))
     blocks = []
     for part in range(parts):

@@ -34,7 +34,7 @@ def run(tmp_path_factory):
 def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
     code, out, err = call("detect", run, "--simulate", 1, "--samples", 4)
     assert (code, err) == (0, "")
-    for text in ("individual", "judged genuine", "score", "verdict", "since sample"):
+    for text in ("individual", "judged genuine", "score", "p-value", "verdict", "since sample"):
         assert text in out
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
     assert list(rows) == ["agent 1", "agent 2", "planted 1"]
@@ -59,7 +59,7 @@ def test_json_holds_what_the_table_holds(run, call):
     assert (content["rule"], content["false_alarms"], content["samples"]) == ("discriminant", 0.05, 3)
     assert [entry["individual"] for entry in content["individuals"]] == ["1", "2"]
     for entry in content["individuals"]:
-        assert entry["abnormal"] == (entry["score"] < content["threshold"])
+        assert entry["abnormal"] == (entry["p_value"] <= 0.05)
         assert (entry["since"] is None) != entry["abnormal"]
 
 
@@ -76,11 +76,20 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     )
     content = json.loads(out)
     assert code == 0
-    assert content["threshold"] == expected.threshold(4)
-    assert content["individuals"][0]["score"] == expected.verdicts(np.load("motion.npy"))[0].score
+    (verdict,) = expected.verdicts(np.load("motion.npy"))
+    found = content["individuals"][0]
+    assert (found["score"], found["p_value"]) == (verdict.score, verdict.p_value)
+    kept = json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["individuals"][0]
+    assert found["p_value"] != kept["p_value"]
+
+
+def test_too_few_genuine_samples_to_calibrate_with_are_told(run, call, caplog):
+    np.save("normal.npy", np.random.default_rng(0).normal(8, 3, (9, 1, 10, 2)))
+    np.save("motion.npy", np.zeros((1, 1, 10, 2)))
+    assert call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group")[0] == 0
     assert (
-        content["threshold"]
-        != json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["threshold"]
+        "99 genuine samples without a part in the weights (the second half of `genuine`) are needed, and there are 5"
+        in caplog.text
     )
 
 
@@ -90,15 +99,6 @@ def test_the_same_motion_cannot_be_genuine_and_abnormal(run, call):
         *(2, ""),
         "error: `abnormal` must be other motion than `genuine`; got 36 samples that are all in `genuine`, too. Give motion of "
         "individuals that behave otherwise.\n",
-    )
-
-
-def test_a_verdict_that_could_not_be_another_is_told(run, call, caplog, monkeypatch):
-    monkeypatch.setattr(Detector, "threshold", lambda self, samples: 0.0)
-    np.save("motion.npy", np.zeros((2, 1, 10, 2)))
-    assert call("detect", run, "motion.npy", "--rule", "single")[0] == 0
-    assert (
-        "Nobody can be called abnormal by 1 sample each: the threshold is 0, and no score is below it." in caplog.text
     )
 
 

@@ -44,6 +44,30 @@ def test_a_recording_and_a_family_of_models_make_a_run(call):
     assert set(result["interval"]) == {"speed", "kick_interval", "glide_time", "turn"}
 
 
+def test_individuals_are_kept_for_testing(call):
+    rng = np.random.default_rng(1)
+    steps = np.cumsum(rng.normal(0.6, 0.2, (1500, 4, 2)), axis=0)
+    rows = [f"{t},{'abcd'[k]},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
+    Path("four.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    four = ["--trajectories", "four.csv", "--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+    apart = ["--hold-out-individuals", "b, d"]
+    assert call("infer", *four, *apart, *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    code, _, err = call("check", "run", *four)
+    assert (code, err.split(";")[0]) == (
+        2,
+        "error: `--trajectories` must be the recording that the run began with, and its options the same",
+    )
+    quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
+    assert call("check", "run", *four, *apart, *quick)[0] == 0
+    test = json.loads(Path("run/check/check.json").read_text())["test"]
+    assert (test["genuine_groups"], test["grouping"]) == (2, "individuals")
+    code, _, err = call("infer", *four, "--hold-out-individuals", "b,e", "--out", "other")
+    assert (code, err) == (
+        2,
+        "error: `--hold-out-individuals` must be a list of names, some of a, b, c, d but not all; got ['b', 'e'].\n",
+    )
+
+
 def test_a_table_of_ones_own_says_where_y_points(call):
     rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
     Path("own.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")

@@ -43,7 +43,7 @@ def test_a_score_is_the_weighted_share_of_votes_for_genuine(speed_limits, motion
     np.testing.assert_allclose(found.judge(motion_at([[0, 2, 6]])[0]), [0, 1 / 3, 1], atol=1e-9)
 
 
-def test_only_the_second_half_places_the_threshold(speed_limits, motion_at):
+def test_only_the_second_half_says_what_scores_are_usual(speed_limits, motion_at):
     genuine, abnormal = motion_at([[9, 9], [3, 9]]), motion_at([[0, 0]])
     found = Detector.calibrate(speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="group")
     assert found.weights.tolist() == [0.5, 0.5]
@@ -57,7 +57,7 @@ def test_the_single_classifier_is_the_one_that_tells_best(detector):
 
 @pytest.mark.parametrize("samples", [1, 4])
 @pytest.mark.parametrize("false_alarms", [0.02, 0.2])
-def test_no_more_than_the_stated_share_of_genuine_individuals_is_below_the_threshold(
+def test_no_more_than_the_stated_share_of_genuine_individuals_is_called_abnormal(
     speed_limits, motion_at, samples, false_alarms
 ):
     limits = np.linspace(0, 8, 60)[:, None]
@@ -65,24 +65,25 @@ def test_no_more_than_the_stated_share_of_genuine_individuals_is_below_the_thres
     found = Detector.calibrate(
         speed_limits, limits, genuine=genuine, abnormal=abnormal, rule="group", false_alarms=false_alarms
     )
-    fresh = found.mean_scores(motion_at(RNG.normal(6, 1.2, (4000, samples))))
-    # 1000 scores place the threshold and 4000 test it: four standard deviations of both, of the share for single samples
+    fresh = found.called_abnormal(motion_at(RNG.normal(6, 1.2, (4000, samples))))
+    # 1000 scores calibrate and 4000 test: four standard deviations of both, of the share for single samples
     margin = 4 * np.sqrt(false_alarms * (1 - false_alarms) * (1 / 1000 + 1 / 4000))
-    assert abs(np.mean(fresh < found.threshold(samples)) - false_alarms) < margin
+    assert abs(np.mean(fresh) - false_alarms) < margin
 
 
-def test_more_samples_bring_the_threshold_nearer_to_genuine_motion(detector):
-    found = detector(rule="group")
-    assert found.threshold(1) < found.threshold(10) < found.genuine_scores.mean()
+def test_more_samples_say_more_against_an_individual(detector, motion_at):
+    once, often = (detector(rule="group").p_values(motion_at([[3.0] * n]))[0] for n in (1, 10))
+    assert often < 0.1 * once
 
 
-def test_more_false_alarms_bring_the_threshold_nearer_to_genuine_motion(detector):
-    found = detector(rule="group", false_alarms=0.01)
-    assert found.with_false_alarms(0.2).threshold(5) > found.threshold(5)
+def test_more_false_alarms_call_more_individuals_abnormal(detector, motion_at):
+    found, motion = detector(rule="group", false_alarms=0.01), motion_at(RNG.normal(4, 2, (50, 5)))
+    few, many = (each.called_abnormal(motion) for each in (found, found.with_false_alarms(0.2)))
+    assert set(np.flatnonzero(few)) < set(np.flatnonzero(many))
     assert found.false_alarms == 0.01
 
 
-def test_an_individual_is_abnormal_if_its_mean_score_is_below_the_threshold(detector, motion_at):
+def test_an_individual_is_abnormal_if_its_mean_score_is_low(detector, motion_at):
     found = detector(rule="group")
     assert found.abnormal(motion_at([[0, 1, 0, 1]])[0])
     assert not found.abnormal(motion_at([[6, 6, 0, 6]])[0])
@@ -107,6 +108,7 @@ def test_the_verdict_says_how_much_was_judged_genuine_and_since_when_not(detecto
     assert (good.individual, good.abnormal, good.since, good.genuine_share) == ("good", False, None, 1.0)
     assert (late.individual, late.abnormal, late.since, late.genuine_share) == ("late", True, 4, 0.4)
     assert (bad.abnormal, bad.since, bad.genuine_share, bad.score) == (True, 1, 0.0, 0.0)
+    assert bad.p_value < late.p_value <= 0.01 < good.p_value
 
 
 def test_individuals_without_names_are_counted(detector, motion_at):
@@ -119,9 +121,11 @@ def test_the_order_of_individuals_does_not_matter(detector, motion_at):
     np.testing.assert_array_equal(found.mean_scores(motion[order]), found.mean_scores(motion)[order])
 
 
-def test_the_threshold_is_the_same_every_time(detector):
-    found = detector(rule="group")
-    assert found.threshold(7) == found.threshold(7)
+def test_p_values_are_the_same_every_time_and_for_each_alone(detector, motion_at):
+    found, motion = detector(rule="group"), motion_at(RNG.normal(4, 2, (70, 7)))
+    together = found.p_values(motion)
+    np.testing.assert_array_equal(together, found.p_values(motion))
+    np.testing.assert_array_equal(together, [found.p_values(motion[[k]])[0] for k in range(70)])
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -188,9 +192,11 @@ def test_samples_of_another_length_are_refused(detector):
         detector().judge(np.zeros((3, 5, 2)))
 
 
-def test_no_sample_has_no_threshold(detector):
-    with pytest.raises(ConfigurationError, match=r"^`samples` must be at least 1; got 0"):
-        detector().threshold(0)
+def test_no_sample_has_no_verdict(detector):
+    with pytest.raises(
+        ConfigurationError, match=r"^`samples` must be .* not empty; got float64 of shape \(1, 0, 4, 2\)"
+    ):
+        detector().abnormal(np.zeros((0, 4, 2)))
 
 
 def test_another_share_of_false_alarms_is_checked(detector):
@@ -198,25 +204,44 @@ def test_another_share_of_false_alarms_is_checked(detector):
         detector().with_false_alarms(2)
 
 
-def test_a_threshold_that_no_score_is_below_is_told_with_the_numbers(detector, motion_at, caplog):
+def test_scores_of_0_that_are_no_rarer_than_false_alarms_are_told_with_the_numbers(detector, motion_at, caplog):
     found = detector(rule="single")  # by a single sample, and one classifier, the score is 0 or 1
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
-        assert not any(verdict.abnormal for verdict in found.verdicts(motion_at([[0.0], [6.0]])))
+        lowest, _ = found.verdicts(motion_at([[0.0], [6.0]]))
         share = np.mean(found.genuine_scores == 0)
+        assert not lowest.abnormal
         assert caplog.messages == [
-            "Nobody can be called abnormal by 1 sample each: the threshold is 0, and no score is below it. Of genuine individuals, "
-            f"{share:.3g} have that score, and only 0.01 may be called abnormal. Take more samples of each, another rule, or allow "
-            "more false alarms."
+            f"Nobody can be called abnormal by 1 sample each: with score 0 throughout the p-value is {lowest.p_value:.3g}, and "
+            f"at most 0.01 is asked for; {share:.3g} of 100 genuine samples have that score. Take more samples of each, another "
+            "rule, or allow more false alarms."
         ]
         caplog.clear()
         assert found.verdicts(motion_at([[0.0] * 10, [6.0] * 10]))[0].abnormal
         assert found.with_false_alarms(0.5).verdicts(motion_at([[0.0], [6.0]]))[0].abnormal
+        assert detector(rule="unanimous", false_alarms=1e-9).verdicts(motion_at([[0.0]]))[0].abnormal
+    assert caplog.messages == []
+
+
+def test_too_few_genuine_samples_are_told_with_the_number_that_is_needed(detector, motion_at, caplog):
+    found = detector(rule="group", false_alarms=0.005)  # 100 genuine scores
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        assert not found.verdicts(motion_at([[-9.0]]))[0].abnormal
+        assert caplog.messages == [
+            "Nobody can be called abnormal by 1 sample each: with score 0 throughout the p-value is 0.0099, and at most 0.005 is "
+            "asked for; 199 genuine samples without a part in the weights (the second half of `genuine`) are needed, and there "
+            "are 100. Calibrate with more, take more samples of each, or allow more false alarms."
+        ]
+        caplog.clear()
+        assert found.with_false_alarms(0.01).verdicts(motion_at([[-9.0]]))[0].abnormal
+        assert found.verdicts(motion_at([[-9.0, -9.0]]))[0].abnormal
     assert caplog.messages == []
 
 
 def test_classifiers_that_do_not_tell_the_motion_apart_are_told(speed_limits, motion_at, caplog):
     genuine, abnormal = motion_at([[9, 9], [1, 3]]), motion_at([[5, 5]])  # the first half tells, the second does not
-    found = Detector.calibrate(speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="majority")
+    found = Detector.calibrate(
+        speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="majority", false_alarms=0.5
+    )
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         found.verdicts(motion_at([[1.0]]))
     assert caplog.messages == [

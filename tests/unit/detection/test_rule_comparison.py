@@ -6,7 +6,7 @@ from turing_learning.detection import RULES, Detector, compare_detectors, compar
 
 
 def test_detections_and_false_alarms_are_shares_of_individuals(speed_limits, motion_at):
-    options = {"genuine": motion_at([[5, 5], [5, 5]]), "abnormal": motion_at([[0, 0]])}
+    options = {"genuine": motion_at([[5, 5]] * 400), "abnormal": motion_at([[0, 0]])}
     detector = Detector.calibrate(speed_limits, [[3.0]], rule="single", **options)
     (found,) = compare_detectors(
         {"mine": detector},

@@ -232,6 +232,22 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
         assert len(np.unique(groups)) == (count if count == 6 else count * blocks)
 
 
+def test_held_out_individuals_are_groups_however_few_they_are():
+    from turing_learning.runs._check import held_out_groups
+    from turing_learning.sources import Genuine
+    from turing_learning.trajectories import Trajectories
+
+    positions = np.cumsum(np.random.default_rng(0).normal(0.5, 0.1, (600, 4, 2)), axis=0)
+    whole = Trajectories(positions, np.ones((600, 4), dtype=bool), 10.0, tuple("abcd"))
+    for share in (0.0, 0.2):
+        windows = whole.windows(10, hold_out=share, hold_out_individuals=["b", "d"])
+        samples = np.concatenate((windows.learning, windows.held_out))
+        data = Genuine(samples, np.arange(len(windows.learning), len(samples)))
+        groups, grouping = held_out_groups(windows, data, None)
+        assert grouping == "individuals"
+        assert sorted(set(groups)) == [1, 3]
+
+
 def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
     small = SETTINGS | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0}
     result = tl.infer("aggregation", generations=5, settings=small, seed=1, out=tmp_path / "run")

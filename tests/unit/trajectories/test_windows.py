@@ -153,3 +153,29 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
 def test_windows_that_cannot_be_cut_are_refused(said, message):
     with pytest.raises(ValueError, match=message):
         recording().windows(**said)
+
+
+@pytest.mark.parametrize("hold_out", [0.0, 0.3])
+def test_held_out_individuals_are_not_learned_from(hold_out):
+    whole = recording(frames=1000, individuals=4)
+    windows = whole.windows(10, hold_out=hold_out, hold_out_individuals=["b", "d"])
+    assert set(windows.learning_index[:, 0]) == {0, 2}
+    assert set(windows.held_out_index[:, 0]) == {1, 3}
+    times = [{int(first) for first in index[:, 1]} for index in (windows.learning_index, windows.held_out_index)]
+    plain = whole.windows(10, hold_out=hold_out)
+    assert times[0] == set(plain.learning_index[:, 1])
+    if hold_out:
+        assert not times[0] & times[1]
+        np.testing.assert_array_equal(windows.held_out, plain.held_out[np.isin(plain.held_out_index[:, 0], [1, 3])])
+    else:
+        assert times[0] == times[1]
+        assert windows.blocks == ((0, 1000, "learning and held out"),)
+
+
+@pytest.mark.parametrize("named", [["a", "e"], ["a", "b", "c"], "ab", ["c"]])
+def test_held_out_individuals_are_some_of_those_whose_windows_are_cut(named):
+    options = {"individuals": ["a", "b"]} if named == ["c"] else {}
+    with pytest.raises(
+        ValueError, match=r"^`hold_out_individuals` must be a list of names, some of a, b(, c)? but not all; got "
+    ):
+        recording().windows(10, hold_out_individuals=named, **options)
