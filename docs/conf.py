@@ -1,6 +1,12 @@
 """How Sphinx makes the site: ``sphinx-build -W --keep-going docs build/docs``."""
 
+import inspect
 import re
+import sys
+from importlib import import_module
+from pkgutil import iter_modules
+
+from sphinx.pycode import ModuleAnalyzer
 
 import turing_learning
 
@@ -24,6 +30,7 @@ napoleon_use_rtype = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_class_signature = "mixed"
+autodoc_default_options = {"exclude-members": "model_config", "no-value": True}
 
 html_theme = "furo"
 html_title = "Turing Learning"
@@ -36,6 +43,7 @@ html_theme_options = {
 
 def setup(app):
     """Connect what follows."""
+    app.connect("builder-inited", carry_words_of_constants)
     app.connect("source-read", carry_linked_files)
 
 
@@ -43,3 +51,26 @@ def carry_linked_files(app, name, source):
     """Make links out of this folder, of pages that code writes, into files that come along with the site."""
     if "/" not in name:
         source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\(\.\./(?=[^)]+\))", r"\1(path:../", source[0])
+
+
+def carry_words_of_constants(app):
+    """Let a room show the docstrings of the constants that it takes from its modules; autodoc looks for them in the room alone."""
+    for room in [
+        import_module(f"turing_learning.{each.name}") for each in iter_modules(turing_learning.__path__) if each.ispkg
+    ]:
+        names = [name for name in getattr(room, "__all__", ()) if not _has_docstring(getattr(room, name))]
+        docs = _docs(room.__name__)
+        for name in names:
+            for module in [each for each in sys.modules if each.startswith(f"{room.__name__}.")]:
+                if getattr(sys.modules[module], name, None) is getattr(room, name) and ("", name) in _docs(module):
+                    docs["", name] = _docs(module)["", name]
+
+
+def _has_docstring(value):
+    return inspect.isroutine(value) or inspect.isclass(value)
+
+
+def _docs(module):
+    analyzer = ModuleAnalyzer.for_module(module)
+    analyzer.analyze()
+    return analyzer.attr_docs

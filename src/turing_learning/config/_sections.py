@@ -12,7 +12,9 @@ from turing_learning.swarm import Scenario
 
 from ._limits import LARGEST_NEURONS, check_limits
 
-LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
+LARGEST_SEED = 2**63 - 1
+"""The largest integer that TOML promises to carry."""
+
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
