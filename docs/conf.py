@@ -9,6 +9,7 @@ from pkgutil import iter_modules
 from sphinx.pycode import ModuleAnalyzer
 
 import turing_learning
+from turing_learning.config import Section
 
 project = "Turing Learning for Python"
 author = "the Turing Learning maintainers"
@@ -23,14 +24,16 @@ myst_heading_anchors = 3
 suppress_warnings = ["ref.python"]  # the words of a shape, "(size, dimension)", are no references
 
 napoleon_google_docstring = False
-napoleon_custom_sections = ["Source"]
+napoleon_custom_sections = ["Source", ("Attributes", "params_style")]
 napoleon_use_ivar = True
 napoleon_use_param = False
 napoleon_use_rtype = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_class_signature = "mixed"
-autodoc_default_options = {"exclude-members": "model_config", "no-value": True}
+autodoc_default_options = {"exclude-members": "model_config"}
+
+LONGEST_VALUE = 150  # of a constant, in characters
 
 html_theme = "furo"
 html_title = "Turing Learning"
@@ -44,6 +47,8 @@ html_theme_options = {
 def setup(app):
     """Connect what follows."""
     app.connect("builder-inited", carry_words_of_constants)
+    app.connect("autodoc-process-docstring", keep_first_sentence, priority=400)  # before napoleon reads it
+    app.connect("autodoc-process-signature", say_settings_without_their_rules)
     app.connect("source-read", carry_linked_files)
 
 
@@ -63,7 +68,24 @@ def carry_words_of_constants(app):
         for name in names:
             for module in [each for each in sys.modules if each.startswith(f"{room.__name__}.")]:
                 if getattr(sys.modules[module], name, None) is getattr(room, name) and ("", name) in _docs(module):
-                    docs["", name] = _docs(module)["", name]
+                    docs["", name] = _docs(module)["", name] + _hidden(getattr(room, name))
+
+
+def keep_first_sentence(app, what, name, obj, options, lines):
+    """Keep the docstring of a property or constant as it is: napoleon takes what is before its first colon for a type."""
+    if what in ("attribute", "data", "property") and lines and ":" in lines[0]:
+        lines[0] = f": {lines[0]}"
+
+
+def say_settings_without_their_rules(app, what, name, obj, options, signature, returned):
+    """Show the keys of a section of the configuration; the table of settings says the rest."""
+    if what == "class" and issubclass(obj, Section) and obj.model_fields:
+        return f"(*, {', '.join(obj.model_fields)})", returned
+    return None
+
+
+def _hidden(value):
+    return ["", ":meta hide-value:", ""] if len(repr(value)) > LONGEST_VALUE else []
 
 
 def _has_docstring(value):
