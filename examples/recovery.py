@@ -16,6 +16,7 @@ from identifiability import least_errors
 from recovery_figure import draw
 
 import turing_learning as tl
+from turing_learning.analysis import UNKNOWN, is_known
 from turing_learning.families import Boids, BurstAndCoast, Couzin, Family, Robots, Vicsek
 from turing_learning.models import Parameter
 from turing_learning.runs import write_atomically
@@ -80,7 +81,8 @@ CASES = {
 class Row:
     """What the runs on one recording, pooled, say of one parameter.
 
-    `estimates` are those of the single runs, separated by spaces, and `held_alone` counts those whose own interval holds the truth.
+    `estimates` are those of the single runs, separated by spaces, and `held_alone` counts those whose own interval holds the truth;
+    `unknown_alone` those whose own interval is not known, which holds nothing (0 in tables from before they were counted).
     """
 
     family: str
@@ -95,10 +97,16 @@ class Row:
     estimates: str
     held_alone: int
     seconds: float
+    unknown_alone: int = 0
+
+    @property
+    def unknown(self) -> bool:
+        """Whether the interval is not known."""
+        return not is_known(self.low, self.high)
 
     @property
     def held(self) -> bool:
-        """Whether the truth is within the interval."""
+        """Whether the truth is within the interval; an unknown one holds nothing."""
         return self.low <= self.truth <= self.high
 
     @property
@@ -109,7 +117,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Summary:
-    """What all recordings say of one parameter; errors and half widths are shares of the range."""
+    """What all recordings say of one parameter; errors and half widths are shares of the range, medians of what is known."""
 
     family: str
     parameter: str
@@ -119,8 +127,10 @@ class Summary:
     identifiable: bool
     recordings: int
     held: int
+    unknown: int
     runs: int
     held_alone: int
+    unknown_alone: int
     median_estimate: float
     median_error: float
     median_half_width: float
@@ -144,6 +154,7 @@ def recover(name: str, recording: int, case: Case, work: Path) -> list[Row]:
             estimates=" ".join(f"{_rounded(value):g}" for value in pooled.estimates[key]),
             held_alone=sum(low <= case.truth[key] <= high for low, high in (run.interval[key] for run in runs)),
             seconds=round(sum(run.seconds_total for run in runs), 1),
+            unknown_alone=sum(not is_known(*run.interval[key]) for run in runs),
         )
         for key, unit in case.family.units.items()
     ]
@@ -171,7 +182,7 @@ def infer(case: Case, recorded: np.ndarray, seed: int, folder: Path) -> tl.Resul
 
 
 def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")
+    return float(f"{value:.5g}") if is_known(value) else UNKNOWN
 
 
 def read(path: Path) -> list[Row]:
@@ -180,16 +191,24 @@ def read(path: Path) -> list[Row]:
         return []
     kinds = {field.name: field.type for field in fields(Row)}
     with path.open(encoding="utf-8", newline="") as file:
-        return [Row(**{key: kinds[key](value) for key, value in row.items()}) for row in csv.DictReader(file)]
+        return [Row(**{key: _value(kinds[key], cell) for key, cell in row.items()}) for row in csv.DictReader(file)]
+
+
+def _value(kind: type, cell: str) -> object:
+    return UNKNOWN if kind is float and not cell else kind(cell)
 
 
 def write(path: Path, rows: Sequence[Row | Summary]) -> None:
-    """Write rows as CSV."""
+    """Write rows as CSV; cells of numbers that are not known are empty."""
     text = StringIO()
     writer = csv.DictWriter(text, [field.name for field in fields(rows[0])], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(asdict(row) for row in rows)
+    writer.writerows({key: _cell(value) for key, value in asdict(row).items()} for row in rows)
     write_atomically(path, text.getvalue().encode())
+
+
+def _cell(value: object) -> object:
+    return None if isinstance(value, float) and not is_known(value) else value
 
 
 def complete(path: Path, names: Sequence[str], recordings: int, work: Path) -> Iterator[list[Row]]:
@@ -225,18 +244,24 @@ def summarize(rows: Sequence[Row]) -> Iterator[Summary]:
                 identifiable=least[key] <= TOLD,
                 recordings=len(own),
                 held=sum(row.held for row in own),
+                unknown=sum(row.unknown for row in own),
                 runs=sum(row.runs for row in own),
                 held_alone=sum(row.held_alone for row in own),
+                unknown_alone=sum(row.unknown_alone for row in own),
                 median_estimate=float(f"{np.median([row.estimate for row in own]):.4g}"),
                 median_error=share([row.estimate - row.truth for row in own], parameter),
-                median_half_width=share([(row.high - row.low) / 2 for row in own], parameter),
-                median_r_hat=round(float(np.median([row.r_hat for row in own])), 2),
+                median_half_width=share([(row.high - row.low) / 2 for row in own if not row.unknown], parameter),
+                median_r_hat=round(_median([row.r_hat for row in own if is_known(row.r_hat)]), 2),
             )
 
 
 def share(lengths: Sequence[float], parameter: Parameter) -> float:
     """Return the median length as a share of a parameter's range."""
-    return round(float(np.median(np.abs(lengths))) / (parameter.high - parameter.low), 4)
+    return round(_median(np.abs(lengths)) / (parameter.high - parameter.low), 4)
+
+
+def _median(values: Sequence[float]) -> float:
+    return float(np.median(values)) if len(values) else UNKNOWN
 
 
 def main() -> None:

@@ -20,10 +20,11 @@ class Estimate(Protocol):
     low: float
     high: float
     held: bool
+    unknown: bool
 
 
 def draw(rows: Sequence[Estimate], dim: set[tuple[str, str]]) -> Figure:
-    """Draw estimates and intervals, a row of panels for each family.
+    """Draw estimates and intervals, a row of panels for each family; an estimate whose interval is not known is gray.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def draw(rows: Sequence[Estimate], dim: set[tuple[str, str]]) -> Figure:
             axes.set_title(label, fontsize=7, color=MUTED if (name, parameter) in dim else INK)
             axes.axhline(own[0].truth, color=INK, linewidth=0.8, linestyle=(0, (4, 2)))
             for row in own:
-                color = HELD if row.held else MISSED
+                color = MUTED if row.unknown else HELD if row.held else MISSED
                 axes.plot([row.recording, row.recording], [row.low, row.high], color=color, linewidth=1.4)
                 axes.plot(row.recording, row.estimate, "o", color=color, markersize=2.6)
             axes.tick_params(labelsize=6, bottom=False, labelbottom=False)

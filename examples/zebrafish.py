@@ -13,6 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import turing_learning as tl
+from turing_learning.analysis import is_known
 from turing_learning.detection import Detector, roc_curve
 from turing_learning.families import BurstAndCoast, Couzin, Particles
 from turing_learning.trajectories import Trajectories, Windows
@@ -67,6 +68,8 @@ class Outcome:
 
     Attributes
     ----------
+    low, high
+        Ends of the interval; None where they are not known.
     area
         Probability that the classifiers of the run score a window of the fish that was never learned from above one that was
         simulated anew from the estimate: 0.5 where they cannot tell, 1 where they always can.
@@ -82,8 +85,8 @@ class Outcome:
     parameter: str
     unit: str
     estimate: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
     area: float
     control: float
     told: float
@@ -136,13 +139,18 @@ def straight(samples: np.ndarray) -> float:
     return float(np.mean(np.abs(samples[..., SIGNALS.index("turn")]) < STRAIGHT))
 
 
+def rounded(value: float) -> float | None:
+    """Return a number with four digits; None where it is not known."""
+    return float(f"{value:.4g}") if is_known(value) else None
+
+
 def outcomes(name: str, family: Particles, result: tl.Result, windows: Windows) -> list[Outcome]:
     """Return a row for each parameter."""
     area, control, told = told_apart(family, result, windows)
     shares = straight(simulated(family, result, 100, seed=13)), straight(windows.held_out)
     return [
         Outcome(
-            name, key, unit, *(float(f"{value:.4g}") for value in (result.estimate[key], *result.interval[key])),
+            name, key, unit, *map(rounded, (result.estimate[key], *result.interval[key])),
             area=round(area, 3), control=round(control, 3), told=round(told, 3),
             straight=round(shares[0], 3), straight_fish=round(shares[1], 3),
         )

@@ -81,6 +81,29 @@ def test_the_summary_counts_the_intervals_that_hold_the_truth(recovery, monkeypa
         assert (summary.recordings, summary.runs) == (2, 4)
 
 
+def test_intervals_that_are_not_known_hold_nothing_and_are_counted(recovery, tmp_path):
+    nan = float("nan")
+    known = recovery.Row("burst-and-coast", 1, "speed", "cm/s", 12.0, 12.5, 11.0, 14.0, 1.5, "12 13", 1, 1.0)
+    lost = replace(known, recording=2, low=nan, high=nan, r_hat=nan, held_alone=0, unknown_alone=2)
+    assert (known.held, known.unknown, lost.held, lost.unknown) == (True, False, False, True)
+    recovery.write(tmp_path / "rows.csv", [known, lost])
+    assert "nan" not in (tmp_path / "rows.csv").read_text()
+    read = recovery.read(tmp_path / "rows.csv")
+    assert read[0] == known
+    assert (read[1].unknown, read[1].unknown_alone, np.isnan(read[1].r_hat)) == (True, 2, True)
+    all_parameters = [replace(row, parameter=key) for row in read for key in recovery.CASES["burst-and-coast"].truth]
+    summary = next(recovery.summarize(all_parameters))
+    assert (summary.held, summary.unknown, summary.held_alone, summary.unknown_alone) == (1, 1, 1, 2)
+    assert (summary.median_r_hat, summary.runs, summary.recordings) == (1.5, 4, 2)
+    assert summary.median_half_width == 1.5 / 40  # of the known one
+
+
+def test_a_table_from_before_unknown_intervals_were_counted_is_read(recovery):
+    rows = recovery.read(TABLES / "recovery-pools.csv")
+    assert {row.unknown_alone for row in rows} == {0}
+    assert not any(row.unknown for row in rows)
+
+
 def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
     walk = BurstAndCoast(individuals=1, steps=30)
     truth = {"speed": 12, "kick_interval": 1, "glide_time": 0.4, "turn": 0.5}

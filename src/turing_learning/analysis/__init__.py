@@ -7,6 +7,8 @@
 `interval`                The uncertainty of that estimate, for each parameter.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
+`is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN;
+                          `WHY_UNKNOWN` says so in words, `known_or` replaces it, by null in files.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
@@ -27,12 +29,15 @@ from ._dispersion import dispersion, least_dispersion
 from ._errors import absolute_error, mean_absolute_error
 from ._estimate import estimate, interval
 from ._failure import name_failure
+from ._known import UNKNOWN, WHY_UNKNOWN, is_known, known_or
 from ._polarization import polarization
 from ._pooled import pooled_estimate, pooled_interval, r_hat
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 
 __all__ = [
     "DYNAMIC_READINGS",
+    "UNKNOWN",
+    "WHY_UNKNOWN",
     "Comparison",
     "absolute_error",
     "compare",
@@ -41,6 +46,8 @@ __all__ = [
     "dynamic_outputs",
     "estimate",
     "interval",
+    "is_known",
+    "known_or",
     "largest_cluster",
     "least_dispersion",
     "mean_absolute_error",

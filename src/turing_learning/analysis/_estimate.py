@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.special import stdtrit
 
+from ._known import UNKNOWN
+
 CENTRAL = (5.0, 95.0)
 """Percentiles that end the interval of an estimate."""
 
@@ -51,6 +53,9 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     values, of which only n are known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and
     the normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
+    Where the models have not moved, nothing is known of the range, and so nothing of the interval: not that it is a point. That is
+    so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
+
     That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
     docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.
 
@@ -62,7 +67,7 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     Returns
     -------
     (P, 2)
-        Lower and upper end for each parameter.
+        Lower and upper end for each parameter; both NaN where they are not known.
 
     Raises
     ------
@@ -75,8 +80,20 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """
     last = _last(typical_models, window)
     middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
-    growth = np.array([_growth(_independent(series)) for series in last.T])
+    growth = np.array(
+        [
+            _growth(_independent(series)) if moves else UNKNOWN
+            for series, moves in zip(last.T, _moves(last), strict=True)
+        ]
+    )
     return (middle + growth * (ends - middle)).T
+
+
+def _moves(typical_models: np.ndarray) -> np.ndarray:
+    """Return whether the typical models (W, ...) move: whether their central 90 % are more than one value."""
+    low, high = np.percentile(typical_models, CENTRAL, axis=0)
+    moves: np.ndarray = low < high
+    return moves
 
 
 def _growth(count: float) -> float:
@@ -85,12 +102,9 @@ def _growth(count: float) -> float:
 
 
 def _independent(series: np.ndarray) -> float:
-    """Return how many independent values tell as much as a series (W,), by Geyer's initial positive sequence."""
+    """Return how many independent values tell as much as a series (W,) that moves, by Geyer's initial positive sequence."""
     count, deviations = len(series), series - series.mean()
-    largest = np.abs(deviations).max()
-    if largest == 0:
-        return float(count) if count > FEWEST else FEWEST
-    spectrum = np.fft.rfft(deviations / largest, 2 * count)
+    spectrum = np.fft.rfft(deviations / np.abs(deviations).max(), 2 * count)
     correlations = np.fft.irfft(spectrum * spectrum.conj(), 2 * count)[:count]
     pairs = correlations[: count // 2 * 2].reshape(-1, 2).sum(axis=1) / correlations[0]
     positive = pairs[: int(np.argmax(pairs <= 0))] if (pairs <= 0).any() else pairs

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from ._estimate import CENTRAL, _growth, _independent
+from ._estimate import CENTRAL, _growth, _independent, _moves
+from ._known import UNKNOWN
 
 
 def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
@@ -39,6 +40,10 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some times their scatter,
     and that of two is very wide: two values say little of how they scatter. What shifts all runs alike it does not show.
 
+    A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts in the scatter alone.
+    Where no run has moved, each is one value of whatever scatters, and the scatter of the runs is all of it. Where neither a
+    run has moved nor two differ, the interval is not known.
+
     Parameters
     ----------
     typical_models
@@ -47,7 +52,7 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     Returns
     -------
     (P, 2)
-        Lower and upper end for each parameter.
+        Lower and upper end for each parameter; both NaN where they are not known.
 
     Raises
     ------
@@ -63,11 +68,11 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     typical = _checked(typical_models)
     estimates, count = _estimates(typical), len(typical)
     scatter = stdtrit(count - 1, CENTRAL[1] / 100) * np.sqrt(1 + 1 / count) * estimates.std(axis=0, ddof=1)
-    wandering = np.percentile(typical - estimates[:, None], CENTRAL, axis=(0, 1))
-    growth = [_growth(sum(_independent(series) for series in runs)) for runs in np.moveaxis(typical, 2, 0)]
-    low, high = np.hypot(np.array(growth) * wandering, scatter)
+    wandering = np.stack([_wandering(runs) for runs in np.moveaxis(typical, 2, 0)], axis=1)
+    low, high = np.hypot(wandering, scatter)
+    known = wandering.any(axis=0) | (np.ptp(estimates, axis=0) > 0)
     middle = np.median(estimates, axis=0)
-    return np.stack([middle - low, middle + high], axis=1)
+    return np.where(known[:, None], np.stack([middle - low, middle + high], axis=1), UNKNOWN)
 
 
 def r_hat(typical_models: np.ndarray) -> np.ndarray:
@@ -75,7 +80,8 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
 
     It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be told apart. Where no
     two share a value it is 2.1 for K = 2, 3.1 for 4 and 4.6 for 8, however far apart they are. Ranks make it the same on any
-    scale, and let no excursion of a run hide that the others disagree.
+    scale, and let no excursion of a run hide that the others disagree. The scatter within is that of the runs that have moved (see
+    `interval`).
 
     Parameters
     ----------
@@ -85,7 +91,7 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     Returns
     -------
     (P,)
-        At least about 1, for each parameter; infinite where runs that differ do not move.
+        At least about 1, for each parameter; NaN where no run has moved, so that nothing is known of the scatter within.
 
     Raises
     ------
@@ -103,10 +109,22 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     count, length, parameters = typical.shape
     ranks = rankdata(typical.reshape(-1, parameters), axis=0).reshape(typical.shape)
     scores = ndtri((ranks - 3 / 8) / (count * length + 1 / 4))
-    within = scores.var(axis=1).mean(axis=0)
+    moves = _moves(np.moveaxis(typical, 1, 0))
+    moving = moves.sum(axis=0)
+    within = np.divide(
+        scores.var(axis=1).sum(axis=0, where=moves), moving, out=np.full(parameters, UNKNOWN), where=moving > 0
+    )
     between = scores.mean(axis=1).var(axis=0, ddof=1)
-    ratio = np.divide(between, within, out=np.where(between > 0, np.inf, 0.0), where=within > 0)
-    return np.sqrt(1 + ratio)
+    return np.sqrt(1 + between / within)
+
+
+def _wandering(runs: np.ndarray) -> np.ndarray:
+    """Return how far typical models (K, W) of one parameter wander to both sides, by the runs that move; 0 if none does."""
+    moving = runs[_moves(runs.T)]
+    if not len(moving):
+        return np.zeros(2)
+    distances = moving - np.median(moving, axis=1, keepdims=True)
+    return _growth(sum(map(_independent, moving))) * np.percentile(distances, CENTRAL)
 
 
 def _estimates(typical: np.ndarray) -> np.ndarray:

@@ -104,7 +104,7 @@ def infer(
     keypoint: KeypointOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
-    from turing_learning.config import ConfigurationError, load_configuration
+    from turing_learning.config import ConfigurationError, load_configuration, require_seen
     from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
@@ -122,6 +122,7 @@ def infer(
         return
     require_scenario(scenario, config, SCENARIOS)
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+    require_seen(configuration)
     path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
     _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
 

@@ -115,6 +115,8 @@ def check_table(found: "Check") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
+    from turing_learning.report import shown
+
     table = Table(caption="shares of the initial range", caption_justify="left")
     table.add_column("parameter")
     for heading in ("interval", "left open", "missed by"):
@@ -123,9 +125,9 @@ def check_table(found: "Check") -> "Table":
     for each in found.parameters:
         table.add_row(
             each.parameter,
-            f"{each.interval_share:.1%}",
-            "-" if each.open_share is None else f"{each.open_share:.0%}",
-            "-" if each.recovery_error is None else f"{each.recovery_error:.1%}",
+            shown(each.interval_share, "{:.1%}".format),
+            shown(each.open_share, "{:.0%}".format),
+            shown(each.recovery_error, "{:.1%}".format),
             "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
         )
     return table

@@ -50,6 +50,9 @@ def reproduce(
             help="Write the page of all claims (Markdown) as well, and that of each experiment.",
         ),
     ] = None,
+    force: Annotated[
+        bool, typer.Option("--force", metavar="", help="Let --page replace a file that is no such page.")
+    ] = False,
 ) -> None:
     """Repeat the experiments of the paper, and hold them against what it prints."""
     from rich.console import Console
@@ -57,12 +60,13 @@ def reproduce(
     from turing_learning.reproduction import default_folder, standings
 
     console = Console()
+    _refuse_page(page, force=force)
     if experiment is None:
         _print_list(console, standings(out, fast=fast))
     else:
         _print_verdicts(console, _conduct(experiment, fast, out, workers))
     if page is not None:
-        _write_page(out or default_folder(fast=fast), page)
+        _write_page(out or default_folder(fast=fast), page, force=force)
 
 
 def _conduct(experiment: str, fast: bool, out: Path | None, workers: int | None) -> "tuple[Standing, ...]":
@@ -81,12 +85,24 @@ def _conduct(experiment: str, fast: bool, out: Path | None, workers: int | None)
         raise Interrupted(f"stopped at {error}; {ahead}") from error
 
 
-def _write_page(experiments: Path, path: Path) -> None:
+def _refuse_page(page: Path | None, *, force: bool) -> None:
+    from turing_learning.config import ConfigurationError
+    from turing_learning.reproduction import refuse_page_path
+
+    if page is not None:
+        refuse_page_path(page, force=force, name="page")
+    elif force:
+        raise ConfigurationError(
+            "`force` must be given with a page, which it may replace; got it alone. Add --page, or leave --force out."
+        )
+
+
+def _write_page(experiments: Path, path: Path, *, force: bool) -> None:
     from turing_learning.reproduction import write_page
     from turing_learning.runs import RunFolderError, told
 
     with told(RunFolderError, f"`page` must be a file that can be written; got {path}", "Choose another place."):
-        typer.echo(write_page(experiments, path))
+        typer.echo(write_page(experiments, path, force=force))
 
 
 def _print_list(console: "Console", standings: "Iterable[Standing]") -> None:

@@ -11,7 +11,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from turing_learning.report import short_number
+from turing_learning.report import short_number, shown
 
 from ._live import clock
 
@@ -144,9 +144,8 @@ def study_table(result: "StudyResult", group: dict) -> Table:
 
 
 def _statistics(one: "ParameterSummary") -> tuple[str, str, str]:
-    spread = "-" if one.standard_deviation is None else short_number(one.standard_deviation)
-    return short_number(one.mean), spread, short_number(one.median)
+    return short_number(one.mean), shown(one.standard_deviation), short_number(one.median)
 
 
 def _paper(one: "ParameterSummary") -> str:
-    return "-" if one.paper is None else f"{one.paper:.2f}"
+    return shown(one.paper, "{:.2f}".format)

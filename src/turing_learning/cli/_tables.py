@@ -1,12 +1,13 @@
 """What is printed at the end: inferred, true, absolute error, the paper's figure."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from turing_learning.report import short_number
+from turing_learning.report import describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
     from turing_learning.runs import Result
@@ -29,6 +30,8 @@ def print_result(console: Console, result: "Result") -> None:
     """Print the table of a run, how long it took, and where its files are."""
     for table in _fitting_tables(console, result):
         console.print(table)
+    if unknown := describe_unknown(result.interval):
+        console.print(unknown, highlight=False)
     if result.networks is not None:
         console.print("networks: their steady outputs; their weights are in the result", highlight=False)
     console.print(
@@ -71,17 +74,17 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     for name, value in result.estimate.items():
         entries = (
             short_number(value),
-            f"±{short_number((result.interval[name][1] - result.interval[name][0]) / 2)}",
+            shown((result.interval[name][1] - result.interval[name][0]) / 2, lambda half: f"±{short_number(half)}"),
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
             short_number(result.best_model[name]),
             _entry(result.absolute_error, name),
-            _entry(result.paper_absolute_error, name, digits=2),
+            _entry(result.paper_absolute_error, name, "{:.2f}".format),
         )
         table.add_row(name, *_chosen(entries, columns))
     if "error:estimate" in columns or "error:best" in columns:
         table.add_section()
-        means = ("", "", "", _optional(result.estimate_mae), "", _optional(result.mae), "")
+        means = ("", "", "", shown(result.estimate_mae), "", shown(result.mae), "")
         table.add_row("mean", *_chosen(means, columns))
     return table
 
@@ -90,24 +93,17 @@ def _chosen(entries: tuple[str, ...], columns: tuple[str, ...]) -> list[str]:
     return [entries[_ALL.index(column)] for column in columns]
 
 
-def _entry(values: dict[str, float] | None, name: str, digits: int = 3) -> str:
-    return "-" if values is None else _optional(values[name], digits)
-
-
-def _optional(value: float | None, digits: int = 3) -> str:
-    if value is None:
-        return "-"
-    return f"{value:.{digits}f}" if digits < 3 else short_number(value)
+def _entry(values: dict[str, float] | None, name: str, form: Callable[[float], str] = short_number) -> str:
+    return shown(None if values is None else values[name], form)
 
 
 def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
     """Print every scenario's name, what it is, and its agents' parameters."""
     for name, scenario in scenarios.items():
         console.print(f"[bold]{name}[/bold]  {scenario.description}", highlight=False, soft_wrap=True)
-        values = ", ".join(_agents(scenario))
-        console.print(
-            f"    {scenario.agents} agents, {scenario.replicas} replica; {values}", highlight=False, soft_wrap=True
-        )
+        values, count = ", ".join(_agents(scenario)), scenario.objects.count
+        bodies = f"{scenario.agents} agents, {scenario.replicas} replica{f', {count} objects' if count else ''}"
+        console.print(f"    {bodies}; {values}", highlight=False, soft_wrap=True)
 
 
 def _agents(scenario: "Scenario") -> list[str]:

@@ -27,6 +27,10 @@ _SENTENCES = (
         r"`--window` must leave at least one window \1; got \2 steps in \3 frames. Take a shorter one.",
     ),
     (r" Record for longer, or bridge gaps\.", " Record for longer."),
+    (
+        r"`genuine` must be windows of motion that varies; got the same at every step of all of them: (.*?)\. See what .*",
+        r"`--trajectories` must be motion that varies; got the same at every step: \1. Give a file in which individuals move.",
+    ),
     # runs on recordings
     (
         r"`(?:genuine|simulate)` must be given to (go on with|check) (?:a run on )?a system of one's own.*?; got nothing"

@@ -6,8 +6,9 @@ from a preset (`PRESETS`), a TOML file and single settings, and refuses what is 
 (`ConfigurationError`); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
-said twice, and not the same; `single_settings` those of arguments of a call, too. `classifier_of` makes the classifiers' network;
-`require_whole_cycles` refuses other durations.
+said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
+are the same. `classifier_of` makes the classifiers' network;
+`require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there.
 
 Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
 """
@@ -15,10 +16,11 @@ Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
 from ._classifier import classifier_of
 from ._errors import ConfigurationError, nearest
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
-from ._limits import require_whole_cycles
+from ._limits import require_seen, require_whole_cycles
 from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
+    PROSE,
     ClassifiersSection,
     CoevolutionSection,
     Configuration,
@@ -35,6 +37,7 @@ __all__ = [
     "DEFAULT_SCENARIO",
     "LARGEST_SEED",
     "PRESETS",
+    "PROSE",
     "ClassifiersSection",
     "CoevolutionSection",
     "Configuration",
@@ -53,6 +56,7 @@ __all__ = [
     "load_variants",
     "nearest",
     "read_toml",
+    "require_seen",
     "require_whole_cycles",
     "single_settings",
     "stated_once",

@@ -49,6 +49,22 @@ def require_whole_cycles(scenario: "Scenario", duration_s: float) -> None:
         raise ConfigurationError(str(error)) from error
 
 
+def require_seen(configuration: "Configuration") -> None:
+    """Raise ConfigurationError if a sensor tells objects apart that are not there: how robots react to them could not be inferred.
+
+    For new runs; such a one that is stored can be opened and gone on with.
+    """
+    scenario = configuration.scenario
+    if isinstance(scenario, OwnSystem) or scenario.objects.count:
+        return
+    if reading := scenario.sensor.reading_of("object"):
+        raise ConfigurationError(
+            "`scenario.objects.count` must be at least 1 where the sensor tells objects apart, without which the parameters "
+            f"vl{reading} and vr{reading} cannot be inferred; got 0. Set it, or leave 'object' out of scenario.sensor.readings and "
+            "these two speeds out of scenario.controller."
+        )
+
+
 def _check_numbers(configuration: "Configuration") -> None:
     for key, value in _numbers(asdict(configuration.scenario), "scenario."):
         if value != 0 and not SMALLEST <= abs(value) <= LARGEST:

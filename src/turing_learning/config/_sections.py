@@ -12,6 +12,9 @@ from turing_learning.swarm import Scenario
 
 from ._limits import LARGEST_NEURONS, check_limits
 
+PROSE = ("scenario.title", "scenario.description")
+"""Settings that are told, and change nothing: configurations that differ in them alone are the same."""
+
 LARGEST_SEED = 2**63 - 1
 """The largest integer that TOML promises to carry."""
 

@@ -47,7 +47,7 @@ class ParameterProfile:
     values, accuracies, criticals : (G,)
         Accuracy of fresh classifiers at values of the parameter, ascending, and that above which they do not guess.
     estimate, interval
-        What the run inferred.
+        What the run inferred; the interval is None where it is not known, and is not drawn.
     recovered
         What runs found whose truth was the estimate.
     logarithmic
@@ -59,7 +59,7 @@ class ParameterProfile:
     accuracies: np.ndarray
     criticals: np.ndarray
     estimate: float
-    interval: tuple[float, float]
+    interval: tuple[float, float] | None
     recovered: Sequence[float] = field(default=())
     logarithmic: bool = False
 
@@ -134,7 +134,8 @@ def _draw_profile(axes: "Axes", each: ParameterProfile) -> None:
     accuracies = checked("accuracies", each.accuracies, len(values))
     criticals = checked("criticals", each.criticals, len(values))
     prepare_axes(axes)
-    axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
+    if each.interval is not None:
+        axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
     axes.axvline(each.estimate, color=INK, linewidth=1.0, label="estimate")
     axes.plot(values, accuracies, color=BLUE, linewidth=1.3, marker="o", markersize=3.5, label="fresh classifiers")
     axes.plot(values, criticals, color=MUTED, linewidth=1.0, linestyle=DASHED, label="guessing, 95 %")

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, known_or
+
 from ._profile import Profile
 from ._quantities import Quantity
 from ._two_sample import TwoSampleTest
@@ -25,7 +27,7 @@ class Recovery:
     truth, estimate
         Name -> value.
     interval
-        Name -> two ends.
+        Name -> two ends; both are NaN, in `check.json` null, where they are not known.
     error_share
         Name -> absolute error as a share of the initial range.
     """
@@ -38,8 +40,8 @@ class Recovery:
     error_share: Mapping[str, float]
 
     def to_json(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return asdict(self)
+        """Return the fields by name, as in `check.json`."""
+        return asdict(self) | {"interval": known_or(None, self.interval)}
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class PinnedDown:
     parameter
         Its name.
     interval_share
-        Width of the interval of the estimate.
+        Width of the interval of the estimate; None where it is not known.
     open_share
         Width of what its profile leaves open; None without profile.
     recovery_error
@@ -59,7 +61,7 @@ class PinnedDown:
     """
 
     parameter: str
-    interval_share: float
+    interval_share: float | None
     open_share: float | None
     recovery_error: float | None
 
@@ -67,7 +69,11 @@ class PinnedDown:
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         said = (
-            (self.interval_share >= WIDE, f"its interval is {self.interval_share:.0%} of the initial range"),
+            (self.interval_share is None, f"its interval is unknown: {WHY_UNKNOWN}"),
+            (
+                self.interval_share is not None and self.interval_share >= WIDE,
+                f"its interval is {self.interval_share or 0:.0%} of the initial range",
+            ),
             (
                 self.open_share is not None and self.open_share >= WIDE,
                 f"{self.open_share or 0:.0%} of the range cannot be told apart",
@@ -145,10 +151,14 @@ def check_from_json(content: Mapping[str, Any]) -> Check:
         test=TwoSampleTest(**content["test"]),
         parameters=tuple(PinnedDown(**each) for each in content["parameters"]),
         profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
-        recoveries=tuple(Recovery(**each) for each in content["recoveries"]),
+        recoveries=tuple(_recovery(each) for each in content["recoveries"]),
         quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),
         unfinished=_tuples(content).get("unfinished"),
     )
+
+
+def _recovery(fields: Mapping[str, Any]) -> Recovery:
+    return Recovery(**{**fields, "interval": known_or(UNKNOWN, fields["interval"])})
 
 
 def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:

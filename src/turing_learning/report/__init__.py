@@ -15,13 +15,15 @@
     Whether a file is such a page.
 `describe_selection`
     In words, in which generations selection stopped.
-`short_number`
-    A number in a few characters, with significant digits where it is small.
+`describe_unknown`
+    In words, of which parameters an interval is not known, and why.
+`short_number`, `shown`
+    A number in a few characters, with significant digits where it is small; a number in a table, or a dash where there is none.
 """
 
 from ._film import write_gif, write_mp4
 from ._listing import Listing
-from ._numbers import short_number
+from ._numbers import describe_unknown, short_number, shown
 from ._page import is_page, replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
@@ -37,10 +39,12 @@ __all__ = [
     "StudyReport",
     "Swarm",
     "describe_selection",
+    "describe_unknown",
     "is_page",
     "replay_page",
     "report_page",
     "short_number",
+    "shown",
     "study_page",
     "write_gif",
     "write_mp4",

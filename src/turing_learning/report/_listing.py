@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ._numbers import short_number
+from ._numbers import short_number, shown
 
 Cell = str | float | int | None
+NOTHING = "&ndash;"
+"""Stands in a cell without a number, as markup."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +64,10 @@ def _row(row: Sequence[Cell]) -> str:
     return f'<tr><th scope="row">{_cell(head)}</th>{"".join(f"<td>{_cell(cell)}</td>" for cell in rest)}</tr>'
 
 
+def number_markup(value: float | None) -> str:
+    """Return a number as it stands in a table of a page; None where there is none, NaN where it is not known."""
+    return shown(value, lambda number: short_number(number, 4), NOTHING)
+
+
 def _cell(value: Cell) -> str:
-    if value is None:
-        return "&ndash;"
-    if isinstance(value, float):
-        return short_number(value, 4)
-    return escape(str(value))
+    return number_markup(value) if value is None or isinstance(value, float) else escape(str(value))

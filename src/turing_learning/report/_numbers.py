@@ -1,5 +1,9 @@
 """Numbers as a reader sees them."""
 
+from collections.abc import Callable, Mapping, Sequence
+
+from turing_learning.analysis import WHY_UNKNOWN, is_known
+
 LARGEST_FIXED = 1e4
 """Beyond it numbers are shown with an exponent."""
 
@@ -24,3 +28,44 @@ def short_number(value: float, decimals: int = 3) -> str:
     if 0 < abs(value) < 10.0 ** (1 - decimals):
         return f"{value:.{decimals}g}"
     return f"{value:.{decimals}f}"
+
+
+def shown(value: float | None, form: Callable[[float], str] = short_number, nothing: str = "-") -> str:
+    """Return a number as it stands in a table.
+
+    Parameters
+    ----------
+    value
+        A number; None where there is none, NaN where it is not known.
+    form
+        Makes the text of a number.
+    nothing
+        What stands there without one.
+
+    Examples
+    --------
+    >>> shown(0.5), shown(0.5, "{:.0%}".format), shown(None), shown(float("nan"))
+    ('0.500', '50%', '-', '-')
+    """
+    return form(value) if value is not None and is_known(value) else nothing
+
+
+def describe_unknown(interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval") -> str:
+    """Say in one sentence of which parameters something is not known, and why; nothing if it is known of all.
+
+    Parameters
+    ----------
+    interval
+        Name -> two ends, or other numbers.
+    what
+        What it is, as the sentence begins.
+
+    Examples
+    --------
+    >>> describe_unknown({"speed": [float("nan")] * 2, "turn": [0.1, 0.2]})[:44]
+    'The 90 % interval is unknown for speed: the '
+    >>> describe_unknown({"turn": [0.1, 0.2]})
+    ''
+    """
+    names = ", ".join(name for name, values in interval.items() if not is_known(*values))
+    return f"{what} is unknown for {names}: {WHY_UNKNOWN}." if names else ""

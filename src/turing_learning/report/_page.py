@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ._listing import listing_markup, section
-from ._numbers import short_number
+from turing_learning.analysis import is_known
+
+from ._listing import NOTHING, listing_markup, number_markup, section
+from ._numbers import shown
 from ._replay import Replay, Swarm
 from ._run import ACTIVE, ParameterRow, Picture, RunReport, RunTable, describe_selection
 
@@ -120,10 +122,6 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
     )
 
 
-def _number(value: float | None) -> str:
-    return "&ndash;" if value is None else short_number(value, 4)
-
-
 def _table(table: RunTable) -> str:
     has_truth = any(row.truth is not None for row in table.rows)
     has_published = any(row.published_error is not None for row in table.rows)
@@ -150,30 +148,29 @@ def _table(table: RunTable) -> str:
 
 
 def _row(row: ParameterRow, has_interval: bool, has_truth: bool, has_published: bool) -> str:
-    cells = f'<th scope="row">{escape(row.name)}</th><td class="strong">{_number(row.estimate)}</td>'
+    cells = f'<th scope="row">{escape(row.name)}</th><td class="strong">{number_markup(row.estimate)}</td>'
     if has_interval:
-        ends = "&ndash;" if row.interval is None else " to ".join(_number(end) for end in row.interval)
-        cells += f"<td>{ends}</td>"
+        cells += f"<td>{_ends(row.interval)}</td>"
     if has_truth:
-        cells += f"<td>{_number(row.truth)}</td><td>{_number(row.estimate_error)}</td>"
+        cells += f"<td>{number_markup(row.truth)}</td><td>{number_markup(row.estimate_error)}</td>"
     if has_published:
-        cells += f"<td>{_published(row.published_error)}</td>"
-    cells += f'<td class="apart">{_number(row.best_model)}</td>'
+        cells += f"<td>{shown(row.published_error, '{:g}'.format, NOTHING)}</td>"
+    cells += f'<td class="apart">{number_markup(row.best_model)}</td>'
     if has_truth:
-        cells += f"<td>{_number(row.best_model_error)}</td>"
+        cells += f"<td>{number_markup(row.best_model_error)}</td>"
     return f"<tr>{cells}</tr>"
 
 
-def _published(value: float | None) -> str:
-    return "&ndash;" if value is None else f"{value:g}"
+def _ends(interval: tuple[float, float] | None) -> str:
+    return NOTHING if interval is None or not is_known(*interval) else " to ".join(map(number_markup, interval))
 
 
 def _mean(table: RunTable, has_interval: bool, has_published: bool) -> str:
     before = "<td></td>" * (2 + has_interval)
     gap = "<td></td>" if has_published else ""
     return (
-        f'<tfoot><tr><th scope="row">Mean</th>{before}<td>{_number(table.estimate_mae)}</td>{gap}'
-        f'<td class="apart"></td><td>{_number(table.best_model_mae)}</td></tr></tfoot>'
+        f'<tfoot><tr><th scope="row">Mean</th>{before}<td>{number_markup(table.estimate_mae)}</td>{gap}'
+        f'<td class="apart"></td><td>{number_markup(table.best_model_mae)}</td></tr></tfoot>'
     )
 
 

@@ -28,7 +28,7 @@ class ParameterRow:
     published_error
         Absolute error in the paper; None where it has none.
     interval
-        Lower and upper end of the 90 % interval of the estimate; None where there is none.
+        Lower and upper end of the 90 % interval of the estimate, NaN where they are not known; None where there is none.
     """
 
     name: str

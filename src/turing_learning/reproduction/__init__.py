@@ -11,7 +11,7 @@
 `Verdict`, `RULES`
     Whether a claim agrees, and when it does.
 `page`, `write_page`, `readme`, `write_readme`
-    The page of all claims, and that of an experiment.
+    The page of all claims, and that of an experiment; `refuse_page_path` says where the first may be written.
 `LeastSquares`, `squared_errors`
     The metric-based baseline of section 4.5.
 `least_squares_optimum`, `expected_squared_error`, `check_statements`
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from ._claims import Claim, load_claims
     from ._experiment import Experiment, Findings, Picture, Table
-    from ._page import page, readme, write_page, write_readme
+    from ._page import page, readme, refuse_page_path, write_page, write_readme
     from ._registry import EXPERIMENTS
     from ._reproduce import Standing, default_folder, reproduce, standings
     from ._verdicts import RULES, Verdict
@@ -59,6 +59,7 @@ __all__ = [
     "load_claims",
     "page",
     "readme",
+    "refuse_page_path",
     "reproduce",
     "squared_errors",
     "standings",
@@ -84,6 +85,7 @@ _LAZY = {
     "load_claims": "_claims",
     "page": "_page",
     "readme": "_page",
+    "refuse_page_path": "_page",
     "reproduce": "_reproduce",
     "squared_errors": "experiments.baseline._least_squares",
     "standings": "_reproduce",

@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -44,7 +44,7 @@ class Results:
     seconds
         Computing time of all pieces of work (s).
     provenance
-        Versions, commit, machine and time.
+        Versions, machine and time; the commit that wrote the results, and those of the pieces of work with their numbers.
     remarks
         Sentences in Markdown.
     """
@@ -120,8 +120,8 @@ class ExperimentFolder:
                     "Choose another folder with --out."
                 )
 
-    def write(self, findings: "Findings", *, fast: bool, seconds: float) -> None:
-        """Write tables, figures, and the results, in this order."""
+    def write(self, findings: "Findings", *, fast: bool, seconds: float, commits: Mapping[str, int]) -> None:
+        """Write tables, figures, and the results, in this order; see `Work` for seconds and commits."""
         from turing_learning.figures import save_figure
 
         for table in findings.tables:
@@ -139,7 +139,7 @@ class ExperimentFolder:
                 "pictures": [asdict(Shown(one.name, one.caption, one.claim)) for one in findings.pictures],
                 "remarks": list(findings.remarks),
                 "seconds": round(seconds, 1),
-                "provenance": _provenance(),
+                "provenance": {**_provenance(), "commits": dict(sorted(commits.items()))},
             },
         )
 

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from turing_learning.runs import write_atomically
+from turing_learning.runs import refuse_target, write_atomically
 
 from ._claims import Claim, load_claims
 from ._experiment import Experiment
@@ -18,6 +18,9 @@ from ._verdicts import RULES
 
 NOT_RUN = "not run yet"
 NO_EXPERIMENT = "no experiment yet"
+MADE = "This page is made from the folders of the experiments:"
+"""By which the page of all claims is known."""
+HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")
 """Sections of the paper whose claims the page of all claims holds."""
 
@@ -61,9 +64,20 @@ def _how(experiment: Experiment, results: Results | None) -> list[str]:
 def _provenance(results: Results) -> str:
     found, machine = results.provenance, results.provenance["machine"]
     return (
-        f"Run at full size: {found['finished'][:10]}, commit {found['commit'] or 'unknown'}, version "
+        f"Run at full size: {found['finished'][:10]}, {_commits(found)}, version "
         f"{found['versions']['turing-learning']}, {machine['processors']} processors of {machine['processor']}; "
         f"{results.seconds / 60:.0f} minutes of computing, summed over the pieces of work."
+    )
+
+
+def _commits(provenance: Mapping[str, Any]) -> str:
+    """Name the commits that computed, with the numbers of runs and other pieces of work, and the one that wrote the tables."""
+    computed = ", ".join(
+        f"{commit or 'not recorded'} ({count})" for commit, count in provenance.get("commits", {}).items()
+    )
+    written = provenance["commit"] or "unknown"
+    return f"tables of commit {written}" + (
+        f", runs and other pieces of work of commits {computed}" if computed else ""
     )
 
 
@@ -169,7 +183,17 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def write_page(experiments: str | Path, path: str | Path) -> Path:
+def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
+    """Raise ConfigurationError unless the page of all claims may be written to a path, by the name of what says so."""
+    refuse_target(path, name=name, suffixes=(".md",), force=force, replaceable=_is_page)
+
+
+def _is_page(path: Path) -> bool:
+    with path.open("rb") as file:
+        return MADE.encode() in file.read(HEAD)
+
+
+def write_page(experiments: str | Path, path: str | Path, *, force: bool = False) -> Path:
     """Write the page of all claims, and the page of every experiment into its folder.
 
     Parameters
@@ -177,11 +201,19 @@ def write_page(experiments: str | Path, path: str | Path) -> Path:
     experiments
         The folder that holds a folder for each experiment.
     path
-        The page; links are made relative to it.
+        The page, a name that ends with .md; links are made relative to it. One that was made so before is replaced.
+    force
+        Whether any other file is replaced, too.
+
+    Raises
+    ------
+    ConfigurationError
+        If no page may be written there.
     """
+    target = Path(path)
+    refuse_page_path(target, force=force)
     for experiment in EXPERIMENTS.values():
         write_readme(experiment, ExperimentFolder(Path(experiments) / experiment.id))
-    target = Path(path)
     link = Path(os.path.relpath(experiments, target.parent)).as_posix()
     write_atomically(target, page(experiments, link).encode())
     return target
@@ -191,7 +223,7 @@ _INTRODUCTION = (
     "# Reproduction",
     "",
     "Every claim of sections 3.2, 4 and 5 of the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, "
-    "2016), what it prints, and what this implementation gives. This page is made from the folders of the experiments:",
+    f"2016), what it prints, and what this implementation gives. {MADE}",
     "",
     "    turing-learning reproduce                  # lists the experiments, their cost and state",
     "    turing-learning reproduce 4.5              # runs one, or goes on with it; --fast for a small form in seconds",

@@ -135,7 +135,7 @@ def reproduce(
                 should_stop=should_stop,
                 say=say,
             )
-            folder.write(one.conduct(work), fast=fast, seconds=work.seconds)
+            folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
             write_readme(one, folder)
     return tuple(_standing(one, path) for one in chosen)
 

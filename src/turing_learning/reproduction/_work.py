@@ -5,16 +5,17 @@ import json
 import os
 import time
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.runs import write_atomically, write_json
+from turing_learning.runs import RunFolder, new_manifest, write_atomically, write_json
 
 from ._errors import Stopped
 from ._hands import Compute, side_by_side
@@ -32,6 +33,13 @@ def _silent(text: str) -> None:
 
 class Work:
     """Do pieces of work, or take them from the files that an earlier call has left.
+
+    Attributes
+    ----------
+    seconds
+        Computing time of all pieces, and runs of studies, that have been asked for so far (s).
+    commits
+        How many of them are of which commit of the package; "" counts those that do not say it.
 
     Parameters
     ----------
@@ -61,6 +69,7 @@ class Work:
     ) -> None:
         self.sizes = sizes
         self.seconds = 0.0
+        self.commits: Counter[str] = Counter()
         self._folder = folder
         self._fast = fast
         self._workers = workers
@@ -153,12 +162,14 @@ class Work:
             stored = self._done(name, compute)
             self._keep(name, stored, path, write)
         self.seconds += stored["seconds"]
+        self.commits[stored.get("commit") or ""] += 1
         return stored["found"]
 
     def _keep(
         self, name: str, stored: dict[str, Any], path: Path, write: Callable[[Path, dict[str, Any]], None]
     ) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
+        stored["commit"] = _present_commit()
         write(path, stored)
         self._say(f"{name}: {stored['seconds']:.1f} s")
 
@@ -188,7 +199,7 @@ class Work:
         ExecutorError
             If runs have failed.
         """
-        from turing_learning.studies import ExecutorError
+        from turing_learning.studies import ExecutorError, StudyFolder
 
         path = self._folder / name
         result = _complete_study(path) or self._conducted(name, scenario, arguments)
@@ -200,6 +211,10 @@ class Work:
                 f"{result.failed[0].reason} [{path}]. Give the same command again to try again."
             )
         self.seconds += sum(run.seconds or 0.0 for run in result.runs)
+        folder = StudyFolder(result.path)
+        self.commits.update(
+            RunFolder(folder.run_path(run.number)).manifest().get("commit") or "" for run in result.runs
+        )
         return result
 
     def runs(self, name: str, scenario: str, preset: str, **settings: Any) -> "StudyResult":
@@ -241,6 +256,12 @@ class Work:
             yield {"executor": executor}
 
 
+@cache
+def _present_commit() -> str:
+    """Return the commit of the package, "" where it is not known."""
+    return new_manifest("", 0)["commit"] or ""
+
+
 def _complete_study(path: Path) -> "StudyResult | None":
     """Return the study of a folder if all of its runs and its tables are there; the report is written last."""
     from turing_learning.studies import is_study, load_study
@@ -263,7 +284,8 @@ def _stored_arrays(path: Path) -> dict[str, Any] | None:
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
             found = {name.removeprefix(_FOUND): content[name] for name in content.files if name.startswith(_FOUND)}
-            return {"seconds": float(content["seconds"]), "found": found}
+            commit = str(content["commit"]) if "commit" in content.files else ""
+            return {"seconds": float(content["seconds"]), "commit": commit, "found": found}
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
         return None
 
@@ -271,5 +293,5 @@ def _stored_arrays(path: Path) -> dict[str, Any] | None:
 def _write_arrays(path: Path, content: dict[str, Any]) -> None:
     found = {f"{_FOUND}{name}": array for name, array in content["found"].items()}
     memory = io.BytesIO()
-    np.savez_compressed(memory, seconds=np.array(content["seconds"]), **found)
+    np.savez_compressed(memory, seconds=np.array(content["seconds"]), commit=np.array(content["commit"]), **found)
     write_atomically(path, memory.getvalue())

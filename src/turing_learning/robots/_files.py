@@ -7,6 +7,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+def refuse_taken(path: Path, *, name: str, force: bool) -> None:
+    """Raise FileExistsError if a file is there, and may not be replaced, by the name of what says where."""
+    if path.exists() and not force:
+        raise FileExistsError(f"`{name}` must be a new file; got {path}. Choose another, or force=True.")
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name to write to, which becomes `path` at the end of the block, and is removed if that fails."""

@@ -28,6 +28,8 @@
     Files that are there whole or not at all.
 `RunFolderError`, `RunStorageError`
     A folder that is refused before anything runs; a run that cannot be written any further.
+`refuse_target`
+    Where a page or film may be written that somebody asks for.
 `told`, `writable`, `storage`
     What the operating system says about files, as such an error, in one message.
 """
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from ._present import run_table, swarm_replay
     from ._result import TIMINGS, Result
     from ._session import Progress
+    from ._target import refuse_target
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
     from ._trial_store import read_events
 
@@ -82,6 +85,7 @@ __all__ = [
     "read_events",
     "refuse_film_path",
     "refuse_future_format",
+    "refuse_target",
     "resume",
     "resume_command",
     "resume_laboratory",
@@ -122,6 +126,7 @@ _LAZY = {
     "pool": "_pool",
     "read_events": "_trial_store",
     "refuse_film_path": "_trial",
+    "refuse_target": "_target",
     "resume": "_infer",
     "run_table": "_present",
     "scenario_named": "_trial",

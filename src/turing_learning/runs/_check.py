@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.sources import Genuine, OwnSource
 
@@ -274,7 +275,7 @@ class Checker:
             asdict(
                 PinnedDown(
                     parameter=name,
-                    interval_share=float(width),
+                    interval_share=float(width) if is_known(width) else None,
                     open_share=Profile(**content["profiles"][name]).open_share if self.effort.points else None,
                     recovery_error=max(each[name] for each in errors) if errors else None,
                 )

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning import figures, report
+from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, OwnConfiguration
 
 from ._present import Drawing
@@ -33,7 +34,8 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
                 "check-profiles",
                 "What each parameter leaves open",
                 "Accuracy on kept-out samples of fresh classifiers, trained against models in which one parameter is moved "
-                "across its initial range; below the dashed line they may be guessing.",
+                "across its initial range; below the dashed line they may be guessing. "
+                f"{report.describe_unknown(result.interval)}".strip(),
                 _profiles(check, result, configuration),
             )
         )
@@ -73,13 +75,17 @@ def _profiles(check: "Check", result: Result, configuration: Configuration) -> "
                 accuracies=np.array(each.accuracies),
                 criticals=np.array(each.criticals),
                 estimate=result.estimate[each.parameter],
-                interval=(result.interval[each.parameter][0], result.interval[each.parameter][1]),
+                interval=_known_ends(result.interval[each.parameter]),
                 recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
                 logarithmic=logarithmic.get(each.parameter, False),
             )
             for each in check.profiles
         ]
     )
+
+
+def _known_ends(ends: list[float]) -> tuple[float, float] | None:
+    return (ends[0], ends[1]) if is_known(*ends) else None
 
 
 def check_listing(check: "Check") -> report.Listing:
@@ -100,7 +106,7 @@ def check_listing(check: "Check") -> report.Listing:
 def _row(each: "PinnedDown") -> tuple[str | None, ...]:
     return (
         each.parameter,
-        f"{each.interval_share:.0%}",
+        None if each.interval_share is None else f"{each.interval_share:.0%}",
         None if each.open_share is None else f"at most {each.open_share:.0%}",
         None if each.recovery_error is None else f"{each.recovery_error:.1%}",
         "pinned down" if each.pinned_down else "not pinned down",

@@ -2,7 +2,9 @@
 
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import fields
 from functools import partial
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,9 +13,10 @@ from turing_learning.sources import OwnSystem, Simulator, same_time_step
 
 from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
 from ._errors import RunFolderError, RunStorageError, writable
+from ._execute import in_memory, start
 from ._folder import RunFolder
 from ._infer import infer, resume
-from ._own import OwnOptions, open_source, refuse_without_system, same_data
+from ._own import OwnOptions, open_source, refuse_unknown_options, refuse_without_system, same_data
 from ._result import Result
 
 if TYPE_CHECKING:
@@ -84,7 +87,10 @@ def check_run(
     length = result.generations if recovery_generations is None else recovery_generations
     require_numbers(recoveries=recoveries, recovery_generations=length, seed=seed)
     if not isinstance(effort, Effort | None):
-        raise ConfigurationError(f"`effort` must be an Effort; got {type(effort).__name__}.")
+        raise ConfigurationError(
+            f"`effort` must be an Effort; got {type(effort).__name__}. For example "
+            "turing_learning.identifiability.Effort(samples=100)."
+        )
     _refuse_other_than_reactive(configuration)
     folder = None if result.path is None else RunFolder(result.path)
     options: OwnOptions = {}
@@ -94,6 +100,7 @@ def check_run(
         options["timeout_s"] = timeout_s
     with ExitStack() as stack:
         if folder is not None:
+            folder.require_there()
             with writable("run", folder.path):
                 stack.enter_context(folder.locked())
         given = _given(result, configuration, genuine, simulate, groups, options)
@@ -117,6 +124,19 @@ def check_run(
         if folder is not None:
             _draw(result, configuration, found, folder, stage or _say_nothing)
     return found
+
+
+def refuse_unknown(options: Mapping[str, Any]) -> None:
+    """Raise ConfigurationError if there is an option that no check has."""
+    from turing_learning.identifiability import Effort
+
+    for each in fields(Effort):
+        if each.name in options:
+            raise ConfigurationError(
+                f"`{each.name}` must be a part of the effort; got {options[each.name]!r} beside it. Give "
+                f"effort=turing_learning.identifiability.Effort({each.name}={options[each.name]!r})."
+            )
+    refuse_unknown_options(options, list(signature(check_run).parameters)[2:])
 
 
 def _say_nothing(stage: str) -> None:
@@ -172,7 +192,9 @@ def _recover(configuration: Configuration, path: Path | None, system: Mapping[st
                 workers=options.get("workers"),
                 timeout_s=options.get("timeout_s"),
             )
-        return infer(config=configuration, out=path, **system)
+        if system:
+            return infer(config=configuration, out=path, **system)
+        return in_memory(configuration, None, None) if path is None else start(configuration, path)
     except (RunFolderError, RunStorageError) as error:
         if path is None or not isinstance(error.__cause__, OSError):
             raise

@@ -141,6 +141,14 @@ class RunFolder:
         except (OSError, UnicodeDecodeError):
             return False
 
+    def require_there(self) -> None:
+        """Raise RunFolderError if a run that was here is not any more, before anything is written in its place."""
+        if not self.is_run():
+            raise RunFolderError(
+                f"`run` must be in its folder; got {self.path}, where it is not any more. Open it from where it is now: "
+                "turing_learning.load_run(...)."
+            )
+
     def configuration(self) -> Configuration:
         """Return the stored configuration.
 

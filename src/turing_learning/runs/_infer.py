@@ -8,7 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack, cast
 
-from turing_learning.config import Configuration, ConfigurationError, single_settings
+from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
 from turing_learning.sources import OwnSource, Simulator
 from turing_learning.swarm import Scenario
 
@@ -115,13 +115,15 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    refuse_unknown_options(options, signature(infer).parameters)
+    refuse_unknown_options(options, {*OwnOptions.__annotations__, *signature(infer).parameters} - {"options"})
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:
         refuse_without_system(**options)
-        return execute(resolve(scenario))
+        configuration = resolve(scenario)
+        require_seen(configuration)
+        return execute(configuration)
     _refuse_half_a_system(scenario, genuine=genuine, simulate=simulate, parameters=parameters)
     assert parameters is not None
     system, data = describe_system(genuine, parameters, options)

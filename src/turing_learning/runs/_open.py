@@ -120,6 +120,7 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
     """Return what the result of a run in a folder can open or make."""
 
     def history() -> "xarray.Dataset":
+        folder.require_there()
         if configuration.run.history == "thin":
             return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)
         with told(
@@ -160,9 +161,10 @@ def reporter(
 def checker(configuration: Configuration, **given: Any) -> "Callable[..., Check]":
     """Return what checks a run, whose own system may be given."""
 
-    def check(result: Result, **options: Any) -> "Check":
-        from ._check_run import check_run
+    def check(result: Result, /, **options: Any) -> "Check":
+        from ._check_run import check_run, refuse_unknown
 
+        refuse_unknown(options)
         return check_run(result, configuration, **given | options)
 
     return check

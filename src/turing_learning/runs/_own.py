@@ -1,5 +1,6 @@
 """Systems of one's own: from what a caller hands over to what a run is made of, and back again."""
 
+import logging
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal, TypedDict
@@ -8,13 +9,23 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
-from turing_learning.sources import Genuine, OwnSource, OwnSystem, cut_samples, read_genuine, same_time_step
+from turing_learning.sources import (
+    Genuine,
+    OwnSource,
+    OwnSystem,
+    SplitSamples,
+    cut_samples,
+    read_genuine,
+    same_time_step,
+)
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.trajectories import DIRECTED, SIGNALS, Signals, Trajectories
 
 from ._assemble import GENUINE
 from ._errors import RunFolderError
 from ._folder import RunFolder, going_on
+
+_LOGGER = logging.getLogger("turing_learning")
 
 Range = tuple[float | None, float | None] | Parameter
 """Lower and upper bound of a parameter, None for an open side; or all that can be said of one."""
@@ -98,7 +109,27 @@ def describe_system(genuine: Any, parameters: Mapping[str, Range], options: OwnO
         raise
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
+    _tell_what_is_constant(genuine, system, data)
     return system, data
+
+
+def _tell_what_is_constant(genuine: Any, system: OwnSystem, data: Genuine) -> None:
+    """Warn of signals that never vary; raise ConfigurationError for a recording in which nothing does.
+
+    Samples of another kind are taken even so: a model without noise can be found by a constant.
+    """
+    said = ", ".join(f"{system.signals[d]} is {system.center[d]:.6g}" for d in data.constant)
+    if isinstance(genuine, SplitSamples) and len(data.constant) == len(system.signals):
+        raise ConfigurationError(
+            f"`genuine` must be windows of motion that varies; got the same at every step of all of them: {said}. See what "
+            "`recording.check()` finds, and give windows of individuals that move."
+        )
+    if said:
+        _LOGGER.warning(
+            "Genuine samples do not vary in every signal: %s, at every step of all of them. If that is not what was observed, "
+            "repair the samples, or leave the signal out.",
+            said,
+        )
 
 
 def observed(genuine: Any) -> Any:
@@ -237,9 +268,8 @@ def refuse_without_system(**given: Any) -> None:
             )
 
 
-def refuse_unknown_options(options: Mapping[str, Any], arguments: Iterable[str]) -> None:
-    """Raise ConfigurationError if an option is none of `OwnOptions`; the message names the nearest of all arguments of a call."""
-    known = {*OwnOptions.__annotations__, *arguments} - {"options"}
+def refuse_unknown_options(options: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Raise ConfigurationError if an option is none of the known arguments of a call; the message names the nearest of them."""
     for name, value in options.items():
         if name not in known:
             raise ConfigurationError(f"`{name}` must be a known option; got {_shown(value)}. {nearest(name, known)}")

@@ -5,8 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.analysis import absolute_error, pooled_estimate, pooled_interval, r_hat
-from turing_learning.config import Configuration, ConfigurationError, flat_settings
+from turing_learning.analysis import (
+    UNKNOWN,
+    absolute_error,
+    is_known,
+    known_or,
+    pooled_estimate,
+    pooled_interval,
+    r_hat,
+)
+from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
+from turing_learning.report import describe_unknown, shown
 
 from ._folder import going_on
 from ._result import Result, named
@@ -15,7 +24,7 @@ from ._scales import on_own_scales
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
-_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings")
+_FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings", *PROSE)
 """Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
 and samples that are measured otherwise are others."""
 
@@ -38,9 +47,11 @@ class Pooled:
         Median of the estimates of the runs; of parameters on a logarithmic scale, of their logarithms.
     interval
         Lower and upper end, for each parameter, of what the runs leave open together: nine of ten hold the truth, also where runs
-        settle in different regions, see `turing_learning.analysis.pooled_interval`.
+        settle in different regions, see `turing_learning.analysis.pooled_interval`. Both are NaN where no run has moved and no two
+        differ.
     agreement
-        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it.
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it. NaN where no run has
+        moved.
     estimates
         Name -> the K estimates, in the order of `seeds`.
     truth
@@ -62,7 +73,7 @@ class Pooled:
 
     @property
     def verdict(self) -> dict[str, str]:
-        """Whether the runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), or "unclear"."""
+        """Whether runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown"."""
         return {name: _word(value) for name, value in self.agreement.items()}
 
     def __str__(self) -> str:
@@ -73,9 +84,14 @@ class Pooled:
             true = None if self.truth is None else self.truth[name]
             error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
             numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
-            lines.append(f"{name:>{width}}{numbers}{self.agreement[name]:>10.2f}{self.verdict[name]:>10}")
+            lines.append(
+                f"{name:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.verdict[name]:>10}"
+            )
         apart = [name for name, word in self.verdict.items() if word == "disagree"]
         lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
+        agreement = {name: [value] for name, value in self.agreement.items()}
+        unknown = (describe_unknown(self.interval), describe_unknown(agreement, "Whether runs agree"))
+        lines += [sentence for sentence in unknown if sentence]
         seeds = ", ".join(map(str, self.seeds))
         return "\n".join(
             [f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {self.generations} generations", *lines]
@@ -128,13 +144,14 @@ def pool(runs: Sequence[Result]) -> Pooled:
     estimate = on_own_scales(configuration, typical, pooled_estimate)
     ends = on_own_scales(configuration, typical, pooled_interval)
     error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
+    agreement = r_hat(typical).tolist()
     return Pooled(
         scenario=scenario.name,
         generations=configuration.run.generations,
         seeds=tuple(run.seed for run in runs),
         estimate=named(names, estimate),
-        interval=dict(zip(names, ends.tolist(), strict=True)),
-        agreement=named(names, r_hat(typical)),
+        interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
+        agreement={name: value if is_known(value) else UNKNOWN for name, value in zip(names, agreement, strict=True)},
         estimates={name: [run.estimate[name] for run in runs] for name in names},
         truth=runs[0].truth,
         estimate_absolute_error=None if error is None else named(names, error),
@@ -202,13 +219,15 @@ def _shown(value: object) -> str:
 
 
 def _word(agreement: float) -> str:
+    if not is_known(agreement):
+        return "unknown"
     if agreement <= AGREE:
         return "agree"
     return "disagree" if agreement > DISAGREE else "unclear"
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.4g}"
+    return shown(value, "{:.4g}".format)
 
 
 def _listed(values: list[float]) -> str:

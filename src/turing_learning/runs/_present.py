@@ -226,6 +226,7 @@ def run_table(result: Result) -> report.RunTable:
     note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
     if result.networks:
         note = "Outputs of the networks after 20 steps of each constant sensor reading."
+    note = f"{note} {report.describe_unknown(result.interval)}".strip()
     return report.RunTable(rows, result.estimate_mae, result.mae, note)
 
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import absolute_error, estimate, interval
+from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.config import Configuration
-from turing_learning.report import is_page, short_number
+from turing_learning.report import describe_unknown, is_page, short_number, shown
 
 from ._paper import paper_absolute_errors
 from ._scales import on_own_scales
@@ -65,7 +65,8 @@ class Result:
         Median of the typical models of the last generations, see `turing_learning.analysis.estimate`.
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth, see
-        `turing_learning.analysis.interval`.
+        `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the models have not moved. (Where an older
+        run says that such an interval is a point, that is read as it is.)
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -196,6 +197,7 @@ class Result:
         content = {
             item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "attachments")
         }
+        content["interval"] = known_or(None, self.interval)
         for name in _WHERE_THERE_ARE_SOME:
             if content[name] is None:
                 del content[name]
@@ -204,7 +206,8 @@ class Result:
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {self.generations} generations"
         state = "" if self.complete else " (incomplete)"
-        return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self)])
+        unknown = describe_unknown(self.interval)
+        return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self), *([unknown] if unknown else [])])
 
 
 def _lines(result: Result) -> list[str]:
@@ -213,8 +216,8 @@ def _lines(result: Result) -> list[str]:
         f"{'parameter':>{width}}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"
     ]
     for name in result.estimate:
-        true = "-" if result.truth is None else short_number(result.truth[name])
-        error = "-" if result.estimate_absolute_error is None else short_number(result.estimate_absolute_error[name])
+        true = shown(None if result.truth is None else result.truth[name])
+        error = shown(None if result.estimate_absolute_error is None else result.estimate_absolute_error[name])
         numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
         lines.append(
             f"{name:>{width}}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}"
@@ -224,7 +227,7 @@ def _lines(result: Result) -> list[str]:
 
 def _number(result: Result, value: float) -> str:
     """Return a parameter as text: wheel speeds are of the order of 1, others of any size."""
-    return short_number(value) if result.failed_simulations is None else f"{value:.4g}"
+    return shown(value, short_number if result.failed_simulations is None else "{:.4g}".format)
 
 
 def summarize(
@@ -262,7 +265,7 @@ def summarize(
         complete=traces.completed == configuration.run.generations,
         best_model=named(names, best),
         estimate=named(names, inferred),
-        interval=dict(zip(names, ends.tolist(), strict=True)),
+        interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
@@ -312,4 +315,5 @@ def named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
 
 def result_from_json(content: Mapping[str, Any], *, path: Path, attachments: Attachments) -> Result:
     """Make a result from what `result.json` holds."""
-    return Result(**content, path=path, attachments=attachments)
+    interval = known_or(UNKNOWN, content["interval"])
+    return Result(**{**content, "interval": interval}, path=path, attachments=attachments)

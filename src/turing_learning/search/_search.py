@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.config import PROSE, dotted
 from turing_learning.runs import RunFolderError, storage, writable, write_atomically, write_json
 from turing_learning.swarm import Scenario, initial_poses
 
@@ -156,10 +157,18 @@ def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
         raise RunFolderError(
             f"`out` must be a new folder, or that of a search; got {folder}, without a readable {path.name}. Choose another folder."
         ) from error
-    if held != content:
+    if _without_prose(held) != _without_prose(content):
         raise RunFolderError(
             f"`out` must be the folder of the same search; got one of other settings [{path}]. Choose another folder."
         )
+
+
+def _without_prose(content: Any) -> Any:
+    return (
+        {key: value for key, value in dotted(content).items() if key not in PROSE}
+        if isinstance(content, dict)
+        else content
+    )
 
 
 class _Search:

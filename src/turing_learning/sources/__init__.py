@@ -3,8 +3,8 @@
 `OwnSystem`
     What a run has to know of such a system, as frozen data: parameters, signals, scales of the inputs. `same_time_step`
     says which time steps are held to be the same.
-`Genuine`, `read_genuine`, `cut_samples`
-    Samples of the system, checked and split into those for learning and those kept for testing.
+`Genuine`, `read_genuine`, `cut_samples`, `SplitSamples`
+    Samples of the system, checked and split into those for learning and those kept for testing; what is split already.
 `OwnSource`
     The sample source: genuine samples beside those of a simulator, in this process or in workers.
 `GuardedInterrogation`
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._errors import OwnSystemError
 from ._failures import FailureLog
-from ._genuine import Genuine, cut_samples, read_genuine
+from ._genuine import Genuine, SplitSamples, cut_samples, read_genuine
 from ._system import OwnSystem, same_time_step
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ __all__ = [
     "OwnSystem",
     "OwnSystemError",
     "Simulator",
+    "SplitSamples",
     "cut_samples",
     "read_genuine",
     "same_time_step",

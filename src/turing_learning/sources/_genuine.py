@@ -13,7 +13,8 @@ LARGEST = 1e9
 """Largest magnitude of a genuine value."""
 
 SCALE_PERCENTILE = 99.0
-SMALLEST_SCALE = 1e-9  # a signal that hardly varies is not divided
+SMALLEST_SCALE = 1e-9
+"""A signal that varies less is not divided, and held to be constant."""
 
 HELD_OUT = 0.2
 """Share of the samples that is kept for testing, where nothing else is said."""
@@ -63,6 +64,12 @@ class Genuine:
         if self.live is not None:
             return ""
         return hashlib.sha256(str(self.samples.shape).encode() + np.ascontiguousarray(self.samples).data).hexdigest()
+
+    @property
+    def constant(self) -> tuple[int, ...]:
+        """Which signals, from 0, have the same value at every step of all samples for learning."""
+        values = self.learning.reshape(-1, self.samples.shape[2])
+        return tuple(np.flatnonzero(np.ptp(values, axis=0) < SMALLEST_SCALE).tolist())
 
     def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
@@ -202,10 +209,16 @@ def _kept(held_out: float | Sequence[int], count: int, rng: np.random.Generator)
         if not 0 <= held_out < 1:
             raise ValueError(f"`held_out` must be a share of at least 0 and below 1; got {held_out!r}.")
         return np.sort(rng.permutation(count)[: min(round(held_out * count), count - 1)])
-    kept = list(held_out) if isinstance(held_out, Iterable) else [held_out]
-    whole = all(isinstance(k, int | np.integer) and not isinstance(k, bool) and 0 <= k < count for k in kept)
-    if not whole or len(set(kept)) >= count:
-        raise ValueError(
-            f"`held_out` must be a share, or numbers of samples from 0 to {count - 1} but not all; got {held_out!r}."
-        )
-    return np.array(sorted(set(kept)), dtype=np.int64)
+    listed = isinstance(held_out, Iterable) and not isinstance(held_out, str)
+    numbers: list[Any] = list(held_out) if listed else [held_out]
+    rule = f"`held_out` must be a share, or numbers of samples from 0 to {count - 1}, each once, but not all"
+    kept: set[int] = set()
+    for place, number in enumerate(k.item() if isinstance(k, np.generic) else k for k in numbers):
+        if type(number) is not int or not 0 <= number < count:
+            raise ValueError(f"{rule}; got {number!r} [place {place}]. Samples are counted from 0.")
+        if number in kept:
+            raise ValueError(f"{rule}; got {number} again [place {place}]. Leave it out there.")
+        kept.add(number)
+    if len(kept) == count:
+        raise ValueError(f"{rule}; got all {count}. Leave some to learn from.")
+    return np.array(sorted(kept), dtype=np.int64)

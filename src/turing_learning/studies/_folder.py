@@ -186,11 +186,11 @@ def _digest(path: Path) -> str:
 
 def _difference(old: "Plan", new: "Plan") -> str:
     """Name the first setting in which two plans differ, nothing if there is none."""
-    from turing_learning.config import flat_settings
+    from turing_learning.config import PROSE, flat_settings
 
     before, after = flat_settings(old.base), flat_settings(new.base)
     for key in [*after, *before]:
-        if before.get(key) != after.get(key):
+        if key not in PROSE and before.get(key) != after.get(key):
             return _named(key, before.get(key), after.get(key), "")
     if len(old) != len(new):
         return _named("runs", len(old), len(new), "")

@@ -14,6 +14,7 @@ from turing_learning.config import (
     Variant,
     flat_settings,
     load_variants,
+    require_seen,
     with_settings,
 )
 from turing_learning.swarm import AGGREGATION, Scenario
@@ -22,8 +23,7 @@ BEHAVIORS = replace(
     AGGREGATION,
     name="random-behaviors",
     title="Random behaviors",
-    description="11 robots as in aggregation; the controller is drawn at random, another one for each run "
-    "(paper, section 4.6.4).",
+    description="As aggregation; the controller is drawn at random, another one for each run (paper, section 4.6.4).",
 )
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 
@@ -136,6 +136,7 @@ def _seeds(first_seed: int, runs: int) -> range:
 def _check_variants(variants: Sequence[Variant], runs: int) -> None:
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
+        require_seen(variant.configuration)
         other = variant.configuration.scenario.parameter_names
         if other != names:
             raise ConfigurationError(

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import name_failure
+from turing_learning.report import shown
 from turing_learning.runs import TIMINGS
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
@@ -179,7 +180,7 @@ class StudyResult:
     def __str__(self) -> str:
         lines = [f"{self.title}: {describe(self)}"]
         for summary in self.summaries:
-            spread = "-" if summary.standard_deviation is None else f"{summary.standard_deviation:.4f}"
+            spread = shown(summary.standard_deviation, "{:.4f}".format)
             where = " ".join(f"{key}={value}" for key, value in summary.group.items())
             lines.append(
                 f"{summary.parameter:>8} {summary.model:<10} mean {summary.mean:.4f}  std {spread}  "
@@ -269,7 +270,10 @@ def _summary(
 def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
     if plan.behaviors:
         scenario = plan.configuration(own[0].number).scenario
-        if replace(scenario, controller=BEHAVIORS.controller) != BEHAVIORS:
+        drawn = replace(
+            BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
+        )
+        if scenario != drawn:
             return None
         return dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))[name]
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}

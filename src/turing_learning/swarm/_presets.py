@@ -8,7 +8,7 @@ from ._scenario import Objects, Scenario, Sensor, Trial
 AGGREGATION = Scenario(
     name="aggregation",
     title="Aggregation",
-    description="11 robots that see other robots gather in one place (paper, section 3.2.1).",
+    description="Robots that see other robots gather in one place (paper, section 3.2.1).",
     controller=(-0.7, -1.0, 1.0, -1.0),
     agents=10,
     replicas=1,
@@ -19,7 +19,7 @@ AGGREGATION = Scenario(
 OBJECT_CLUSTERING = Scenario(
     name="object-clustering",
     title="Object clustering",
-    description="5 robots that see objects and robots push 10 objects together (paper, section 3.2.1).",
+    description="Robots that see objects and robots push the objects together (paper, section 3.2.1).",
     controller=(0.5, 1.0, 1.0, 0.5, 0.1, 0.5),
     agents=4,
     replicas=1,

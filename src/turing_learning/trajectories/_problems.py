@@ -52,6 +52,9 @@ class Problems:
         Median length of the steps that are not 0, in the unit of the recording.
     remarks
         What the reader and later steps have to say, among it the direction of y.
+    still
+        Names of the individuals that are in the same place in all of their frames, two or more: a track that was lost, a dead
+        animal, or a mark on the ground.
     """
 
     missing: dict[str, int]
@@ -63,11 +66,12 @@ class Problems:
     typical_step: float
     frames: int
     remarks: tuple[str, ...] = ()
+    still: tuple[str, ...] = ()
 
     @property
     def found(self) -> bool:
-        """Whether there is anything: a missing value, a jump, a repeated or an empty frame."""
-        return bool(any(self.missing.values()) or self.jumps or self.repeated_frames or self.empty_frames)
+        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or an empty frame."""
+        return bool(any(self.missing.values()) or self.jumps or self.still or self.repeated_frames or self.empty_frames)
 
     def __str__(self) -> str:
         lines = [
@@ -79,6 +83,7 @@ class Problems:
             f"{jump.individual}: jump of {jump.distance:.4g} after frame {jump.frame} ({jump.times_typical:.3g} typical steps)"
             for jump in self.jumps
         ]
+        lines += [f"{name}: never moves, in {self.frames - self.missing[name]} frames" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
                 lines.append(f"{len(frames)} frames {what}: {_listed(frames)}")
@@ -119,7 +124,15 @@ def find_problems(
         typical_step=typical,
         frames=len(present),
         remarks=remarks,
+        still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
     )
+
+
+def _never_moves(positions: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Return which individuals (A,) are in one place wherever they are present, twice or more."""
+    first = positions[present.argmax(axis=0), np.arange(present.shape[1])]
+    moved = (positions != first).any(axis=2) & present
+    return (present.sum(axis=0) > 1) & ~moved.any(axis=0)
 
 
 def _gap_lengths(present: np.ndarray) -> np.ndarray:

@@ -108,7 +108,7 @@ class Trajectories:
         return self.check()
 
     def check(self, jump_factor: float = JUMP_FACTOR) -> Problems:
-        """Look for missing values, jumps, repeated and empty frames.
+        """Look for missing values, jumps, individuals that never move, repeated and empty frames.
 
         Parameters
         ----------

@@ -67,9 +67,27 @@ def test_slow_wandering_widens_the_interval(correlation, least):
     assert gained >= (0.02 if correlation else 0.0)
 
 
-@pytest.mark.parametrize("values", [[2.0], [2.0, 2.0], [2.0] * 300])
-def test_where_nothing_moves_the_interval_is_a_point(values):
-    np.testing.assert_array_equal(interval(np.array(values)[:, None], 300), [[2.0, 2.0]])
+@pytest.mark.parametrize("values", [[2.0], [2.0, 2.0], [0.1] * 300, [0.7] * 3, [0.7] * 290 + [5.0] * 10])
+def test_where_nothing_moves_but_for_excursions_the_interval_is_not_known(values):
+    np.testing.assert_array_equal(interval(np.array(values)[:, None], 300), [[np.nan, np.nan]])
+
+
+def test_parameters_that_have_moved_are_known_beside_one_that_has_not():
+    moving = np.random.default_rng(1).normal(size=(300, 1))
+    both = interval(np.hstack([moving, np.full((300, 1), 0.1)]), 300)
+    np.testing.assert_array_equal(both[0], interval(moving, 300)[0])
+    np.testing.assert_array_equal(both[1], [np.nan, np.nan])
+
+
+def test_where_it_has_moved_by_next_to_nothing_the_interval_is_known():
+    low, high = interval(np.array([0.1, np.nextafter(0.1, 1)] * 50)[:, None])[0]
+    assert low < high
+
+
+def test_only_the_generations_that_make_the_estimate_count_as_moving():
+    typical = np.r_[np.random.default_rng(1).normal(size=50), np.full(100, 0.1)][:, None]
+    assert np.isnan(interval(typical)).all()
+    assert np.isfinite(interval(typical, 150)).all()
 
 
 def test_a_drift_to_the_end_makes_the_interval_wider_than_all_that_was_seen():

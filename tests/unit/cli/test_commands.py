@@ -54,6 +54,7 @@ def test_scenarios_lists_the_presets(call):
     assert "aggregation" in out
     assert "object-clustering" in out
     assert "vl2 = 0.1" in out
+    assert "4 agents, 1 replica, 10 objects; vl0" in out
     assert "aggregation-field-of-view-60" in out
     assert "field of view 1.047 rad" in out
 
@@ -76,6 +77,17 @@ def test_infer_without_out_makes_a_folder_under_runs(call, tmp_path):
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name.startswith("aggregation-")
     assert folder.name.endswith("-seed1")
+
+
+def test_a_sensor_for_objects_that_are_not_there_is_refused(call, tmp_path):
+    code, _, err = call("infer", "object-clustering", "--set", "scenario.objects.count=0", "--out", "run")
+    assert code == 2
+    assert err == (
+        "error: `scenario.objects.count` must be at least 1 where the sensor tells objects apart, without which the parameters vl1 "
+        "and vr1 cannot be inferred; got 0. Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of "
+        "scenario.controller.\n"
+    )
+    assert not (tmp_path / "run").exists()
 
 
 def test_infer_takes_the_scenario_from_a_file(call, tmp_path):

@@ -58,6 +58,19 @@ def test_a_table_of_ones_own_says_where_y_points(call):
     assert "`--y-axis` must be given; got none" in err
 
 
+def test_a_recording_in_which_nobody_moves_is_refused(call):
+    rows = [f"{t},{who},{who},1" for t in range(200) for who in range(3)]
+    Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    read = ["--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast", "--window", "2"]
+    code, _, err = call("infer", "--trajectories", "still.csv", *read, "--out", "run")
+    assert code == 2
+    assert err == (
+        "error: `--trajectories` must be motion that varies; got the same at every step: speed is 0, turn is 0. Give a file in "
+        "which individuals move.\n"
+    )
+    assert not Path("run").exists()
+
+
 def test_headings_are_on_both_sides_or_on_none(call):
     rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
     for name, column, heading in (("plain.csv", "", ""), ("facing.csv", ",heading", ",3.1")):
@@ -211,7 +224,9 @@ def test_a_run_on_robots_needs_no_recording(call):
 
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
-    rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},0,0" for t in range(200) for who in range(3)]
+    rows = [
+        f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t},{0.02 * t * t},{t}" for t in range(200) for who in range(3)
+    ]
     Path("both.csv").write_text("\n".join(["frame,id,x,y,pos_x,pos_y", *rows]) + "\n")
     header = ["scorer" + ",a" * 6, "bodyparts" + ",nose" * 3 + ",tail" * 3, "coords" + ",x,y,likelihood" * 2]
     points = [f"{t},{0.1 * t},{0.01 * t * t},1,0,0,1" for t in range(200)]

@@ -27,6 +27,13 @@ def test_a_profile_shows_estimate_interval_and_what_was_recovered():
     assert figure.axes[0].get_xscale() == "linear"
 
 
+def test_an_interval_that_is_not_known_is_not_drawn():
+    profile = ParameterProfile("speed", np.arange(3.0), np.ones(3), HALF[:3], 1.0, None)
+    figure = profiles_figure([profile])
+    assert "interval" not in {text.get_text() for text in figure.legends[0].get_texts()}
+    assert not figure.axes[0].patches
+
+
 def test_a_timeline_has_a_row_for_each_individual_and_marks_what_is_abnormal():
     times = np.stack((np.arange(4.0), np.arange(4.0) + 1), axis=1)
     bad = np.array([False, True, True, False])

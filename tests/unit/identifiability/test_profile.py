@@ -1,9 +1,12 @@
-from dataclasses import replace
+import json
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
-from turing_learning.identifiability import Check, PinnedDown, Profile, TwoSampleTest, profile
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
+from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile
+from turing_learning.identifiability._check import check_from_json
 
 FLAT = Profile(
     "speed",
@@ -51,6 +54,35 @@ def test_reasons_name_what_speaks_against_a_parameter():
         "100% of the range cannot be told apart",
         "a known truth was missed by 30% of the range",
     )
+
+
+def test_an_interval_that_is_not_known_speaks_against_a_parameter():
+    still = PinnedDown("speed", None, 0.1, 0.02)
+    assert not still.pinned_down
+    assert still.reasons == (f"its interval is unknown: {WHY_UNKNOWN}",)
+
+
+def test_a_recovery_is_kept_with_null_where_its_interval_is_not_known():
+    given = Recovery(1, 3, {"a": 0.5}, {"a": 0.4}, {"a": [UNKNOWN, UNKNOWN], "b": [0.1, 0.2]}, {"a": 0.05})
+    kept = json.loads(json.dumps(given.to_json(), allow_nan=False))
+    assert kept["interval"] == {"a": [None, None], "b": [0.1, 0.2]}
+    test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
+    content = Check(test, (PinnedDown("a", None, None, 0.1),), (), (), ())
+    stored = {
+        "test": test.to_json(),
+        "parameters": json.loads(json.dumps([asdict(each) for each in content.parameters], allow_nan=False)),
+        "profiles": {},
+        "recoveries": [kept],
+        "quantities": [],
+    }
+    assert check_from_json(stored) == replace(content, recoveries=(given,))
+
+
+def test_a_check_from_before_is_read_as_it_is():
+    test = TwoSampleTest(0.61, 0.012, 0.55, 40, 40, 200, 200, "samples")
+    point = {"parameter": "a", "interval_share": 0.0, "open_share": None, "recovery_error": None}
+    stored = {"test": test.to_json(), "parameters": [point], "profiles": {}, "recoveries": [], "quantities": []}
+    assert check_from_json(stored).parameters == (PinnedDown("a", 0.0, None, None),)
 
 
 def test_the_verdict_names_what_is_not_pinned_down():

@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from turing_learning.report import short_number
+from turing_learning.analysis import WHY_UNKNOWN
+from turing_learning.report import describe_unknown, short_number, shown
 
 
 @pytest.mark.parametrize(
@@ -29,3 +30,15 @@ def test_numbers_of_any_size_stay_short(value, decimals, text):
 @given(st.floats(-1e300, 1e300))
 def test_no_number_loses_more_than_a_twentieth_of_itself(value):
     assert float(short_number(value)) == pytest.approx(value, rel=0.05, abs=0)
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.5, "50%"), (None, "-"), (float("nan"), "-")])
+def test_there_is_a_dash_where_there_is_no_number(value, text):
+    assert shown(value, "{:.0%}".format) == text
+
+
+def test_it_is_said_what_is_unknown_and_why():
+    nan = float("nan")
+    told = describe_unknown({"a": [nan, nan], "b": [0.0, 0.0], "c": [nan, nan]})
+    assert told == f"The 90 % interval is unknown for a, c: {WHY_UNKNOWN}."
+    assert describe_unknown({"b": [0.0, 0.0]}) == ""

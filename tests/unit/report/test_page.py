@@ -227,3 +227,13 @@ def test_the_table_shows_intervals_where_there_are_any():
     assert "<td>0.2500 to 0.7500</td>" in page
     bare = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows[1:])))
     assert "interval</th>" not in bare
+
+
+def test_an_interval_that_is_not_known_is_a_dash():
+    nan = float("nan")
+    rows = (
+        report.ParameterRow("a", 0.5, 0.5, interval=(nan, nan)),
+        report.ParameterRow("b", 0.5, 0.5, interval=(0, 1)),
+    )
+    page = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows)))
+    assert [row[:3] for row in Reader(page).rows[1:3]] == [["a", "0.5000", "–"], ["b", "0.5000", "0.0000 to 1.0000"]]  # noqa: RUF001

@@ -54,6 +54,19 @@ def test_one_size_of_the_network_that_misses_makes_the_claim_differ():
     assert not _verdict([black_box(), black_box(shift=0.2)]).agrees
 
 
+@pytest.mark.parametrize(("hidden", "astray", "agrees"), [(1, 2, True), (1, 6, False), (5, 6, True), (5, 10, False)])
+def test_more_runs_with_an_output_far_off_than_printed_make_the_claim_differ(hidden, astray, agrees):
+    model = ElmanModel(hidden=hidden)
+    outputs = np.tile(TRUTH, (30, 1))
+    outputs[:astray, 2] += 1.0
+    errors = np.abs(outputs - TRUTH)
+    weights = np.zeros((30, len(model.parameter_names)))
+    outcome = _Outcome("default", model, tuple(range(30)), {"best_model": outputs}, {"best_model": errors}, weights)
+    assert outcome.near  # the medians do not notice
+    assert outcome.few_astray is agrees
+    assert _verdict([outcome]).agrees is agrees
+
+
 def test_outputs_that_settle_slowly_make_the_claim_differ():
     outcome = black_box(slow=2.2)
     assert settling(outcome.dynamics) > 3

@@ -69,7 +69,9 @@ def test_medians_are_compared_over_the_last_fifth_of_the_generations():
     far[0, :8], far[0, 8:] = 5.0, 0.3
     one, other = (runs_of(offsets(values), np.ones((1, 10, 1))) for values in (near, far))
     assert medians(one).shape == (10, 4)
-    np.testing.assert_allclose(distances(one, other), [0.3] * 4)
+    late, overall = distances(one, other)
+    np.testing.assert_allclose(late, [0.3] * 4)
+    np.testing.assert_allclose(overall, [0.8 * 5.0 + 0.2 * 0.3] * 4)
 
 
 def test_errors_at_the_printed_ones_agree_and_large_ones_differ():

@@ -66,13 +66,14 @@ def test_no_generations_are_refused():
 
 def test_agents_that_do_not_react_are_inferred():
     # step sizes do not fall below 0.01, so that the best of 50 models is off by a few hundredths
-    model = LeastSquares(BLIND, generations=120, parents=25, offspring=25).infer(seed=1)
-    np.testing.assert_allclose(model[:2], BLIND.controller[:2], atol=0.05)
+    found = LeastSquares(BLIND, generations=120, parents=25, offspring=25).infer(seed=1)
+    np.testing.assert_allclose(found.best[:2], BLIND.controller[:2], atol=0.05)
+    np.testing.assert_allclose(found.typical[:2], BLIND.controller[:2], atol=0.02)
 
 
 def test_the_result_depends_on_the_seed_and_not_on_the_threads():
     results = [
-        LeastSquares(BLIND, generations=3, parents=4, offspring=4, threads=threads).infer(seed=seed)
+        LeastSquares(BLIND, generations=3, parents=4, offspring=4, threads=threads).infer(seed=seed).best
         for threads, seed in ((1, 5), (2, 5), (1, 6))
     ]
     np.testing.assert_array_equal(results[0], results[1])

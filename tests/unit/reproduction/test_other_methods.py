@@ -1,6 +1,7 @@
 """Likelihood-free inference beside Turing Learning: what is counted, and what is said when packages are missing."""
 
 import csv
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,8 @@ from turing_learning.config import ConfigurationError
 from turing_learning.reproduction import EXPERIMENTS, Findings, Picture, Table, page, readme, reproduce
 from turing_learning.reproduction._folder import ExperimentFolder
 from turing_learning.reproduction._reproduce import _possible, standings
-from turing_learning.reproduction.experiments.comparison._conduct import ComparisonSizes
-from turing_learning.reproduction.experiments.comparison._groups import Groups, summaries
+from turing_learning.reproduction.experiments.comparison._conduct import ComparisonSizes, _as_json, _ends
+from turing_learning.reproduction.experiments.comparison._groups import Groups, Inferred, summaries
 from turing_learning.reproduction.experiments.comparison._outcome import METHODS, Outcome
 from turing_learning.reproduction.experiments.comparison._text import remarks
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
@@ -38,7 +39,10 @@ def folder(tmp_path):
     folder.begin(EXPERIMENTS[ID], fast=False)
     table = Table("errors", "Errors", ("method", "trials", "MAE"), [("NPE", 1000, 0.123456)], inline=True)
     folder.write(
-        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]), fast=False, seconds=1
+        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]),
+        fast=False,
+        seconds=1,
+        commits={},
     )
     return folder
 
@@ -60,6 +64,25 @@ def test_what_the_pieces_hold_becomes_an_outcome():
     assert Outcome.of(AGGREGATION, "mixture", 10, (1,), [piece | {"low": None, "high": None}]).intervals is None
 
 
+def test_an_interval_that_is_not_known_holds_nothing_and_is_counted():
+    ends = np.array([[TRUTH - 0.1, TRUTH + 0.1]] * 2)
+    ends[1, :, :3] = np.nan
+    one = outcome("turing-learning", 1000, 0.25, intervals=ends)
+    assert (one.coverage, one.unknown) == (5 / 8, 3)
+    assert one.width == pytest.approx(0.2)
+    assert "Turing Learning 3 with 1,000 trials" in remarks([one, outcome("mixture", 10, 0.1)])[-1]
+    assert outcome("turing-learning", 1000, 0.25, intervals=np.full((2, 2, 4), np.nan)).width is None
+
+
+def test_what_is_not_known_is_null_in_a_piece_and_empty_in_the_table():
+    inferred = Inferred(TRUTH, np.array([np.nan, 0.0, 0.0, 0.0]), np.array([np.nan, 1.0, 1.0, 1.0]))
+    piece = json.loads(json.dumps(_as_json(inferred, 2.0), allow_nan=False))
+    assert (piece["low"], piece["high"]) == ([None, 0.0, 0.0, 0.0], [None, 1.0, 1.0, 1.0])
+    found = Outcome.of(AGGREGATION, "turing-learning", 1000, (1,), [piece])
+    np.testing.assert_array_equal(found.intervals[0], [inferred.low, inferred.high])
+    assert _ends(found, 0) == [None, None, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]
+
+
 def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
     found = [
         outcome("turing-learning", 100, 0.3, 2.0), outcome("turing-learning", 1000, 0.01, 20.0),
@@ -68,9 +91,12 @@ def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
     first, second, wins = remarks(found)
     assert first.index("NPE 0.2000") < first.index("Turing Learning 0.3000")
     assert second.index("Turing Learning 0.0100") < second.index("NPE 0.0500")
-    assert "NPE with 100 simulated trials has smaller errors (0.2000, 0.3000) than Turing Learning" in wins
+    assert "NPE with 100 simulated trials has a smaller median error (0.2000, 0.3000) than Turing Learning" in wins
     assert "NPE with 1,000" not in wins
-    assert "mixture with 10 observed trials has smaller errors (0.0010, 0.0100) and less time (0.5 s, 20.0 s)" in wins
+    assert (
+        "mixture with 10 observed trials has a smaller median error (0.0010, 0.0100) and less time (0.5 s, 20.0 s)"
+        in wins
+    )
     assert "than Turing Learning with 1,000" in wins
 
 

@@ -66,7 +66,8 @@ def test_an_experiment_that_is_stopped_goes_on_to_the_same_results(conducted, tm
 
 def test_common_initial_configurations_and_other_noise_for_every_model(conducted):
     found = rows(conducted / "4.3" / "tables" / "aggregation-dispersion.csv")
-    assert [row["preset"] for row in found] == ["", *["default"] * 3, *["paper"] * 3]
+    assert [row["preset"] for row in found] == ["", *["default"] * 6, *["paper"] * 6]
+    assert [row["model"] for row in found] == ["agents", *(["best_model"] * 3 + ["estimate"] * 3) * 2]
     assert all(float(row["trial_1"]) > 0 for row in found)
 
 

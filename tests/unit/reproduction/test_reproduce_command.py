@@ -40,6 +40,34 @@ def test_a_page_that_cannot_be_written_has_exit_code_2(call):
     assert "`page` must be a file that can be written; got nowhere/page.md" in err
 
 
+def test_a_page_replaces_nothing_but_such_a_page(call, tmp_path):
+    own, page = tmp_path / "notes.md", tmp_path / "page.md"
+    own.write_text("my notes")
+    code, _, err = call("reproduce", "3.2", "--fast", "--page", "notes.md")
+    assert code == 2
+    assert err == (
+        "error: `page` must be a file that does not exist; got notes.md. Choose another name, or replace it with --force.\n"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.md"]
+    assert own.read_text() == "my notes"
+    for _ in range(2):
+        assert call("reproduce", "--page", "page.md")[0] == 0
+    assert call("reproduce", "--page", "notes.md", "--force")[0] == 0
+    assert own.read_text() == page.read_text()
+
+
+def test_a_page_is_markdown(call, tmp_path):
+    code, _, err = call("reproduce", "--page", "run.py")
+    assert (code, err) == (2, "error: `page` must end with .md; got run.py.\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_may_be_replaced_is_the_page(call):
+    code, _, err = call("reproduce", "3.2", "--force")
+    assert code == 2
+    assert "`force` must be given with a page" in err
+
+
 def test_a_stop_has_exit_code_130_and_says_how_to_go_on(call, monkeypatch):
     from turing_learning.cli._signals import StopRequest
 

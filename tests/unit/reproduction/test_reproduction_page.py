@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from turing_learning.reproduction import EXPERIMENTS, RULES, load_claims, page, readme, write_page
+from turing_learning.config import ConfigurationError
+from turing_learning.reproduction import EXPERIMENTS, RULES, load_claims, page, readme, refuse_page_path, write_page
 from turing_learning.reproduction._folder import ExperimentFolder
 
 ROOT = Path(__file__).parents[3]
@@ -75,3 +76,18 @@ def test_links_are_relative_to_the_page(as_if_full, tmp_path):
     path = write_page(as_if_full, tmp_path / "docs" / "more" / "page.md")
     assert "(../../experiments/3.2/README.md)" in path.read_text()
     assert (as_if_full / "4.3" / "README.md").exists()
+
+
+def test_the_committed_page_is_one_that_is_replaced():
+    refuse_page_path(ROOT / "docs" / "reproduction.md", force=False)
+
+
+def test_a_page_from_python_replaces_no_other_file(tmp_path):
+    path = tmp_path / "page.md"
+    path.write_text("my notes")
+    with pytest.raises(ConfigurationError, match=r"`path` must be a file that does not exist; got .*page\.md"):
+        write_page(tmp_path / "experiments", path)
+    assert list(tmp_path.iterdir()) == [path]
+    assert path.read_text() == "my notes"
+    assert "# Reproduction" in write_page(tmp_path / "experiments", path, force=True).read_text()
+    write_page(tmp_path / "experiments", path)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction import Verdict
+from turing_learning.reproduction import Verdict, load_claims
 from turing_learning.reproduction._verdicts import (
     Spread,
     listed,
@@ -10,7 +10,10 @@ from turing_learning.reproduction._verdicts import (
     shares_not_worse,
     within_spread,
 )
-from turing_learning.reproduction.experiments.case_studies._verdicts import settled
+from turing_learning.reproduction.experiments.case_studies._emergence import Emergence, EmergenceSizes
+from turing_learning.reproduction.experiments.case_studies._outcome import Case, Outcome
+from turing_learning.reproduction.experiments.case_studies._verdicts import emergence_verdict, settled, settled_for_good
+from turing_learning.swarm import AGGREGATION
 
 PRINTED = Spread(0.1, 0.03, 30)
 
@@ -33,6 +36,11 @@ def test_an_error_agrees_up_to_twice_the_standard_error_of_the_difference_and_ro
     # both standard errors are 0.03 / sqrt(30) = 0.005477, that of the difference 0.007746: the limit is 0.1205
     assert not_worse([Spread(0.120, 0.03, 30)], [PRINTED])
     assert not not_worse([Spread(0.121, 0.03, 30)], [PRINTED])
+
+
+def test_runs_that_fail_do_not_widen_the_limit_that_they_are_held_against():
+    # one of 30 runs is off by 1000: mean 33.3, standard deviation 183
+    assert not not_worse([Spread.of([0.0] * 29 + [1000.0])], [PRINTED])
 
 
 def test_one_parameter_that_is_worse_makes_the_claim_differ():
@@ -74,10 +82,28 @@ def test_an_outcome_names_the_reason_of_a_difference():
     assert (verdict.word, verdict.outcome) == ("differ", "0.8 (why: the simulator)")
 
 
-def test_values_settle_where_they_come_near_the_truth_to_stay():
+def test_values_settle_where_they_are_near_the_truth_for_twenty_generations():
     values = [1.0] * 5 + [0.55] + [1.0] * 3 + [0.45] * 30
     assert settled(np.array(values), 0.5) == 9
+    assert settled_for_good(np.array(values), 0.5) == 9
 
 
-def test_values_that_leave_again_never_settle():
+def test_values_that_leave_again_have_settled_and_not_for_good():
+    values = np.array([0.5] * 30 + [1.0] + [0.5] * 10)
+    assert (settled(values, 0.5), settled_for_good(values, 0.5)) == (0, 31)
+    assert settled_for_good(values[:31], 0.5) is None
+
+
+def test_values_that_leave_again_and_again_never_settle():
     assert settled(np.array([0.5, 0.5, 1.0] * 20), 0.5) is None
+
+
+@pytest.mark.parametrize(("dispersions", "agrees"), [((10.0, 10.0), True), ((10.0, 30.0), False)])
+def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees):
+    # all of four trials alike: no test can be significant, so that only the second condition decides
+    emergence = Emergence(np.full(4, 10.0), np.array([[d] * 4 for d in dispersions]), np.full((2, 4), 10.0))
+    case = Case(AGGREGATION, "aggregation", EmergenceSizes(robots=5, trials=4))
+    none = {"best_model": np.zeros((2, 4))}
+    outcome = Outcome(case, "default", (1, 2), none, none, np.zeros((1, 4)), {"best_model": emergence})
+    claims = {"4.3-emergent-aggregation": load_claims()["4.3-emergent-aggregation"]}
+    assert emergence_verdict(outcome, "best_model", claims).agrees is agrees

@@ -73,6 +73,17 @@ def test_the_time_of_a_piece_counts_also_when_it_was_done_earlier(tmp_path):
     assert work.seconds == 12.5
 
 
+def test_every_piece_says_which_commit_computed_it(tmp_path):
+    (tmp_path / "old.json").write_text('{"seconds": 1.0, "found": {}}')
+    work = Work(tmp_path, None)
+    for read in (work, Work(tmp_path, None)):
+        read.piece("old", dict)
+        read.piece("new", dict)
+        read.arrays("newest", dict)
+        commit = json.loads((tmp_path / "new.json").read_text())["commit"]
+        assert read.commits == ({"": 3} if commit == "" else {"": 1, commit: 2})
+
+
 def test_nothing_is_begun_after_a_stop_was_asked_for(tmp_path):
     work = Work(tmp_path, None, should_stop=lambda: True)
     with pytest.raises(Stopped, match="one"):

@@ -103,6 +103,18 @@ def test_a_calibration_survives_its_file_to_the_last_bit(found, tmp_path):
     assert (loaded.lens.distortion == found.lens.distortion).all()
 
 
+def test_a_calibration_replaces_a_file_only_if_it_is_told_to(found, tmp_path):
+    path = tmp_path / "camera.json"
+    path.write_text("mine")
+    with pytest.raises(
+        FileExistsError, match=r"`path` must be a new file; got .*camera\.json. Choose another, or force=True."
+    ):
+        found.save(path)
+    assert path.read_text() == "mine"
+    found.save(path, force=True)
+    assert (Calibration.load(path).rotation == found.rotation).all()
+
+
 def broken(calibration, path, **changes):
     calibration.save(path)
     path.write_text(json.dumps(json.loads(path.read_text()) | changes))

@@ -1,24 +1,37 @@
 """A check of a run: what it finds, what it keeps, and how it goes on."""
 
+import io
 import json
+import re
 import shutil
 
 import numpy as np
 import pytest
 from own_models import RANGES, recorded, walk
+from rich.console import Console
 
 import turing_learning as tl
+from turing_learning.analysis import WHY_UNKNOWN
+from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs._check_present import check_listing, draw_check
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
+SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
 QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
 
 
-def infer(**options):
+def infer(generations=6, **options):
     return tl.infer(
-        genuine=recorded(), simulate=walk, parameters=RANGES, generations=6, settings=SETTINGS, seed=1, **options
+        genuine=recorded(),
+        simulate=walk,
+        parameters=RANGES,
+        generations=generations,
+        settings=SETTINGS,
+        seed=1,
+        **options,
     )
 
 
@@ -101,6 +114,30 @@ def test_a_check_of_a_run_that_cannot_be_written_is_refused(stored, monkeypatch)
         RunFolderError, match=r"`run` must be a folder that can be written; got .* \(Read-only file sys"
     ):
         stored[0].check(effort=QUICK)
+
+
+def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_and_tables(tmp_path):
+    result = infer(out=tmp_path / "run", generations=2)
+    result.report()
+    found = result.check(effort=QUICK)
+    assert [each.interval_share for each in found.parameters] == [None, None]
+    assert found.not_pinned_down == ("speed", "turn_noise")
+    kept = content(result.path)
+    assert [each["interval_share"] for each in kept["parameters"]] == [None, None]
+    assert kept["recoveries"][0]["interval"] == {"speed": [None, None], "turn_noise": [None, None]}
+    assert result.check(effort=QUICK) == found
+    table = Console(width=120, record=True, quiet=False, file=io.StringIO())
+    table.print(check_table(found))
+    assert [line.split()[:4] for line in table.export_text().splitlines() if "speed" in line] == [
+        ["│", "speed", "│", "-"]
+    ]
+    assert check_listing(found).rows[0][1] is None
+    drawing = draw_check(found, result, result.configuration)[0]
+    assert drawing.caption.endswith(f"The 90 % interval is unknown for speed, turn_noise: {WHY_UNKNOWN}.")
+    assert not drawing.figure.axes[0].patches
+    page = (result.path / "report.html").read_text(encoding="utf-8")
+    assert drawing.caption.rpartition(". ")[2] in page
+    assert ">nan" not in page
 
 
 def test_other_settings_are_refused_unless_forced(tmp_path):
@@ -265,3 +302,42 @@ def test_a_run_on_a_scenario_as_genuine_is_resumed_to_the_same_result(tmp_path, 
     whole = tl.infer(**given, **more)
     tl.infer(**given, **more, out=tmp_path / "run", should_stop=stop_after(2))
     assert tl.resume(tmp_path / "run", **given).estimate == whole.estimate
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        (
+            {"samples": 10},
+            "`samples` must be a part of the effort; got 10 beside it. Give "
+            "effort=turing_learning.identifiability.Effort(samples=10).",
+        ),
+        ({"recovery": 0}, "`recovery` must be a known option; got 0. Did you mean `recoveries`?"),
+        ({"result": 3}, "`result` must be a known option; got 3."),
+        (
+            {"effort": 3},
+            "`effort` must be an Effort; got int. For example turing_learning.identifiability.Effort(samples=100).",
+        ),
+    ],
+)
+def test_an_option_that_no_check_has_is_refused_by_its_name(stored, option, message):
+    with pytest.raises(ConfigurationError, match=re.escape(message)):
+        stored[0].check(**option)
+
+
+@pytest.mark.parametrize("history", ["full", "thin"])
+@pytest.mark.parametrize("there", [False, True])
+def test_a_run_whose_folder_is_elsewhere_writes_nothing_where_it_was(tmp_path, history, there):
+    path = tmp_path / "run"
+    result = tl.infer("aggregation", generations=1, settings=SWARM | {"run.history": history}, out=path)
+    path.rename(tmp_path / "elsewhere")
+    if there:
+        path.mkdir()
+    for use in (lambda: result.check(effort=QUICK), result.report, lambda: result.history):
+        with pytest.raises(
+            RunFolderError,
+            match=r"`run` must be in its folder; got .*run, where it is not any more. Open it from where it is now: .*load_run",
+        ):
+            use()
+    assert (list(path.iterdir()) == []) if there else not path.exists()
+    assert tl.load_run(tmp_path / "elsewhere").report().exists()

@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 
 import turing_learning as tl
+from turing_learning.analysis import WHY_UNKNOWN, interval
 from turing_learning.config import ConfigurationError, load_configuration
+from turing_learning.identifiability import Effort
 from turing_learning.robots import LABORATORY
 from turing_learning.runs import (
     TIMINGS,
@@ -141,6 +143,35 @@ def test_a_run_that_is_stopped_and_resumed_gives_the_result_of_one_that_never_wa
     histories = [xr.open_zarr(folder / "history.zarr").load() for folder in (stopped, whole)]
     xr.testing.assert_identical(*histories)
     assert RunFolder(stopped).manifest()["state"] == "finished"
+
+
+UNSEEN = {
+    "scenario.agents": 2,
+    "scenario.objects.count": 0,
+    "scenario.trial.duration_s": 1.0,
+    "models.population": 4,
+    "classifiers.population": 4,
+    "run.threads": 1,
+}
+
+
+def test_a_sensor_for_objects_that_are_not_there_is_refused_in_new_runs(tmp_path):
+    with pytest.raises(
+        ConfigurationError,
+        match=r"`scenario.objects.count` must be at least 1 .* vl1 and vr1 cannot be inferred; got 0. Set it, or leave",
+    ):
+        tl.infer("object-clustering", settings=UNSEEN, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_stored_run_with_such_a_sensor_goes_on_and_is_checked(tmp_path, stop_after):
+    configuration = load_configuration(None, "default", UNSEEN | {"run.generations": 4}, scenario="object-clustering")
+    stopped = start(configuration, tmp_path / "run", should_stop=stop_after(2))
+    assert not stopped.complete
+    result = resume(tmp_path / "run")
+    assert result.complete
+    quick = Effort(samples=10, generations=1, population=4, points=0)
+    assert len(result.check(effort=quick, recovery_generations=1).recoveries) == 1
 
 
 def test_resuming_a_finished_run_changes_nothing(finished):
@@ -407,14 +438,44 @@ def test_a_result_prints_as_a_table(finished):
     lines = str(tl.load_run(finished)).splitlines()
     assert lines[0].startswith("aggregation, seed 1, 7 generations, ")
     assert lines[1].split() == ["parameter", "estimate", "90", "%", "from", "to", "best", "true", "|error|"]
-    assert [line.split()[0] for line in lines[2:]] == ["vl0", "vr0", "vl1", "vr1"]
+    assert [line.split()[0] for line in lines[2:6]] == ["vl0", "vr0", "vl1", "vr1"]
 
 
 def test_estimate_and_interval_leave_out_the_first_half_of_a_short_run(finished):
     result = tl.load_run(finished)
     second_half = result.history["typical_model"].to_numpy()[-3:]  # of 7 generations
     assert list(result.estimate.values()) == np.median(second_half, axis=0).tolist()
-    assert list(result.interval.values()) == np.percentile(second_half, (5, 95), axis=0).T.tolist()
+    assert (second_half == second_half[0]).all()  # nothing has moved
+    assert np.isnan(list(result.interval.values())).all()
+
+
+def test_an_interval_that_is_not_known_is_null_in_the_file_and_a_dash_with_a_reason_in_text(finished):
+    result = tl.load_run(finished)
+    assert json.loads((finished / "result.json").read_text())["interval"] == {key: [None, None] for key in result.truth}
+    assert result == tl.load_run(finished)
+    lines = str(result).splitlines()
+    assert [line.split()[2:4] for line in lines[2:6]] == [["-", "-"]] * 4
+    assert lines[6:] == [f"The 90 % interval is unknown for vl0, vr0, vl1, vr1: {WHY_UNKNOWN}."]
+    page = result.report().read_text(encoding="utf-8")
+    assert lines[6] in page
+    assert ">nan" not in page
+
+
+def test_an_interval_of_an_older_run_that_is_a_point_is_read_as_it_is(finished):
+    stored = json.loads((finished / "result.json").read_text())
+    (finished / "result.json").write_text(
+        json.dumps(stored | {"interval": {key: [0.5, 0.5] for key in stored["truth"]}})
+    )
+    result = tl.load_run(finished)
+    assert result.interval == result.to_json()["interval"] == {key: [0.5, 0.5] for key in result.truth}
+
+
+def test_a_run_that_has_moved_tells_its_interval_in_text_and_file(small, tmp_path):
+    result = start(small(generations=20), tmp_path / "run")
+    known = interval(result.history["typical_model"].to_numpy()[-6:], 6)
+    np.testing.assert_array_equal(list(result.interval.values()), known)
+    assert tl.load_run(tmp_path / "run") == result
+    assert "unknown" not in str(result)
 
 
 def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finished, tmp_path):

@@ -448,6 +448,28 @@ def test_what_breaks_a_rule_is_refused_before_anything_runs(arguments, message):
         tl.infer(**given)
 
 
+def test_a_signal_that_does_not_vary_is_told_in_words(caplog):
+    still = recorded()
+    still[..., 1] = 0.3
+    infer(genuine=recorded(), generations=1)
+    assert not caplog.records
+    infer(genuine=still, generations=1)
+    (record,) = caplog.records
+    assert (
+        "Genuine samples do not vary in every signal: signal1 is 0.3, at every step of all of them." in record.message
+    )
+
+
+def test_a_recording_in_which_nobody_moves_is_refused(tmp_path):
+    frames = tl.Trajectories(np.ones((400, 2, 2)), np.ones((400, 2), dtype=bool), fps=25.0, individuals=("a", "b"))
+    with pytest.raises(
+        ConfigurationError,
+        match=r"must be windows of motion that varies; got the same at every step of all of them: speed is 0, turn is 0. See",
+    ):
+        infer(frames.windows(12), WALK, WALK.parameters, out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 def test_options_of_own_systems_are_refused_for_robots():
     with pytest.raises(ConfigurationError, match=re.escape("`workers` must be left out for simulated robots; got 2.")):
         tl.infer("aggregation", workers=2)

@@ -6,7 +6,7 @@ import pytest
 from own_models import RANGES, recorded, walk
 
 import turing_learning as tl
-from turing_learning.analysis import pooled_estimate, pooled_interval, r_hat
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, pooled_estimate, pooled_interval, r_hat
 from turing_learning.config import ConfigurationError, with_settings
 from turing_learning.runs import RunFolderError, simulate_laboratory, start
 
@@ -91,6 +91,38 @@ def test_the_table_says_where_runs_disagree(three):
     assert f"{three[1].estimate['vl1']:.4g}" in lines[4]
 
 
+def test_where_no_run_has_moved_it_is_said_that_nothing_is_known(three):
+    still = {"vl0": [UNKNOWN, UNKNOWN]}
+    some = tl.pool(three)
+    text = str(replace(some, interval=some.interval | still, agreement=some.agreement | {"vl0": UNKNOWN}))
+    assert [line.split() for line in text.splitlines() if line.split()[0] == "vl0"] == [
+        [
+            "vl0",
+            f"{some.estimate['vl0']:.4g}",
+            "-",
+            "-",
+            "-0.7",
+            f"{some.estimate_absolute_error['vl0']:.4g}",
+            "-",
+            "unknown",
+        ]
+    ]
+    assert text.splitlines()[-2:] == [
+        f"The 90 % interval is unknown for vl0: {WHY_UNKNOWN}.",
+        f"Whether runs agree is unknown for vl0: {WHY_UNKNOWN}.",
+    ]
+    assert "nan" not in text
+
+
+def test_runs_of_one_generation_say_only_how_they_scatter():
+    runs = [own(seed, settings={"run.estimate_window": 1}) for seed in (1, 2, 3)]
+    assert all(np.isnan(ends).all() for run in runs for ends in run.interval.values())
+    pooled = tl.pool(runs)
+    assert pooled == tl.pool(runs)
+    assert set(pooled.verdict.values()) == {"unknown"}
+    assert all(low < pooled.estimate[name] < high for name, (low, high) in pooled.interval.items())
+
+
 def test_a_system_of_ones_own_is_pooled_within_its_bounds_and_without_truth():
     pooled = tl.pool([own(1), own(2)])
     for name, (low, high) in RANGES.items():
@@ -142,6 +174,12 @@ def test_the_same_seed_of_other_settings_is_another_run(three, small):
     other = with_settings(small(seed=1, generations=LENGTH, history="thin"), {"models.parents": 5})
     with pytest.raises(ConfigurationError, match=r"got models\.parents = 4 with seed 1 and 5 with seed 1\."):
         tl.pool([three[0], tl.infer(config=other)])
+
+
+def test_runs_that_are_described_otherwise_are_pooled(three, small):
+    told = {"scenario.title": "Mine", "scenario.description": "11 robots gather."}
+    fourth = tl.infer(config=with_settings(small(seed=4, generations=LENGTH), told))
+    assert tl.pool([*three, fourth]).seeds == (1, 2, 3, 4)
 
 
 def test_a_run_that_is_not_complete_is_refused(three, small, tmp_path, stop_after):

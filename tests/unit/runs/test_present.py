@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
 from turing_learning.config import load_configuration
 from turing_learning.runs._present import replay, run_table, verdict
 
@@ -41,6 +42,15 @@ def test_the_verdict_names_the_mean_error_and_whether_the_run_is_complete(result
         f"After 2 generations the estimate differs from the truth by {result.estimate_mae:.4f} "
         "in the mean over all parameters."
     )
+
+
+def test_an_interval_that_is_not_known_is_explained_below_the_table(result):
+    known = {key: [0.25, 0.75] for key in result.interval}
+    assert "unknown" not in run_table(replace(result, interval=known)).note
+    half = known | {"vr0": [UNKNOWN, UNKNOWN]}
+    table = run_table(replace(result, interval=half))
+    assert table.note == f"The 90 % interval is unknown for vr0: {WHY_UNKNOWN}."
+    assert [row.interval for row in table.rows] == [(0.25, 0.75), (UNKNOWN, UNKNOWN), (0.25, 0.75), (0.25, 0.75)]
 
 
 def test_the_table_holds_the_papers_figures_and_their_source(result):

@@ -114,6 +114,11 @@ def test_progress_says_how_far_a_search_is(tmp_path):
     ]
 
 
+def test_a_search_that_is_described_otherwise_is_the_same(found):
+    again = search_controller(replace(SWARM, description="11 robots gather."), SMALL, out=found.path)
+    assert (again.controllers == found.controllers).all()
+
+
 def test_a_folder_of_another_search_is_refused(found):
     with pytest.raises(RunFolderError, match="`out` must be the folder of the same search; got one of other settings"):
         search_controller(SWARM, replace(SMALL, seed=4), out=found.path)

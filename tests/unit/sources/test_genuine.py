@@ -137,11 +137,28 @@ def test_a_masked_value_is_refused_as_nan_is(given):
         ([np.ones((5, 1)), np.ones((5, 2))], {}, "`genuine` must have the same signals in all samples; got [1, 2] signals."),
         (np.ones((3, 4, 1)), {"length": 0}, '`length` must be an integer of at least 1, "shortest", or None; got 0.'),
         (np.ones((3, 4, 1)), {"held_out": 1.0}, "`held_out` must be a share of at least 0 and below 1; got 1.0."),
-        (np.ones((3, 4, 1)), {"held_out": [3]}, "`held_out` must be a share, or numbers of samples from 0 to 2 but not all"),
-        (np.ones((2, 4, 1)), {"held_out": [0, 1]}, "but not all; got [0, 1]."),
+        (
+            np.ones((3, 4, 1)),
+            {"held_out": [0, 3]},
+            "`held_out` must be a share, or numbers of samples from 0 to 2, each once, but not all; got 3 [place 1]. Samples are",
+        ),
+        (np.ones((3, 4, 1)), {"held_out": [-1]}, "but not all; got -1 [place 0]. Samples are counted from 0."),
+        (np.ones((3, 4, 1)), {"held_out": [1, 1]}, "each once, but not all; got 1 again [place 1]. Leave it out there."),
+        (np.ones((3, 4, 1)), {"held_out": np.array([2, 1, 2])}, "got 2 again [place 2]."),
+        (np.ones((2, 4, 1)), {"held_out": [0, 1]}, "but not all; got all 2. Leave some to learn from."),
         (np.ones((2, 4, 1)), {"held_out": "half"}, "`held_out` must be a share, or numbers of samples from 0 to 1"),
     ],
 )  # fmt: skip
 def test_what_breaks_a_rule_is_refused(genuine, options, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         read(genuine, **options)
+
+
+def test_signals_that_are_the_same_throughout_are_known():
+    values = samples()
+    assert read(values).constant == ()
+    values[..., 1] = 0.3
+    assert read(values).constant == (1,)
+    values[3, 0, 1] = 7.0
+    assert read(values, held_out=[3]).constant == (1,)
+    assert read(values, held_out=[4]).constant == ()

@@ -116,6 +116,11 @@ def test_what_is_wrong_is_named_before_anything_runs(arguments, message):
         plan_study("aggregation", **arguments)
 
 
+def test_a_sensor_for_objects_that_are_not_there_is_refused():
+    with pytest.raises(ConfigurationError, match=r"`scenario.objects.count` must be at least 1 .*vl1 and vr1"):
+        plan_study("object-clustering", grid={"scenario.objects.count": [10, 0]})
+
+
 def test_the_controller_of_random_behaviors_cannot_be_given():
     with pytest.raises(
         ConfigurationError, match=r"^`scenario.controller` must be left out of a study of random behaviors"

@@ -131,6 +131,7 @@ def test_a_study_is_loaded_and_resumed_without_change(finished, executor):
 def test_the_same_settings_go_on_and_others_are_refused_by_name(finished, small, executor):
     arguments = {"runs": 3, "first_seed": 5, "generations": 7, "executor": executor, "out": finished.path}
     assert study("aggregation", settings=small, **arguments) == finished
+    assert study("aggregation", settings=small | {"scenario.description": "11 robots gather."}, **arguments) == finished
     for changes, named in [
         ({"settings": small | {"classifiers.hidden": 4}}, "`classifiers.hidden` must be 5"),
         ({"generations": 8}, "`run.generations` must be 7"),
@@ -186,6 +187,7 @@ def test_the_papers_errors_stand_only_beside_the_papers_random_behaviors(small, 
     papers = {"vl0": 0.01, "vr0": 0.02, "vl1": 0.07, "vr1": 0.05}
     grid = {"scenario.agents": [10, 2]}
     sizes = {key: value for key, value in small.items() if not key.startswith("scenario.")}
+    sizes["scenario.description"] = "11 robots"
     result = study(
         "random-behaviors", runs=1, generations=1, settings=sizes, grid=grid, executor=executor, out=tmp_path / "s"
     )

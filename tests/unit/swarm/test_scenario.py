@@ -1,8 +1,11 @@
 import math
+import re
 from dataclasses import FrozenInstanceError, replace
 
 import pytest
 
+from turing_learning.robots import LABORATORY
+from turing_learning.studies import BEHAVIORS
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena, Objects, Robot, Sensor, Trial
 from turing_learning.swarm._start import most_disks
 
@@ -96,3 +99,10 @@ def test_an_arena_that_nine_disks_fill_has_no_room_for_a_tenth():
     assert nine.individuals == 9
     with pytest.raises(ValueError, match="at most 9 of 10 bodies"):
         replace(nine, agents=9)
+
+
+@pytest.mark.parametrize("scenario", [*SCENARIOS.values(), BEHAVIORS, LABORATORY])
+def test_a_description_says_no_numbers_that_may_be_set_otherwise(scenario):
+    """Those of the paper's sections, and of the field of view that is in the name, stay true."""
+    said = re.sub(r"\(paper, section [\d.]+\)|and is [^(]+", "", scenario.description)
+    assert not re.search(r"\d|\b(two|three|four|five|eight|ten|eleven)\b", said)

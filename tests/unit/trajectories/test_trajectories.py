@@ -118,6 +118,18 @@ def test_individuals_that_never_move_have_no_jumps():
     assert recording(np.zeros((5, 1, 2))).problems.typical_step == 0
 
 
+def test_individuals_that_never_move_are_named():
+    positions = line(6, 4)
+    positions[:, 1:] = 3
+    present = np.ones((6, 4), dtype=bool)
+    present[[0, 3], 2] = False
+    present[1:, 3] = False
+    problems = recording(positions, present).problems
+    assert problems.still == ("b", "c")
+    assert problems.found
+    assert "b: never moves, in 6 frames\nc: never moves, in 4 frames" in str(problems)
+
+
 def test_long_lists_of_frames_are_cut_in_the_text():
     assert str(recording(np.zeros((20, 1, 2))).problems).endswith("8, 9, 10, ...")
 

@@ -10,7 +10,7 @@ from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import dynamic_outputs, median_place, response_error
 from turing_learning.models import ElmanModel
 from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
-from turing_learning.reproduction._verdicts import Spread, Verdict
+from turing_learning.reproduction._verdicts import PAPER_RUNS, Spread, Verdict, shares_not_worse
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
@@ -20,6 +20,8 @@ CLAIM = "4.6.2-black-box"
 NEAR = 0.1
 QUICK = 3
 """Steps after a change of the reading in which the outputs are to be near their steady values."""
+PRINTED_ASTRAY = {5: 2}
+"""Hidden neurons -> outliers that the caption of figure 11 names, of `PAPER_RUNS`."""
 TRUTH = np.array(AGGREGATION.controller)
 
 
@@ -78,6 +80,17 @@ class _Outcome:
         """Whether the median of every steady output is near the truth."""
         return bool((np.abs(np.median(self.outputs["best_model"], axis=0) - TRUTH) <= NEAR).all())
 
+    @property
+    def astray(self) -> int:
+        """Number of runs with an output far from the truth."""
+        return int(np.count_nonzero(self.errors["best_model"].max(axis=1) > 2 * NEAR))
+
+    @property
+    def few_astray(self) -> bool:
+        """Whether the share of the others does not fall short of the printed one."""
+        runs, printed = len(self.seeds), PRINTED_ASTRAY.get(self.model.hidden, 0)
+        return shares_not_worse(1 - self.astray / runs, runs, 1 - printed / PAPER_RUNS, PAPER_RUNS)
+
 
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and look at what the networks do."""
@@ -118,15 +131,14 @@ def _verdict(outcomes: Sequence[_Outcome]) -> Verdict:
     for one, step in zip(outcomes, settled, strict=True):
         medians = np.median(one.outputs["best_model"], axis=0)
         outputs = ", ".join(f"{name} {v:.2f}" for name, v in zip(AGGREGATION.parameter_names, medians, strict=True))
-        far = np.count_nonzero(one.errors["best_model"].max(axis=1) > 2 * NEAR)
         texts.append(
             f"{one.model.hidden} hidden: medians {outputs}; median MAE {_mae(one):.3f}, an output off by more than "
-            f"{2 * NEAR:g} in {far} of {len(one.seeds)} runs; settled in step {step}"
+            f"{2 * NEAR:g} in {one.astray} of {len(one.seeds)} runs; settled in step {step}"
         )
     return Verdict(
         CLAIM,
-        all(one.near for one in outcomes) and max(settled) <= QUICK,
-        "steady outputs near (-0.7, -1, 1, -1), more hidden neurons worse; outputs settle quickly",
+        all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK,
+        "steady outputs near (-0.7, -1, 1, -1), more hidden neurons worse, two outliers with five; outputs settle quickly",
         ". ".join(texts),
         "black box",
         variant_of(outcomes[0].preset),
@@ -230,7 +242,10 @@ EXPERIMENT = Experiment(
         "because it oscillates (decision 0017). Jumps that exchange the wheel speeds of two sensor states have no meaning for "
         "networks, and are left out.",
         "The verdict is about the default preset; the preset `paper` stands beside it.",
-        "Seeds 2001 to 2030, which nothing has been tuned on.",
+        "Seeds 2001 to 2030. The step size of 0.3 was chosen on seeds 1 to 44, but that one had to be chosen was seen in a "
+        "first full "
+        "run with these 30 seeds, in which five hidden neurons failed in 10 of 30; these are the results of the run after it, "
+        "on the same seeds.",
     ),
     full=BlackBoxSizes(),
     fast=BlackBoxSizes(

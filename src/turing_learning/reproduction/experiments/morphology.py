@@ -26,6 +26,7 @@ class MorphologySizes:
     runs: int = 30
     generations: int = 1000
     first_seed: int = 2001
+    presets: tuple[str, ...] = PRESETS
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -44,7 +45,8 @@ class _Outcome:
 def conduct(work: Work) -> Findings:
     """Conduct a study for each field of view and preset."""
     claims = load_claims()
-    outcomes = [_outcome(work, claim, preset) for preset in PRESETS for claim in CASES]
+    sizes: MorphologySizes = work.sizes
+    outcomes = [_outcome(work, claim, preset) for preset in sizes.presets for claim in CASES]
     return Findings(
         [_verdict(outcome, kind, claims) for outcome in outcomes for kind in KINDS],
         [_errors_table(outcomes, claims), *(_models_table(outcome) for outcome in outcomes)],

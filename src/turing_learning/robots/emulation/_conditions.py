@@ -11,7 +11,7 @@ LABORATORY = replace(
     AGGREGATION,
     name="laboratory",
     title="Physical aggregation",
-    description="8 agents and 2 replicas in a walled arena (paper, section 5).",
+    description="As aggregation, in an arena with walls (paper, section 5).",
     agents=8,
     replicas=2,
     robot=Robot(clamp_wheel_speeds=True),

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.robots._files import whole
+from turing_learning.robots._files import refuse_taken, whole
 
 from ._opencv import gray, require_image, vision
 
@@ -193,8 +193,22 @@ class Calibration:
         places = self.locate(np.column_stack([columns.ravel(), rows.ravel()]), height_cm)
         return places.reshape(height, width, 2).astype(np.float32)
 
-    def save(self, path: str | Path) -> None:
-        """Write plain JSON; a file that is there is replaced whole or left as it is."""
+    def save(self, path: str | Path, *, force: bool = False) -> None:
+        """Write plain JSON; a file is written whole or left as it is.
+
+        Parameters
+        ----------
+        path
+            Where.
+        force
+            Whether a file that is there may be replaced.
+
+        Raises
+        ------
+        FileExistsError
+            If it is there, and may not be replaced.
+        """
+        refuse_taken(Path(path), name="path", force=force)
         content = {
             "format": FORMAT,
             "version": VERSION,

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from turing_learning.robots._files import whole
+from turing_learning.robots._files import refuse_taken, whole
 
 from ._tracker import Track
 
@@ -40,5 +40,4 @@ def write_table(track: Track, path: Path, *, force: bool = False) -> None:
 
 def refuse_taken_table(path: Path, *, force: bool) -> None:
     """Raise FileExistsError if a file is there, and may not be replaced; for those who have much to do before they write."""
-    if path.exists() and not force:
-        raise FileExistsError(f"`out` must be a new file; got {path}. Choose another, or force=True.")
+    refuse_taken(path, name="out", force=force)

@@ -11,6 +11,24 @@ from turing_learning.swarm import MixedSwarm, Scenario
 
 MODELS, TRIALS = 1, 2
 """Purposes of random numbers: the entropy of each is (purpose, seed)."""
+LATE = 0.3
+"""Share of the generations, the last ones, that `Inferred.typical` is about."""
+
+
+@dataclass(frozen=True, eq=False)
+class Inferred:
+    """What least squares has inferred.
+
+    Attributes
+    ----------
+    best : (P,)
+        The model of the last generation with the smallest error: the paper's rule. A model has one trial in a generation.
+    typical : (P,)
+        The median, over the last three tenths of the generations, of the median of all models.
+    """
+
+    best: np.ndarray
+    typical: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -46,8 +64,8 @@ class LeastSquares:
         if self.generations < 1:
             raise ValueError(f"`generations` must be at least 1; got {self.generations}.")
 
-    def infer(self, seed: Seed = 1, should_stop: Callable[[], bool] | None = None) -> np.ndarray | None:
-        """Return the model of the last generation with the smallest error.
+    def infer(self, seed: Seed = 1, should_stop: Callable[[], bool] | None = None) -> Inferred | None:
+        """Return the model of the last generation with the smallest error, and the typical model.
 
         Parameters
         ----------
@@ -58,12 +76,13 @@ class LeastSquares:
 
         Returns
         -------
-        (P,) or None
+        Inferred or None
             None if it was stopped.
         """
         source = MixedSwarm(self.scenario, self.threads)
         optimizer = self._optimizer(seed)
         models, errors = np.empty((0, 0)), np.empty(0)
+        medians = np.empty((self.generations, len(self.scenario.parameter_names)))
         for generation in range(self.generations):
             if should_stop is not None and should_stop():
                 return None
@@ -71,7 +90,9 @@ class LeastSquares:
             rng = generation_rng((TRIALS, *_numbers(seed)), generation)
             errors = squared_errors(source.collect(models, rng), self.scenario.input_scale)
             optimizer.tell(-errors)
-        return models[int(np.argmin(errors))]
+            medians[generation] = np.median(models, axis=0)
+        late = medians[-max(1, round(LATE * self.generations)) :]
+        return Inferred(models[int(np.argmin(errors))], np.median(late, axis=0))
 
     def _optimizer(self, seed: Seed) -> EvolutionStrategy:
         return EvolutionStrategy(

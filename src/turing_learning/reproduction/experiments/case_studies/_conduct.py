@@ -50,7 +50,7 @@ def conduct(work: Work) -> Findings:
         *(errors_verdict(outcome, kind, claims) for outcome in outcomes for kind in KINDS),
         *(convergence_verdict([one for one in outcomes if one.preset == preset]) for preset in PRESETS),
         shares_verdict(cases, shares, claims),
-        *(emergence_verdict(outcome, claims) for outcome in outcomes),
+        *(emergence_verdict(outcome, kind, claims) for outcome in outcomes for kind in KINDS),
     ]
     tables = [
         errors_table(outcomes, claims),
@@ -72,7 +72,10 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         models=models,
         errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
         medians=_medians(result),
-        emergence=measure_emergence(work, case.scenario, models["best_model"], case.emergence, preset),
+        emergence={
+            kind: measure_emergence(work, case.scenario, models[kind], case.emergence, name)
+            for kind, name in (("best_model", preset), ("estimate", f"{preset}-estimate"))
+        },
     )
 
 

@@ -56,8 +56,8 @@ class Outcome:
         Models of R runs and their absolute errors; see `KINDS`.
     medians : (G, P)
         Medians over the runs of the best model of each generation.
-    emergence
-        What swarms of the best models do.
+    emergence : kind -> Emergence
+        What swarms of the models do.
     """
 
     case: Case
@@ -66,7 +66,7 @@ class Outcome:
     models: dict[str, np.ndarray]
     errors: dict[str, np.ndarray]
     medians: np.ndarray
-    emergence: Emergence
+    emergence: dict[str, Emergence]
 
     @property
     def names(self) -> tuple[str, ...]:

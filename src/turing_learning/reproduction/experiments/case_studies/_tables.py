@@ -1,6 +1,7 @@
 """Tables and figures of section 4.3."""
 
 from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
 from turing_learning.analysis import least_dispersion
@@ -65,15 +66,20 @@ def dispersion_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
     """Return the dispersion at the end of every trial of a case study."""
     own = [one for one in outcomes if one.case == case]
     trials = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
-    rows: list[tuple[Cell, ...]] = [("", "agents", None, None, *map(float, own[0].emergence.agents))]
-    for one in own:
-        comparison = one.emergence.comparison
-        tests = zip(one.seeds, comparison.p_values, comparison.significant, one.emergence.models, strict=True)
-        rows += [(one.preset, seed, float(p), bool(differs), *map(float, values)) for seed, p, differs, values in tests]
+    agents = own[0].emergence["best_model"].agents
+    rows: list[tuple[Cell, ...]] = [("", "agents", None, None, None, *map(float, agents))]
+    for one, kind in product(own, KINDS):
+        emergence = one.emergence[kind]
+        tests = zip(
+            one.seeds, emergence.comparison.p_values, emergence.comparison.significant, emergence.models, strict=True
+        )
+        rows += [
+            (one.preset, kind, seed, float(p), bool(differs), *map(float, values)) for seed, p, differs, values in tests
+        ]
     return Table(
         f"{case.scenario.name}-dispersion",
-        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the best model of each run",
-        ("preset", "seed", "p_value", "significant", *trials),
+        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the models of each run",
+        ("preset", "model", "seed", "p_value", "significant", *trials),
         rows,
     )
 
@@ -104,8 +110,8 @@ def outcome_pictures(outcome: Outcome) -> list[Picture]:
             f"{case.emergence.trials} trials for the agents (hatched) and for replicas of the best model of each run.",
             case.claim("4.3-emergent-{}"),
             dispersion_figure(
-                outcome.emergence.agents,
-                outcome.emergence.models,
+                outcome.emergence["best_model"].agents,
+                outcome.emergence["best_model"].models,
                 least=least_dispersion(case.gathering),
                 gathered=case.gathered,
             ),

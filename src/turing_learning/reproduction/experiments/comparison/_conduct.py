@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.analysis import is_known
 from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
@@ -127,8 +128,13 @@ def _infer_by_turing_learning(
 
 def _as_json(inferred: Inferred, seconds: float) -> dict[str, Any]:
     arrays = {"estimate": inferred.estimate, "low": inferred.low, "high": inferred.high}
-    listed = {name: None if array is None else array.tolist() for name, array in arrays.items()}
+    listed = {name: None if array is None else _listed(array) for name, array in arrays.items()}
     return listed | {"processor_seconds": round(seconds, 2)}
+
+
+def _listed(values: np.ndarray) -> list[float | None]:
+    """Return numbers as a file or table holds them: None where they are not known."""
+    return [value if is_known(value) else None for value in values.tolist()]
 
 
 # Tables and picture.
@@ -166,7 +172,7 @@ def _runs_table(scenario: Scenario, outcomes: "list[Outcome]") -> Table:
 def _ends(outcome: "Outcome", k: int) -> list[Cell]:
     if outcome.intervals is None:
         return [None] * (2 * outcome.estimates.shape[1])
-    return [float(end) for pair in outcome.intervals[k].T for end in pair]
+    return [*_listed(outcome.intervals[k].T.ravel())]
 
 
 def _picture(outcomes: "list[Outcome]") -> Picture:

@@ -31,7 +31,7 @@ class Outcome:
     estimates : (R, P)
         The parameters.
     intervals : (R, 2, P)
-        Lower and upper ends of the central 90 %; None where the method has none.
+        Lower and upper ends of the central 90 %, NaN where they are not known; None where the method has none.
     processor_seconds : (R,)
         Time of one core (s), without that of imports.
     """
@@ -51,7 +51,7 @@ class Outcome:
         """Return the outcome of what the pieces of work hold, seed by seed."""
         estimates = np.array([one["estimate"] for one in found])
         none = any(one["low"] is None for one in found)
-        intervals = None if none else np.array([(one["low"], one["high"]) for one in found])
+        intervals = None if none else np.array([(one["low"], one["high"]) for one in found], dtype=float)
         return cls(
             scenario, method, trials, seeds, estimates, intervals, np.array([one["processor_seconds"] for one in found])
         )
@@ -72,13 +72,18 @@ class Outcome:
         return float(np.median(self.maes))
 
     @property
+    def worst(self) -> float:
+        """Largest of the mean absolute errors."""
+        return float(self.maes.max())
+
+    @property
     def seconds(self) -> float:
         """Median processor time (s)."""
         return float(np.median(self.processor_seconds))
 
     @property
     def coverage(self) -> float | None:
-        """Share of the true parameters that are inside their intervals."""
+        """Share of the true parameters that are inside their intervals; an unknown one holds nothing."""
         if self.intervals is None:
             return None
         truth = np.array(self.scenario.controller)
@@ -86,5 +91,12 @@ class Outcome:
 
     @property
     def width(self) -> float | None:
-        """Mean width of the intervals."""
-        return None if self.intervals is None else float(np.diff(self.intervals, axis=1).mean())
+        """Mean width of the intervals that are known; None where there is none."""
+        widths = np.array([]) if self.intervals is None else np.diff(self.intervals, axis=1)
+        known = widths[np.isfinite(widths)]
+        return float(known.mean()) if known.size else None
+
+    @property
+    def unknown(self) -> int:
+        """Number of intervals, of all seeds and parameters, that are not known."""
+        return 0 if self.intervals is None else int(np.isnan(self.intervals).any(axis=1).sum())

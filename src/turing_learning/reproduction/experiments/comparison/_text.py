@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.swarm import Scenario
 
 from ._outcome import METHODS, MIXTURE, TURING_LEARNING, Outcome
@@ -46,6 +47,7 @@ def remarks(outcomes: Sequence[Outcome]) -> list[str]:
         own = [one for one in outcomes if one.scenario.name == name]
         texts += [_ranking(own[0].scenario, trials, own) for trials in _budgets(own)]
         texts.append(_defeats(own))
+        texts += _unknown(own)
     return texts
 
 
@@ -58,14 +60,15 @@ def _ranking(scenario: Scenario, trials: int, outcomes: Sequence[Outcome]) -> st
         (one for one in outcomes if one.trials == trials and one.method != MIXTURE), key=lambda one: one.mae
     )
     fit = max((one for one in outcomes if one.method == MIXTURE), key=lambda one: one.trials)
+    listing = ", ".join(_named(one) for one in ranked)
     return (
-        f"{scenario.title}, {trials:,} simulated trials, median MAE: {', '.join(_named(one) for one in ranked)}; "
-        f"{METHODS[MIXTURE]} {fit.mae:.4f} without any."
+        f"{scenario.title}, {trials:,} simulated trials, median MAE (of the worst seed; time): {listing}; "
+        f"{_named(fit)} without any, from {fit.trials:,} observed ones."
     )
 
 
 def _named(outcome: Outcome) -> str:
-    return f"{METHODS[outcome.method]} {outcome.mae:.4f} ({outcome.seconds:.1f} s)"
+    return f"{METHODS[outcome.method]} {outcome.mae:.4f} ({outcome.worst:.4f}; {outcome.seconds:.1f} s)"
 
 
 def _defeats(outcomes: Sequence[Outcome]) -> str:
@@ -77,6 +80,13 @@ def _defeats(outcomes: Sequence[Outcome]) -> str:
     return f"**Where the others win, {title.lower()}:** {'; '.join(wins) if wins else 'nowhere'}."
 
 
+def _unknown(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Say how many intervals are not known, if there are some."""
+    some = [f"{METHODS[one.method]} {one.unknown} with {one.trials:,} trials" for one in outcomes if one.unknown]
+    if some:
+        yield f"Intervals that are not known, and count as not holding the truth: {', '.join(some)}: {WHY_UNKNOWN}."
+
+
 def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
     name, effort = (
         METHODS[other.method],
@@ -85,7 +95,7 @@ def _wins(other: Outcome, own: Outcome) -> Iterator[str]:
     against = f"Turing Learning with {own.trials:,}" if other.method == MIXTURE else "Turing Learning"
     better = []
     if other.mae < own.mae:
-        better.append(f"smaller errors ({other.mae:.4f}, {own.mae:.4f})")
+        better.append(f"a smaller median error ({other.mae:.4f}, {own.mae:.4f})")
     if other.seconds < own.seconds:
         better.append(f"less time ({other.seconds:.1f} s, {own.seconds:.1f} s)")
     if better:

@@ -85,7 +85,7 @@ def laboratory_file(work: Work, preset: str) -> Path:
 
     folder = work.folder(f"laboratory-{preset}")
     folder.mkdir(parents=True, exist_ok=True)
-    overhead_camera().save(folder / "camera.json")
+    overhead_camera().save(folder / "camera.json", force=True)
     path, sizes = folder / "lab.toml", work.sizes.runs
     lines = [f'preset = "{preset}"', "", "[camera]", 'calibration = "camera.json"', ""]
     lines += [*_robots(), "[evaluation]", f"repeats = {sizes.repeats}", ""]

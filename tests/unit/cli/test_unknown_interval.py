@@ -1,0 +1,18 @@
+"""A run that has not moved, on the command line."""
+
+import pytest
+
+SHORT = [
+    "--generations", "1", "--threads", "1", "--set", "models.population=8", "--set", "classifiers.population=8",
+    "--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0",
+]  # fmt: skip
+
+
+@pytest.mark.usefixtures("wide")
+def test_the_interval_is_a_dash_and_it_is_said_why(call):
+    code, out, _ = call("infer", "aggregation", *SHORT, "--out", "run")
+    assert code == 0
+    assert [row.split("│")[3].strip() for row in out.splitlines() if row.startswith("│ v")] == ["-"] * 4
+    assert "The 90 % interval is unknown for vl0, vr0, vl1, vr1: the typical model has not moved" in out
+    assert "nan" not in out
+    assert "null" not in out
