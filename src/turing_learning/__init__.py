@@ -7,7 +7,9 @@ a simulator of one's own, whose parameters may be said in detail by `Parameter`;
 opens what a run left behind; `pool` tells several runs as one; `study` does many runs, and `load_study` opens them.
 `load_trajectories` reads recorded motion.
 
-Rooms are imported on first use, so that ``import turing_learning`` stays fast.
+What goes wrong is a `config.ConfigurationError`, `runs.RunFolderError`, `runs.RunStorageError` or `sources.OwnSystemError`.
+
+Modules are imported on first use, so that ``import turing_learning`` stays fast.
 """
 
 from importlib import import_module
