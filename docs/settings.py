@@ -29,7 +29,8 @@ tl.infer("aggregation", settings={"models.population": 60, "classifiers.hidden":
 ```
 
 `--preset paper` keeps to the text of the paper; where nothing stands below, it is as the default. What the settings are for:
-[How it works](method.md). What moves, and where: [A scenario of your own](scenarios.md). This page is written by `python docs/settings.py`.
+[How it works](method.md). What moves, and where: [A scenario of your own](scenarios.md). This page is written by
+`python docs/settings.py`.
 """
 SECTIONS = {
     "models": ModelsSection,
