@@ -33,6 +33,7 @@ autodoc_typehints = "signature"
 autodoc_class_signature = "mixed"
 autodoc_default_options = {"exclude-members": "model_config"}
 
+PAGE_IN_WORDS = re.compile(r"(?<![\w/`])docs/((?:\w+/)?[\w-]+)(?:\.md)?")
 LONGEST_VALUE = 150  # of a constant, in characters
 
 html_theme = "furo"
@@ -48,6 +49,7 @@ def setup(app):
     """Connect what follows."""
     app.connect("builder-inited", carry_words_of_constants)
     app.connect("autodoc-process-docstring", keep_first_sentence, priority=400)  # before napoleon reads it
+    app.connect("autodoc-process-docstring", link_pages, priority=600)
     app.connect("autodoc-process-signature", say_settings_without_their_rules)
     app.connect("source-read", carry_linked_files)
 
@@ -75,6 +77,16 @@ def keep_first_sentence(app, what, name, obj, options, lines):
     """Keep the docstring of a property or constant as it is: napoleon takes what is before its first colon for a type."""
     if what in ("attribute", "data", "property") and lines and ":" in lines[0]:
         lines[0] = f": {lines[0]}"
+
+
+def link_pages(app, what, name, obj, options, lines):
+    """Make links of the pages that a docstring names by their files: docs/limits.md, or docs/decisions/0005."""
+    lines[:] = [PAGE_IN_WORDS.sub(lambda named: _link(app.srcdir, *named.groups()), line) for line in lines]
+
+
+def _link(folder, page):
+    [*found] = sorted(folder.glob(f"{page}.md")) or sorted(folder.glob(f"{page}-*.md"))
+    return f":doc:`docs/{page} </{found[0].relative_to(folder).with_suffix('')}>`" if found else f"docs/{page}"
 
 
 def say_settings_without_their_rules(app, what, name, obj, options, signature, returned):
