@@ -51,7 +51,21 @@ def setup(app):
     app.connect("autodoc-process-docstring", keep_first_sentence, priority=400)  # before napoleon reads it
     app.connect("autodoc-process-docstring", link_pages, priority=600)
     app.connect("autodoc-process-signature", say_settings_without_their_rules)
+    app.connect("source-read", carry_experiments)
     app.connect("source-read", carry_linked_files)
+
+
+def carry_experiments(app, name, source):
+    """Fill the pages of experiments with what is written beside their tables and figures, and link to these pages."""
+    source[0] = re.sub(r"\]\(\.\./experiments/([^/)]+)/README\.md\)", r"](experiments/\1.md)", source[0])
+    folder, _, page = name.rpartition("/")
+    if folder == "experiments" and page != "index":
+        path = app.srcdir.parent / "experiments" / page / "README.md"
+        text = re.sub(
+            r"(!\[[^\]]*\])\((?=figures/)", rf"\1(../../experiments/{page}/", path.read_text(encoding="utf-8")
+        )
+        source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:../../experiments/{page}/", text)
+        app.env.note_dependency(str(path))
 
 
 def carry_linked_files(app, name, source):

@@ -66,8 +66,17 @@ def test_the_site_loads_nothing_from_elsewhere(site):
 
 
 @needs_sphinx
-def test_experiments_come_along_with_the_page_that_names_them(site):
-    assert sorted(site.glob("_downloads/*/README.md"))
+def test_experiments_come_along_as_pages_with_their_tables(site):
+    page = (site / "experiments" / "4.3.html").read_text(encoding="utf-8")
+    assert "What the paper prints" in page
+    assert 'src="../_images/' in page
+    assert "_downloads/" in page
+    assert 'href="experiments/4.3.html"' in (site / "reproduction.html").read_text(encoding="utf-8")
+
+
+def test_every_experiment_has_a_page():
+    written = {path.parent.name for path in (ROOT / "experiments").glob("*/README.md")}
+    assert {path.stem for path in (DOCS / "experiments").glob("*.md")} - {"index"} == written
 
 
 def test_every_room_has_a_page_of_the_reference():
