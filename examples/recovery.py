@@ -6,8 +6,8 @@ folders are there.
 
 import argparse
 import csv
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from io import StringIO
 from pathlib import Path
 
@@ -31,6 +31,20 @@ GROUPS = 100
 
 TOLD = 0.02
 """Standard error, as a share of the range, up to which a parameter counts as identifiable."""
+
+SHOWN = {
+    "family": "family",
+    "parameter": "parameter",
+    "truth": "truth",
+    "estimate": "median_estimate",
+    "error": "median_error",
+    "half width": "median_half_width",
+    "held": "held",
+    "alone": "held_alone",
+    "least": "least_error",
+    "R-hat": "median_r_hat",
+}
+"""Short heading -> column, for those columns of the summary that fit on a page."""
 
 ROOT = Path(__file__).parents[1]
 DOCS, WORK = ROOT / "docs", ROOT / "runs" / "recovery"
@@ -198,12 +212,13 @@ def _value(kind: type, cell: str) -> object:
     return UNKNOWN if kind is float and not cell else kind(cell)
 
 
-def write(path: Path, rows: Sequence[Row | Summary]) -> None:
-    """Write rows as CSV; cells of numbers that are not known are empty."""
+def write(path: Path, rows: Sequence[Row | Summary], columns: Mapping[str, str] | None = None) -> None:
+    """Write rows as CSV: all columns, or some, heading -> name; cells of numbers that are not known are empty."""
     text = StringIO()
-    writer = csv.DictWriter(text, [field.name for field in fields(rows[0])], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in asdict(row).items()} for row in rows)
+    columns = columns or {field.name: field.name for field in fields(rows[0])}
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(getattr(row, name)) for name in columns.values()] for row in rows)
     write_atomically(path, text.getvalue().encode())
 
 
@@ -280,8 +295,9 @@ def main() -> None:
     rows = read(path)
     summaries = list(summarize(rows))
     write(path.with_name("recovery-pools-summary.csv"), summaries)
+    write(path.with_name("recovery-pools-page.csv"), summaries, SHOWN)
     dim = {(one.family, one.parameter) for one in summaries if not one.identifiable}
-    draw(rows, dim).savefig(chosen.docs / "images" / "recovery-pools.png", dpi=110)
+    draw(rows, dim).savefig(chosen.docs / "images" / "recovery-pools.png", dpi=200)
 
 
 if __name__ == "__main__":

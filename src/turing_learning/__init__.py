@@ -7,7 +7,9 @@ a simulator of one's own, whose parameters may be said in detail by `Parameter`;
 opens what a run left behind; `pool` tells several runs as one; `study` does many runs, and `load_study` opens them.
 `load_trajectories` reads recorded motion.
 
-What goes wrong is a `config.ConfigurationError`, `runs.RunFolderError`, `runs.RunStorageError` or `sources.OwnSystemError`.
+What is refused, a bound as a recording, a setting or a folder, is a ValueError: `config.ConfigurationError` and
+`runs.RunFolderError` are kinds of it. What ends a run that has begun is none: `sources.OwnSystemError`,
+`runs.RunStorageError`, `robots.LaboratoryError`.
 
 Modules are imported on first use, so that ``import turing_learning`` stays fast.
 """

@@ -1,6 +1,7 @@
 """The recovery of known parameters, in a fast form, and its table."""
 
 import csv
+import re
 import shutil
 import sys
 from dataclasses import replace
@@ -115,6 +116,14 @@ def test_a_parameter_without_a_trace_is_not_identifiable(recovery):
     )  # the straightened chords of turns within a step show a little
 
 
+def test_the_table_on_the_page_is_a_part_of_the_summary(recovery):
+    summary, page = (
+        list(csv.DictReader((TABLES / f"recovery-pools-{name}.csv").read_text(encoding="utf-8").splitlines()))
+        for name in ("summary", "page")
+    )
+    assert page == [{heading: row[name] for heading, name in recovery.SHOWN.items()} for row in summary]
+
+
 @pytest.mark.parametrize(
     ("table", "told", "count"),
     [("runs", "summary", "runs"), ("pools", "pools-summary", "recordings")],
@@ -129,3 +138,11 @@ def test_the_committed_summaries_are_those_of_the_committed_tables(table, told, 
         held = sum(float(row["low"]) <= float(row["truth"]) <= float(row["high"]) for row in own)
         assert (len(own), held) == (int(summary[count]), int(summary["held"]))
     assert {row["family"] for row in rows} == {summary["family"] for summary in summaries}
+
+
+def test_what_limits_says_of_a_walk_before_any_run_is_printed(recovery, capsys):
+    page = (TABLES.parent / "limits.md").read_text(encoding="utf-8")
+    ((block, shown),) = re.findall(r"```python\n(.*?)```\n\n```text\n(.*?)```", page, re.DOTALL)
+    sys.modules["identifiability"].GROUPS = 400  # as it is in the file; the fixture has set it lower
+    exec(block, {})  # noqa: S102 - our own page
+    assert capsys.readouterr().out == shown

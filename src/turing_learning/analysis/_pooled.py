@@ -12,8 +12,8 @@ def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    typical_models : (K, W, P)
-        Typical models of the W generations that make the estimate of each of K >= 2 runs.
+    typical_models : (runs, W, P)
+        Typical models of the W generations that make the estimate of each of at least 2 runs.
 
     Returns
     -------
@@ -34,8 +34,9 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     Two things keep an estimate from the truth. The models of a run wander: that is read off the central 90 % of their distances
     from the estimate of their run, all runs together, widened as in `interval` by the number of independent values. And runs
     settle in different regions: if the truth is to the runs what one more run would be, nine of ten truths are within
-    t(K - 1) sqrt(1 + 1 / K) standard deviations of the runs' estimates, with the 95th percentile of Student's t. This factor is 2.6
-    for K = 4, 2.0 for 8, and 7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares of the two.
+    t(runs - 1) sqrt(1 + 1 / runs) standard deviations of the runs' estimates, with the 95th percentile of Student's t. This
+    factor is 2.6 for 4 runs, 2.0 for 8, and 7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares
+    of the two.
 
     Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some times their scatter,
     and that of two is very wide: two values say little of how they scatter. What shifts all runs alike it does not show.
@@ -79,7 +80,7 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     """Say how far the runs agree: the potential scale reduction of the ranks, known from Markov chains.
 
     It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be told apart. Where no
-    two share a value it is 2.1 for K = 2, 3.1 for 4 and 4.6 for 8, however far apart they are. Ranks make it the same on any
+    two share a value it is 2.1 for 2 runs, 3.1 for 4 and 4.6 for 8, however far apart they are. Ranks make it the same on any
     scale, and let no excursion of a run hide that the others disagree. The scatter within is that of the runs that have moved (see
     `interval`).
 
@@ -128,7 +129,7 @@ def _wandering(runs: np.ndarray) -> np.ndarray:
 
 
 def _estimates(typical: np.ndarray) -> np.ndarray:
-    """Return the estimate (K, P) of each run."""
+    """Return the estimate (runs, P) of each run."""
     return np.median(typical, axis=1)
 
 
@@ -136,7 +137,7 @@ def _checked(typical_models: np.ndarray) -> np.ndarray:
     typical = np.asarray(typical_models, dtype=np.float64)
     if typical.ndim != 3 or typical.size == 0 or len(typical) < 2:
         raise ValueError(
-            f"`typical_models` must be of shape (K, W, P) with at least 2 runs, and not empty; got {typical.shape}."
+            f"`typical_models` must be of shape (runs, W, P) with at least 2 runs, and not empty; got {typical.shape}."
         )
     if not np.isfinite(typical).all():
         raise ValueError(f"`typical_models` must be finite; got {typical[~np.isfinite(typical)].flat[0]}.")

@@ -13,11 +13,11 @@ from ._options import (
     PresetOption,
     SettingsOption,
     ThreadsOption,
-    WorkersOption,
     require_scenario,
     settings_of,
 )
 from ._recording import (
+    EveryOption,
     FormatOption,
     FpsOption,
     KeypointOption,
@@ -102,6 +102,7 @@ def infer(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
 ) -> None:
     """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report."""
     from turing_learning.config import ConfigurationError, load_configuration, require_seen
@@ -111,7 +112,7 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -130,9 +131,28 @@ def infer(
 @app.command(epilog="Example: turing-learning resume runs/aggregation-20261121-093015-seed1")
 def resume(
     run: RunArgument,
-    threads: ThreadsOption = None,
-    workers: WorkersOption = None,
-    cluster: _study.ClusterOption = None,
+    threads: Annotated[
+        int | None,
+        typer.Option(
+            "--threads",
+            metavar="N",
+            help="Of a run: number of threads; all by default. The result does not depend on it.",
+            parser=integer,
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            "--workers",
+            metavar="N",
+            help="Of a study: number of worker processes; one for each processor by default.",
+            parser=integer,
+        ),
+    ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option("--cluster", metavar="ADDRESS", help="Of a study: a Dask scheduler, as tcp://10.0.0.1:8786."),
+    ] = None,
     trajectories: TrajectoriesOption = None,
     fps: FpsOption = None,
     scale: ScaleOption = None,
@@ -141,6 +161,7 @@ def resume(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
 ) -> None:
     """Go on with a run or study that was stopped or killed; the result is as if it never had been.
 
@@ -156,15 +177,17 @@ def resume(
         if value is not None:
             what = "study, whose runs have one thread each" if is_study(run) else "single run"
             raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
     if is_study(run):
+        recording.refuse_beside("a study")
         _study.resume(run, workers, cluster)
         return
     if threads is not None and threads < 1:
         raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads} [--threads].")
     if is_laboratory_run(run):
+        recording.refuse_beside("a run in a laboratory")
         _robots.go_on(run)
         return
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording

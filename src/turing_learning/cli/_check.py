@@ -8,6 +8,7 @@ import typer
 
 from ._numbers import integer
 from ._recording import (
+    EveryOption,
     FormatOption,
     FpsOption,
     KeypointOption,
@@ -45,7 +46,10 @@ def check(
     points: Annotated[
         int | None,
         typer.Option(
-            "--points", metavar="N", help="Values of each parameter in a profile, 0 for none; 8.", parser=integer
+            "--points",
+            metavar="N",
+            help="Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.",
+            parser=integer,
         ),
     ] = None,
     recoveries: Annotated[
@@ -70,6 +74,7 @@ def check(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
@@ -84,7 +89,7 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint)
+    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)
@@ -126,7 +131,7 @@ def check_table(found: "Check") -> "Table":
         table.add_row(
             each.parameter,
             shown(each.interval_share, "{:.1%}".format),
-            shown(each.open_share, "{:.0%}".format),
+            shown(each.open_share, "at most {:.0%}".format),
             shown(each.recovery_error, "{:.1%}".format),
             "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
         )

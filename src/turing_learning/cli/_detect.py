@@ -7,7 +7,7 @@ import typer
 
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
-from ._recording import FormatOption, KeypointOption, YAxisOption
+from ._recording import PANEL, EveryOption, FormatOption, KeypointOption, YAxisOption
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from turing_learning.detection import Detector, Motion, Verdict
 
 SAMPLES = 10
-PANEL = "A recording"
 
 
 def register(app: typer.Typer) -> None:
@@ -99,6 +98,7 @@ def detect(
     y_axis: YAxisOption = None,
     format: FormatOption = None,
     keypoint: KeypointOption = None,
+    every: EveryOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -112,9 +112,17 @@ def detect(
     from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
-    told: dict[str, Any] = {"fps": fps, "scale": scale, "y_axis": y_axis, "format": format, "keypoint": keypoint}
+    told: dict[str, Any] = {
+        "fps": fps,
+        "scale": scale,
+        "y_axis": y_axis,
+        "format": format,
+        "keypoint": keypoint,
+        "every": every,
+    }
     recorded = motion is not None and is_recording(motion, told)
-    _require_recording(recorded, told | {"out": out})
+    if not recorded:
+        _refuse_options(told | {"out": out}, motion)
     refuse_taken(out)
     result = load_run(run)
     learned = run_classifiers(result)
@@ -124,9 +132,8 @@ def detect(
         for path in (None if recorded else motion, genuine, abnormal)
     )
     if observed is None and timed is None:
-        observed = plant_abnormal(
-            learned.simulated_scenario(), simulate or 0, samples=SAMPLES if samples is None else samples, seed=seed
-        )
+        swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
+        observed = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
     given = [None if each is None else each.samples for each in calibration]
     detector = Detector.from_run(
         result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
@@ -152,15 +159,29 @@ def _require_one(motion: Path | None, simulate: int | None, samples: int | None)
         raise ConfigurationError(f"`samples` must be left out beside a file; got {samples} [--samples].")
 
 
-def _require_recording(recorded: bool, options: dict[str, object]) -> None:
+def _refuse_options(options: dict[str, object], motion: Path | None) -> None:
+    """Refuse what is said of a recording where there is none, but samples or a simulated swarm."""
     from turing_learning.config import ConfigurationError
 
+    samples = "" if motion is None else f" {motion} holds samples of the run's signals, in their units."
     for name, value in options.items():
-        if value is not None and not recorded:
+        if value is not None:
             option = name.replace("_", "-")
             raise ConfigurationError(
-                f"`{option}` must be left out where there is no recording; got {value} [--{option}]."
+                f"`{option}` must be left out where there is no recording; got {value} [--{option}].{samples}"
             )
+
+
+def _sorted(motion: "Motion") -> "Motion":
+    """Return agents, then planted ones, each by their numbers."""
+    from turing_learning.detection import Motion
+
+    def place(k: int) -> tuple[str, int]:
+        kind, _, number = motion.individuals[k].partition(" ")
+        return kind, int(number)
+
+    order = sorted(range(len(motion.individuals)), key=place)
+    return Motion(tuple(motion.individuals[k] for k in order), motion.samples[order])
 
 
 def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:

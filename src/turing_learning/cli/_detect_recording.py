@@ -20,12 +20,16 @@ MOST_SPELLS = 3  # in a cell of the table
 
 
 def is_recording(path: Path, told: Mapping[str, Any]) -> bool:
-    """Return whether a file is what a tracker wrote: something is told of it as such, or it is no file of samples."""
-    return any(value is not None for value in told.values()) or path.suffix.lower() not in MOTION_FILES
+    """Return whether a file is what a tracker wrote: by its name no samples, or told of as a recording and holding none."""
+    from turing_learning.detection import holds_motion
+
+    if path.suffix.lower() not in MOTION_FILES:
+        return True
+    return any(value is not None for value in told.values()) and not holds_motion(path)
 
 
 def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **options: Any) -> "RecordedMotion":
-    """Return the windows of a recording; `options` are those of `load_trajectories`.
+    """Return the windows of a recording; `options` are those of `load_trajectories`, and how many frames are kept.
 
     Raises
     ------
@@ -34,12 +38,12 @@ def read_recording(path: Path, run: "RunClassifiers", *, scale: float | None, **
     """
     from turing_learning.config import ConfigurationError
     from turing_learning.detection import recorded_motion
-    from turing_learning.trajectories import load_trajectories
 
+    from ._recording import read
     from ._wording import in_options
 
     try:
-        recording = load_trajectories(path, pixels_per_cm=scale, **options)
+        recording = read(path, pixels_per_cm=scale, **options)
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(f"`motion` must be a file that can be read; got {path} ({reason}).") from error

@@ -14,7 +14,7 @@ PresetOption = Annotated[
 ]
 GenerationsOption = Annotated[
     str | None,
-    typer.Option("--generations", metavar="G", help="Number of generations; by default 1000, 100 in a laboratory."),
+    typer.Option("--generations", metavar="G", help="Number of generations; 1000 by default."),
 ]
 SettingsOption = Annotated[
     list[str] | None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ._numbers import real
+from ._numbers import integer, real
 from ._wording import in_options
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 WINDOW_S = 4.0
 
-PANEL = "Recorded motion instead of a scenario"
+PANEL = "Recorded motion"
 
 TrajectoriesOption = Annotated[
     Path | None,
@@ -59,6 +59,16 @@ KeypointOption = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+EveryOption = Annotated[
+    int | None,
+    typer.Option(
+        "--every",
+        metavar="K",
+        help="Keep one frame in K, of a file that has only those, or is faster than the motion.",
+        parser=integer,
+        rich_help_panel=PANEL,
+    ),
+]
 ModelOption = Annotated[
     str | None,
     typer.Option("--model", metavar="NAME", help="Family of models, see docs/families.md.", rich_help_panel=PANEL),
@@ -75,6 +85,14 @@ WindowOption = Annotated[
 ]
 
 
+def read(path: Path, *, every: int | None, **options: Any) -> "Trajectories":
+    """Open a recording with options of `load_trajectories`, and keep one frame in so many."""
+    from turing_learning.trajectories import load_trajectories
+
+    recording = load_trajectories(path, **options)
+    return recording if every is None else recording.thinned(every)
+
+
 @dataclass(frozen=True)
 class Recording:
     """What the options say."""
@@ -87,6 +105,7 @@ class Recording:
     y_axis: Any = None
     format: str | None = None
     keypoint: str | None = None
+    every: int | None = None
 
     @property
     def given(self) -> bool:
@@ -99,6 +118,16 @@ class Recording:
         given = {name: value for name, value in vars(self).items() if value is not None}
         return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in given.items())
 
+    def refuse_beside(self, what: str) -> None:
+        """Raise ConfigurationError if an option is given for a run or study that is not on recorded motion."""
+        from turing_learning.config import ConfigurationError
+
+        for name, value in vars(self).items():
+            if value is not None:
+                raise ConfigurationError(
+                    f"`--{name.replace('_', '-')}` must be left out for {what}, which needs nothing but its folder; got {value}."
+                )
+
     def opened(self, run: Path | None = None) -> tuple["Windows", "Family", "Trajectories"]:
         """Open the recording, and fit the family of models to it.
 
@@ -107,7 +136,7 @@ class Recording:
         Parameters
         ----------
         run
-            A run folder; windows are as long as those of the run if no option says otherwise.
+            A run folder, which must be on recorded motion; windows are as long as those of the run if no option says otherwise.
 
         Raises
         ------
@@ -116,8 +145,8 @@ class Recording:
         """
         from turing_learning.config import ConfigurationError, nearest
         from turing_learning.families import FAMILIES
-        from turing_learning.trajectories import load_trajectories
 
+        steps = None if run is None else self._steps(run)
         if self.trajectories is None or self.model is None:
             missing = "--trajectories" if self.trajectories is None else "--model"
             raise ConfigurationError(
@@ -129,8 +158,9 @@ class Recording:
                 f"`--model` must be one of {', '.join(FAMILIES)}; got {self.model!r}. {nearest(self.model, FAMILIES)}"
             )
         try:
-            motion = load_trajectories(
+            motion = read(
                 self.trajectories,
+                every=self.every,
                 fps=self.fps,
                 pixels_per_cm=self.scale,
                 y_axis=self.y_axis,
@@ -140,7 +170,7 @@ class Recording:
             chosen = FAMILIES[self.model]
             if not chosen.headings:
                 motion = replace(motion, headings=None)
-            windows = motion.windows(**self._length(run))
+            windows = motion.windows(**self._length(steps))
             family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],
@@ -156,14 +186,20 @@ class Recording:
             raise ConfigurationError(in_options(str(error), file="--trajectories")) from error
         return windows, family, motion
 
-    def _length(self, run: Path | None) -> dict[str, Any]:
+    def _steps(self, run: Path) -> int | None:
+        """Return the length of the samples of a run; refuse the options for one on simulated robots."""
         from turing_learning.runs import RunFolder
         from turing_learning.sources import OwnSystem
 
-        if self.window is None and run is not None:
-            system = RunFolder(run).configuration().scenario
-            if isinstance(system, OwnSystem):
-                return {"steps": system.steps}
+        system = RunFolder(run).configuration().scenario
+        if isinstance(system, OwnSystem):
+            return system.steps
+        self.refuse_beside("a run on simulated robots")
+        return None
+
+    def _length(self, steps: int | None) -> dict[str, Any]:
+        if self.window is None and steps is not None:
+            return {"steps": steps}
         return {"length_s": WINDOW_S if self.window is None else self.window}
 
     def arguments(self) -> dict[str, Any]:

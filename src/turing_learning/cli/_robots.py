@@ -1,14 +1,15 @@
 """The commands of a laboratory with robots."""
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ._exit import REFUSED, Interrupted
-from ._options import GenerationsOption, SettingsOption, settings_of
+from ._options import SettingsOption, settings_of
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,8 +40,9 @@ def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = Fal
     """Look at links, batteries, camera, calibration and markers; nothing moves."""
     from rich.console import Console
 
-    laboratory = _load(config)
-    if not _inspected(Console(), laboratory, _equipment(laboratory, emulated)):
+    with _opened(_load(config), emulated) as (laboratory, equipment):
+        fine = _inspected(Console(), laboratory, equipment)
+    if not fine:
         raise typer.Exit(REFUSED)
 
 
@@ -53,7 +55,9 @@ def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = Fal
 )
 def run(
     config: ConfigOption = LABORATORY_FILE,
-    generations: GenerationsOption = None,
+    generations: Annotated[
+        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 100 by default.")
+    ] = None,
     seed: Annotated[str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers.")] = None,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
@@ -77,32 +81,30 @@ def run(
             )
         go_on(resume, emulated=emulated)
         return
-    laboratory = _load(config, overrides, labels)
-    configuration = laboratory.configuration
-    path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
-    equipment = _equipment(laboratory, emulated)
-    _execute(
-        laboratory,
-        equipment,
-        path,
-        lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
-        emulated=emulated,
-    )
+    loaded = _load(config, overrides, labels)
+    path = out or new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
+    with _opened(loaded, emulated) as (laboratory, equipment):
+        _execute(
+            laboratory,
+            equipment,
+            path,
+            lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
+            emulated=emulated,
+        )
 
 
 def go_on(path: Path, *, emulated: bool = False) -> None:
     """Go on with a run in a laboratory."""
     from turing_learning.runs import resume_laboratory, stored_laboratory
 
-    laboratory = stored_laboratory(path)
-    equipment = _equipment(laboratory, emulated)
-    _execute(
-        laboratory,
-        equipment,
-        path,
-        lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
-        emulated=emulated,
-    )
+    with _opened(stored_laboratory(path), emulated) as (laboratory, equipment):
+        _execute(
+            laboratory,
+            equipment,
+            path,
+            lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
+            emulated=emulated,
+        )
 
 
 @app.command(epilog="Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv")
@@ -146,10 +148,19 @@ def _load(
     return load_laboratory(config, overrides, labels)
 
 
-def _equipment(laboratory: "Laboratory", emulated: bool) -> "Equipment":
-    from turing_learning.robots import real_equipment, rehearse
+@contextmanager
+def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laboratory, Equipment]]":
+    """Lend the laboratory and its doors; for a rehearsal as it can be emulated, and say what is made up."""
+    from turing_learning.robots import as_emulated, real_equipment, rehearse
 
-    return rehearse(laboratory) if emulated else real_equipment(laboratory.setup)
+    if not emulated:
+        yield laboratory, real_equipment(laboratory.setup)
+        return
+    with as_emulated(laboratory) as rehearsed:
+        asked = laboratory.setup.camera.calibration
+        if rehearsed.setup.camera.calibration != asked:
+            typer.echo(f"rehearsal with a calibration of its own, as there is none yet: {asked}", err=True)
+        yield rehearsed, rehearse(rehearsed)
 
 
 def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipment") -> bool:

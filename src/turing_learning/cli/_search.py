@@ -38,7 +38,12 @@ def search_controller(
     ] = "aggregation",
     field_of_view: Annotated[
         float | None,
-        typer.Option("--field-of-view", metavar="DEG", help="Of the sensor; the scenario's by default.", parser=real),
+        typer.Option(
+            "--field-of-view",
+            metavar="DEG",
+            help="Of the sensor, in degrees; by default scenario.sensor.field_of_view, which is in rad.",
+            parser=real,
+        ),
     ] = None,
     steps: Annotated[
         int, typer.Option("--steps", metavar="N", help="Settings of each wheel speed, from -1 to 1.", parser=integer)

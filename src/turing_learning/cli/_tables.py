@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 
 _ALL = ("estimate", "90 %", "true", "error:estimate", "best model", "error:best", "paper")
-_PARTS = (("estimate", "true", "error:estimate"), ("90 %",), ("best model", "error:best", "paper"))
+_WITHOUT_PAPER = _ALL[:-1]
+_HALVES = (("estimate", "90 %", "true", "error:estimate"), ("best model", "error:best", "paper"))
+_PARTS = (("estimate", "90 %"), ("true", "error:estimate"), ("best model", "error:best", "paper"))
 _WITHOUT_TRUTH = ("estimate", "90 %", "best model")
 WIDEST = 1000  # characters, to ask how wide a table would be
 
@@ -55,10 +57,18 @@ def _print_places(console: Console, result: "Result") -> None:
 
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:
-    """Return one table, or on a narrow terminal, which would cut off its numbers, three below each other."""
-    whole = result_table(result, _WITHOUT_TRUTH if result.truth is None else _ALL)
-    fits = Measurement.get(console, console.options.update(width=WIDEST), whole).maximum <= console.width
-    return [whole] if fits or result.truth is None else [result_table(result, part) for part in _PARTS]
+    """Return one table, or on a narrow terminal, which would cut off its numbers, one without the paper's figure, or several."""
+    if result.truth is None:
+        return [result_table(result, _WITHOUT_TRUTH)]
+    for layout in ((_ALL,), (_WITHOUT_PAPER,), _HALVES):
+        tables = [result_table(result, columns) for columns in layout]
+        if all(_width(console, table) <= console.width for table in tables):
+            return tables
+    return [result_table(result, columns) for columns in _PARTS]
+
+
+def _width(console: Console, table: Table) -> int:
+    return Measurement.get(console, console.options.update(width=WIDEST), table).maximum
 
 
 def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
@@ -70,7 +80,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
         caption="; ".join(CAPTIONS[column] for column in columns if column in CAPTIONS),
     )
     table.caption_justify = "left"
-    table.add_column("parameter" if columns == _ALL else "")
+    table.add_column("parameter" if columns[0] == "estimate" and "best model" in columns else "")
     for column in columns:
         table.add_column(column.partition(":")[0], justify="right")
     for name, value in result.estimate.items():

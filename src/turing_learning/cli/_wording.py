@@ -11,8 +11,9 @@ _ARGUMENTS = {
     "length_s": "--window",
     "format": "--format",
     "keypoint": "--keypoint",
+    "every": "--every",
 }
-"""Arguments of `load_trajectories` and `windows`, and what they are called on the command line."""
+"""Arguments of `load_trajectories`, `thinned` and `windows`, and what they are called on the command line."""
 
 _RESUME = r"`turing_learning\.resume\((?P<run>'[^`]*'|\"[^`]*\"), genuine=\.\.\., simulate=\.\.\.\)`"
 _ELSEWHERE = "a system with a simulator of one's own has its doors in Python, see docs/own-system.md."
@@ -30,6 +31,12 @@ _SENTENCES = (
     (
         r"`genuine` must be windows of motion that varies; got the same at every step of all of them: (.*?)\. See what .*",
         r"`--trajectories` must be motion that varies; got the same at every step: \1. Give a file in which individuals move.",
+    ),
+    (r"keep those with recording\.thinned\((\d+)\)\.", r"keep those with --every \1."),
+    (r" Thin the faster recording, and", " Thin the faster recording with --every, and"),
+    (
+        r"`genuine` must be finite and at most (\S+) in size; got (.*?)\. Cut the gap out, or change the unit\.",
+        r"`--trajectories` must give signals of at most \1 in size; got \2. Check --scale and --fps.",
     ),
     # runs on recordings
     (
@@ -53,10 +60,6 @@ _SENTENCES = (
         r"`simulate` must have no headings, as the samples have none; got (\w+), (.*?)\. Give .*",
         r"`--model` must be one without headings, as `--trajectories` has none; got \1, \2. Give another model, or a file with "
         r"headings, see docs/trajectories.md.",
-    ),
-    (
-        r"`genuine` must be left out for simulated robots; got \w+\. A system of .*",
-        "`--trajectories` must be left out for a run on simulated robots; got one. Such a run needs nothing but its folder.",
     ),
     (
         r"`simulate` must be given for a system of one's own; got the configuration of (.*?) alone\. Call .*",
@@ -84,6 +87,7 @@ _SENTENCES = (
         r"for longer, or more individuals, and infer again, perhaps with a shorter --window.",
     ),
     (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
+    (r"with points=0 in `effort` and force=True", "with --points 0 and --force"),
     (r"force=True", "--force"),
     # studies
     (r"with `runs` and `first_seed`", "with --runs and --first-seed"),

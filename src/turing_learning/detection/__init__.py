@@ -13,7 +13,7 @@ Detection:
 
 `Detector`, `Verdict`, `RULES`
     Classifiers with votes and a threshold, which tell from motion which individuals behave abnormally.
-`Motion`, `load_motion`, `cut_recordings`
+`Motion`, `load_motion`, `holds_motion`, `cut_recordings`
     Motion samples of named individuals, from a file or from long recordings.
 `RecordedMotion`, `recorded_motion`, `TimedVerdict`
     Windows of recorded motion as a run wants them, and what a detector says of them over time.
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from ._compare import RuleComparison, compare_detectors, compare_rules
     from ._detector import RULES, Detector
     from ._generations import GenerationAccuracies, accuracy_over_generations, sampled_generations
-    from ._motion import Motion, cut_recordings, load_motion
+    from ._motion import Motion, cut_recordings, holds_motion, load_motion
     from ._own import keep_calibration
     from ._post_evaluation import PostEvaluation, count_agents, grid_models, post_evaluate
     from ._recorded import RecordedMotion, recorded_motion
@@ -68,6 +68,7 @@ __all__ = [
     "count_agents",
     "cut_recordings",
     "grid_models",
+    "holds_motion",
     "keep_calibration",
     "load_motion",
     "plant_abnormal",
@@ -84,7 +85,7 @@ _HOMES = {
     "_compare": ("RuleComparison", "compare_detectors", "compare_rules"),
     "_detector": ("RULES", "Detector"),
     "_generations": ("GenerationAccuracies", "accuracy_over_generations", "sampled_generations"),
-    "_motion": ("Motion", "cut_recordings", "load_motion"),
+    "_motion": ("Motion", "cut_recordings", "holds_motion", "load_motion"),
     "_post_evaluation": ("PostEvaluation", "count_agents", "grid_models", "post_evaluate"),
     "_own": ("keep_calibration",),
     "_recorded": ("RecordedMotion", "recorded_motion"),

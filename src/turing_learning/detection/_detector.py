@@ -1,6 +1,7 @@
 """Classifiers with votes and a threshold."""
 
-from collections.abc import Iterable
+import logging
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +23,7 @@ RULES = ("fittest", "unanimous", "single", "majority", "group", "archive", "jury
 DEFAULT_RULE = "discriminant"
 DRAWS = 20_000  # of genuine individuals, to place the threshold
 _ANY = 10.0**-DIGITS
+_LOGGER = logging.getLogger("turing_learning")
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +107,7 @@ class Detector:
         genuine : (individuals, samples, T, D)
             Motion of normal individuals, at least two. The first half weighs the votes, the second places the threshold.
         abnormal : (individuals, samples, T, D)
-            Motion of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
+            Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
         rule, false_alarms
             As for the class.
 
@@ -122,6 +124,7 @@ class Detector:
         abnormal = checked_motion("abnormal", abnormal, signals=signals, steps=genuine.shape[2])
         if len(genuine) < 2:
             raise ConfigurationError(f"`genuine` must hold at least 2 individuals; got {len(genuine)}.")
+        _refuse_same(genuine, abnormal)
         votes, abnormal_votes = _votes(classifier, genomes, genuine), _votes(classifier, genomes, abnormal)
         half = len(genuine) // 2
         weights = weigh(rule, votes[:, :half], abnormal_votes)
@@ -227,6 +230,9 @@ class Detector:
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
 
+        If nobody could be called abnormal, or the detector does not tell the motion apart that it was calibrated with, a warning
+        is logged, with the numbers.
+
         The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest (Page, Continuous
         inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between the mean scores of
         genuine and of abnormal samples.
@@ -245,6 +251,9 @@ class Detector:
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
         scores = self._judge_all(motion.samples, "motion", motion.individuals)
         threshold = self.threshold(scores.shape[1])
+        self._warn_if_blind()
+        if threshold <= 0:
+            self._warn_if_none_can_be_below(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         return tuple(
             decide_verdict(name, row, threshold, middle) for name, row in zip(motion.individuals, scores, strict=True)
@@ -256,7 +265,7 @@ class Detector:
         A window speaks against an individual by how low its score lies among those of genuine samples, a stretch of consecutive
         windows by the mean of this in standard errors. An individual is called abnormal if its strongest stretch, of whatever
         length, is stronger than a threshold, placed where the stated share of genuine individuals with as many windows would be
-        called so, if windows are independent. All rules keep to that rate here.
+        called so, if windows are independent. All rules keep to that rate here. Warnings are logged as by `verdicts`.
 
         Parameters
         ----------
@@ -276,6 +285,8 @@ class Detector:
         scores = np.split(self.judge(np.concatenate(motion.samples)), np.cumsum(counts)[:-1])
         scan = Scan(self.genuine_scores)
         thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
+        self._warn_if_blind()
+        self._warn_if_none_can_be_above(scan, thresholds, counts)
         return tuple(
             scan.verdict(name, times, values, thresholds.get(len(values), 0.0))
             for name, times, values in zip(motion.individuals, motion.times, scores, strict=True)
@@ -295,6 +306,39 @@ class Detector:
         """
         _check_rate(share)
         return replace(self, false_alarms=share)
+
+    def _warn_if_blind(self) -> None:
+        """Log a warning if genuine motion that had no part in the weights scores no higher than abnormal motion."""
+        genuine, abnormal = float(self.genuine_scores.mean()), float(self.abnormal_scores.mean())
+        if genuine <= abnormal:
+            _LOGGER.warning(
+                "The classifiers do not tell genuine from abnormal motion: the mean score of %s that had no part in the weights is "
+                "%.3f, and that of abnormal motion %.3f. Verdicts mean nothing; run more generations, or calibrate with other "
+                "motion.",
+                _counted(len(self.genuine_scores), "genuine sample"), genuine, abnormal,
+            )  # fmt: skip
+
+    def _warn_if_none_can_be_below(self, samples: int) -> None:
+        """Log why nobody with so many samples can have a mean score below a threshold of 0."""
+        _LOGGER.warning(
+            "Nobody can be called abnormal by %s each: the threshold is 0, and no score is below it. Of genuine individuals, %.3g "
+            "have that score, and only %.3g may be called abnormal. Take more samples of each, another rule, or allow more false "
+            "alarms.",
+            _counted(samples, "sample"), np.mean(self._genuine_means(samples) <= 0), self.false_alarms,
+        )  # fmt: skip
+
+    def _warn_if_none_can_be_above(self, scan: Scan, thresholds: Mapping[int, float], counts: list[int]) -> None:
+        """Log how many individuals cannot be called abnormal, because even with score 0 their windows are too few."""
+        most = {count: float(scan.strengths(np.zeros(count))) for count in thresholds}
+        blind = [count for count in counts if count and most[count] <= thresholds[count]]
+        if blind:
+            _LOGGER.warning(
+                "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, and the threshold %.2f, "
+                "by %s and a share of false alarms of %.3g. Record for longer, calibrate with more genuine motion, or allow more "
+                "false alarms.",
+                len(blind), _counted(len(counts), "individual"), _counted(max(blind), "window"), most[max(blind)],
+                thresholds[max(blind)], _counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
+            )  # fmt: skip
 
     def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
         where = str if names is None else names.__getitem__
@@ -316,6 +360,16 @@ def check_rules(rules: Iterable[str]) -> tuple[str, ...]:
     return rules
 
 
+def _refuse_same(genuine: np.ndarray, abnormal: np.ndarray) -> None:
+    """Refuse samples as abnormal that are genuine, all of them."""
+    known, others = ({sample.tobytes() for sample in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
+    if others <= known:
+        raise ConfigurationError(
+            f"`abnormal` must be other motion than `genuine`; got {abnormal.shape[0] * abnormal.shape[1]} samples that are all in "
+            "`genuine`, too. Give motion of individuals that behave otherwise."
+        )
+
+
 def _check_rate(share: float) -> None:
     if not 0 < share < 1:
         raise ConfigurationError(f"`false_alarms` must be above 0 and below 1; got {share}.")
@@ -330,3 +384,7 @@ def _votes(classifier: Classifier, genomes: np.ndarray, motion: np.ndarray) -> n
 
 def _scores(weights: np.ndarray, votes: np.ndarray) -> np.ndarray:
     return np.round(np.tensordot(weights, votes, axes=1), DIGITS)
+
+
+def _counted(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

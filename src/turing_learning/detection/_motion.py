@@ -2,7 +2,7 @@
 
 import csv
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -63,6 +63,30 @@ def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
         )
     count = length // steps
     return recordings[:, : count * steps].reshape(individuals, count, steps, signals)
+
+
+def holds_motion(path: str | Path) -> bool:
+    """Return whether a file begins as those for `load_motion` do: numbers, an archive with ``samples``, or their heading.
+
+    Parameters
+    ----------
+    path
+        Any file; one that cannot be read does not.
+    """
+    path = Path(path)
+    try:
+        match path.suffix.lower():
+            case ".npy":
+                return np.lib.format.open_memmap(path, mode="r").dtype.kind in "fiuc"
+            case ".npz":
+                with zipfile.ZipFile(path) as archive:
+                    return "samples.npy" in archive.namelist()
+            case ".csv":
+                with path.open(encoding="utf-8-sig", newline="") as file:
+                    return bool(_keys(_heading(csv.reader(file))))
+    except (OSError, ValueError, zipfile.BadZipFile, csv.Error):
+        return False
+    return False
 
 
 def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[str] | None = None) -> Motion:
@@ -146,7 +170,12 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             return _from_rows(path, csv.reader(file), signals)
-    except (UnicodeDecodeError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(
+            f"`motion` must be text in UTF-8; got byte {error.object[error.start]:#04x} [{path}]. It may be in UTF-16, "
+            "Latin-1 or another encoding: save it as UTF-8."
+        ) from error
+    except csv.Error as error:
         raise ConfigurationError(f"`motion` must be a text file with commas; got {path} ({error}).") from error
 
 
@@ -154,9 +183,9 @@ def _from_rows(
     path: Path, rows: Iterable[Sequence[str]], signals: Sequence[str] | None
 ) -> tuple[tuple[str, ...], np.ndarray]:
     lines = iter(rows)
-    heading = [name.strip() for name in next(lines, [])]
-    keys = [name for name in _KEYS if name in heading]
-    if heading[: len(keys)] != keys or not {"individual", "step"} <= set(keys) or len(heading) == len(keys):
+    heading = _heading(lines)
+    keys = _keys(heading)
+    if not keys or len(heading) == len(keys):
         raise ConfigurationError(
             f"`motion` must begin with individual,step or individual,sample,step and the names of signals; "
             f"got {','.join(heading)!r} [{path}:1]."
@@ -167,6 +196,16 @@ def _from_rows(
             _take(cells, row, keys, len(heading), f"{path}:{line}")
     names, values = _assembled(cells, path, cut="sample" not in keys)
     return names, values if signals is None else values[..., _columns(heading[len(keys) :], signals, path)]
+
+
+def _heading(lines: Iterator[Sequence[str]]) -> list[str]:
+    return [name.strip() for name in next(lines, [])]
+
+
+def _keys(heading: list[str]) -> list[str]:
+    """Return the columns before the signals; none if a heading does not begin with them."""
+    keys = [name for name in _KEYS if name in heading]
+    return keys if heading[: len(keys)] == keys and {"individual", "step"} <= set(keys) else []
 
 
 def _columns(found: list[str], signals: Sequence[str], path: Path) -> list[int]:

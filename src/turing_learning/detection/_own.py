@@ -38,6 +38,7 @@ def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: 
         The file; None if fewer than two samples were held out, or the simulations fail.
     """
     rng, system = stream(seed, OWN_CALIBRATION), source.system
+    source.generation = None  # the run is over
     try:
         genuine = _genuine(source, rng)
         if len(genuine) < 4:

@@ -58,6 +58,8 @@ def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMot
     try:
         windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
     except ValueError as error:
+        if recording.every > 1:
+            raise ConfigurationError(str(error)) from error
         raise ConfigurationError(
             f"`motion` must hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps; "
             f"got {len(recording.positions)} frames, of which none does. Record for longer, or bridge gaps."

@@ -55,7 +55,7 @@ class PinnedDown:
     interval_share
         Width of the interval of the estimate; None where it is not known.
     open_share
-        Width of what its profile leaves open; None without profile.
+        Width of what its profile may leave open, at most; None without profile.
     recovery_error
         Largest error of the recoveries; None without recovery.
     """
@@ -76,7 +76,7 @@ class PinnedDown:
             ),
             (
                 self.open_share is not None and self.open_share >= WIDE,
-                f"{self.open_share or 0:.0%} of the range cannot be told apart",
+                f"up to {self.open_share or 0:.0%} of the range may be open",
             ),
             (
                 self.recovery_error is not None and self.recovery_error >= FAR,

@@ -16,6 +16,8 @@ CHECK = 8
 OBSERVING, TESTING, PROFILING, COMPARING = range(4)
 LEAST_TESTING = 4
 """Genuine samples that must be kept out for a test."""
+LEAST_POINTS = 6
+"""Values of a profile: with fewer, the stretch between the neighbors of one of them is half of the range or more."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Effort:
     generations, population
         Of the fresh classifiers in the test of the estimate.
     points
-        Values of each parameter in a profile, over its initial range; 0 leaves profiles out.
+        Values of each parameter in a profile, over its initial range, at least 6; 0 leaves profiles out.
     profile_generations, profile_population
         Of the fresh classifiers at each of these values.
 
@@ -52,6 +54,11 @@ class Effort:
             value = getattr(self, name)
             if type(value) is not int or value < lowest:
                 raise ConfigurationError(f"`{name}` must be an integer of at least {lowest}; got {value!r}.")
+        if 0 < self.points < LEAST_POINTS:
+            raise ConfigurationError(
+                f"`points` must be at least {LEAST_POINTS}, or 0 for no profiles; got {self.points}. With fewer, a profile leaves "
+                "half of the range open whatever the samples say."
+            )
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +153,7 @@ def own_evidence(
         If too few samples were held out, or all of them are of one group.
     """
     system, rng = source.system, stream(seed, OBSERVING)
-    source.generation = 1  # from here on a failed simulation is left out
+    source.generation = None  # a failed simulation is left out
     learning, testing = data.learning, data.testing
     if data.live is not None:
         learning, testing = (_observed(data, system.steps, effort.samples, rng) for _ in range(2))

@@ -18,7 +18,8 @@ The laboratory
     through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
     generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
     are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
-    do. `rehearse` opens the doors to an emulated one. `write_table` exports tracks, `refuse_taken_table` asks before.
+    do. `rehearse` opens the doors to an emulated one; `as_emulated` leaves out what that lacks. `write_table`
+    exports tracks, `refuse_taken_table` asks before.
 The robots that are not there
     `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
 The laboratory that is not there
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from .emulation._console import obey, usage
     from .emulation._emulated_robot import Body, EmulatedRobot
     from .emulation._motion import move_alone
-    from .emulation._rehearsal import rehearse
+    from .emulation._rehearsal import as_emulated, rehearse
     from .emulation._robot_server import RobotServer, serve_tcp, serve_terminal
     from .emulation._service import ArenaService
     from .emulation._simulated import SimulatedLaboratory
@@ -108,6 +109,7 @@ __all__ = [
     "Tracker",
     "TriangleMarkers",
     "VirtualClock",
+    "as_emulated",
     "calibrate_lens",
     "compare_labels",
     "find_landmarks",
@@ -139,7 +141,7 @@ _HOMES = {
     "emulation._console": ("obey", "usage"),
     "emulation._emulated_robot": ("Body", "EmulatedRobot"),
     "emulation._motion": ("move_alone",),
-    "emulation._rehearsal": ("rehearse",),
+    "emulation._rehearsal": ("as_emulated", "rehearse"),
     "emulation._robot_server": ("RobotServer", "serve_tcp", "serve_terminal"),
     "emulation._service": ("ArenaService",),
     "emulation._simulated": ("SimulatedLaboratory",),

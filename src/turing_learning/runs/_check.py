@@ -11,7 +11,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import Genuine, OwnSource
+from turing_learning.sources import Genuine, OwnSource, OwnSystemError
 
 from ._errors import RunFolderError, storage
 from ._files import write_json
@@ -194,7 +194,12 @@ class Checker:
         for place, name in enumerate(self.result.estimate if self.effort.points else ()):
             if name not in content["profiles"]:
                 self.stage(f"fresh classifiers where {name} is moved")
-                found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
+                try:
+                    found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
+                except OwnSystemError as error:
+                    raise OwnSystemError(
+                        f"{error} Or check without profiles, with points=0 in `effort` and force=True."
+                    ) from error
                 content["profiles"][name] = found.to_json()
                 _keep(content, path)
 

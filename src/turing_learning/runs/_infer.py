@@ -20,6 +20,7 @@ from ._own import (
     OwnOptions,
     Range,
     describe_system,
+    given_again,
     open_source,
     refuse_unknown_options,
     refuse_without_system,
@@ -180,7 +181,7 @@ def resume(
     Parameters
     ----------
     path
-        The run folder. One that is finished is left as it is.
+        The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
     genuine, simulate
         Of a system of one's own: the samples that the run began with, and the simulator, neither of which is in the folder.
     workers, timeout_s
@@ -210,9 +211,12 @@ def resume(
     given = {"workers": workers, "timeout_s": timeout_s}
     options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
 
+    folder = RunFolder(Path(path))
+    data = given_again(folder, folder.configuration(), genuine, simulate, options)
+
     def reopen(folder: RunFolder, configuration: Configuration) -> OwnSource | None:
         _refuse_laboratory(folder)
-        return reopen_source(folder, configuration, genuine, simulate, options)
+        return reopen_source(folder, configuration, data, simulate, options)
 
     return go_on(path, reopen, threads=threads, observer=observer, should_stop=should_stop)
 

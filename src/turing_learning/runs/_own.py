@@ -224,29 +224,47 @@ def _headings(measured: Any) -> Literal["", "with", "without"]:
     return "with" if known else "without"
 
 
-def reopen_source(
+def given_again(
     folder: RunFolder, configuration: Configuration, genuine: Any, simulate: Any, options: OwnOptions
+) -> Genuine | None:
+    """Return the samples of a stored run, None if they are not given; a run that is finished needs none, but no others either.
+
+    Raises
+    ------
+    ConfigurationError
+        If the simulator is another, or something is given that the run has no use for.
+    RunFolderError
+        If the samples are not those that the run began with.
+    """
+    if not isinstance(configuration, OwnConfiguration):
+        refuse_without_system(genuine=genuine, simulate=simulate, **options)
+        return None
+    if simulate is not None:
+        _refuse_others_samples(configuration.scenario, simulate)
+    return None if genuine is None else same_data(folder.path, configuration.scenario, genuine)
+
+
+def reopen_source(
+    folder: RunFolder, configuration: Configuration, data: Genuine | None, simulate: Any, options: OwnOptions
 ) -> OwnSource | None:
     """Return the sample source with which a stored run goes on; None for a run of simulated robots.
 
     Raises
     ------
     ConfigurationError
-        If the simulator or a setting is refused, or something is given that the run has no use for.
+        If the simulator or a setting is refused.
     RunFolderError
-        If simulator or samples are missing, or the samples are not those that the run began with.
+        If simulator or samples are missing.
     """
     if not isinstance(configuration, OwnConfiguration):
-        refuse_without_system(genuine=genuine, simulate=simulate, **options)
         return None
-    if genuine is None or simulate is None:
-        missing = "genuine" if genuine is None else "simulate"
+    if data is None or simulate is None:
+        missing = "genuine" if data is None else "simulate"
         raise RunFolderError(
             f"`{missing}` must be given to go on with a system of one's own, which no folder can hold whole; got nothing "
             f"[{folder.path}]. Call {going_on(folder.path, configuration)} from Python."
         )
-    system = configuration.scenario
-    return open_source(system, same_data(folder.path, system, genuine), simulate, options)
+    return open_source(configuration.scenario, data, simulate, options)
 
 
 def refuse_without_source(configuration: Configuration, source: object | None) -> None:

@@ -44,7 +44,7 @@ class Pooled:
     generations
         Of each run.
     seeds
-        Of the K runs.
+        Of the runs.
     estimate
         Median of the estimates of the runs; of parameters on a logarithmic scale, of their logarithms.
     interval
@@ -55,7 +55,7 @@ class Pooled:
         R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it. NaN where no run has
         moved.
     estimates
-        Name -> the K estimates, in the order of `seeds`.
+        Name -> the estimates of the runs, in the order of `seeds`.
     truth
         The agents' parameters; None where there is no truth.
     estimate_absolute_error, estimate_mae

@@ -195,8 +195,8 @@ class Result:
         Parameters
         ----------
         **options
-            Of `turing_learning.runs.check_run`: genuine, simulate, recording, groups, effort, recoveries,
-            recovery_generations, seed, workers, timeout_s, force, stage.
+            `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a system of one's own also `genuine`,
+            `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see `turing_learning.runs.check_run`.
 
         Raises
         ------

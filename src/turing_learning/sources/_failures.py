@@ -23,10 +23,10 @@ class FailureLog:
         self._names = names
         self._listed: list[tuple[int, tuple[float, ...], str]] = []
 
-    def add(self, generation: int, parameters: np.ndarray, reason: str) -> None:
-        """Count a failure of a model with parameters (P,) in a generation."""
+    def add(self, generation: int | None, parameters: np.ndarray, reason: str) -> None:
+        """Count a failure of a model with parameters (P,), and list it if it is of a generation."""
         self.count += 1
-        if len(self._listed) < MOST_LISTED:
+        if generation is not None and len(self._listed) < MOST_LISTED:
             self._listed.append((generation, tuple(parameters.tolist()), reason[:LONGEST_REASON]))
 
     def summary(self) -> dict[str, Any]:

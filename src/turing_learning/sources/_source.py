@@ -43,7 +43,8 @@ class OwnSource:
     system, genuine
         As given.
     generation
-        Number of the generation that is collected next; whoever runs the generations keeps it.
+        Number of the generation that is collected next; whoever runs the generations keeps it. None for simulations after a
+        run, as in a check: there models fail as in later generations, and no message speaks of generations and bounds.
     failed : (M,) bool
         Which simulations of the last generation failed.
     log
@@ -66,7 +67,7 @@ class OwnSource:
     ) -> None:
         self.system = system
         self.genuine = genuine
-        self.generation = 0
+        self.generation: int | None = 0
         self.failed = np.zeros(0, dtype=bool)
         self.log = FailureLog(system.parameter_names)
         self._live = genuine.live
@@ -187,18 +188,19 @@ class OwnSource:
         if not simulated.failed.any():
             return
         if self.log.count == 0:
+            when = "" if self.generation is None else f" in generation {self.generation}"
             _LOGGER.warning(
-                "%d of %d simulations failed in generation %d, the first with %s.",
-                np.count_nonzero(simulated.failed), len(simulated.failed), self.generation, simulated.first_failure(),
+                "%d of %d simulations failed%s, the first with %s.",
+                np.count_nonzero(simulated.failed), len(simulated.failed), when, simulated.first_failure(),
             )  # fmt: skip
         for k in sorted(simulated.reasons):
             self.log.add(self.generation, simulated.parameters[k], simulated.reasons[k])
 
 
 class _Simulated:
-    """The samples of one generation as they come in."""
+    """The samples of one generation, or of one step of a check, as they come in."""
 
-    def __init__(self, system: OwnSystem, parameters: np.ndarray, generation: int) -> None:
+    def __init__(self, system: OwnSystem, parameters: np.ndarray, generation: int | None) -> None:
         self.parameters = parameters
         self.failed = np.zeros(len(parameters), dtype=bool)  # which models have no samples, (M,)
         self.reasons: dict[int, str] = {}
@@ -245,10 +247,13 @@ class _Simulated:
         self.reasons |= dict.fromkeys(places.tolist(), reason)
         self.failed[places] = True
         if 2 * len(self.reasons) > len(self.parameters):
+            of, place, remedy = "", "", "Repair the simulator."
+            if self._generation is not None:
+                of, place = " of a generation", f" [generation {self._generation}]"
+                remedy = "Narrow the bounds of the parameters, or repair the simulator."
             raise OwnSystemError(
-                f"`simulate` must not fail for more than half of the {len(self.parameters)} models of a generation; got "
-                f"{len(self.reasons)} failures or more [generation {self._generation}], the first with "
-                f"{self.first_failure()}. Narrow the bounds of the parameters, or repair the simulator."
+                f"`simulate` must not fail for more than half of the {len(self.parameters)} models{of}; got "
+                f"{len(self.reasons)} failures or more{place}, the first with {self.first_failure()}. {remedy}"
             )
 
 

@@ -37,14 +37,17 @@ def _runs(runs: Iterable[StudyRun], keys: Sequence[str], names: Sequence[str]) -
     yield [
         "run", "seed", *keys, "state", "verdict", "reason", "generations", "selection_stopped", "mae", "estimate_mae",
         *(f"{column}_{name}" for column in numbers for name in names),
+        *(f"interval_{end}_{name}" for end in ("low", "high") for name in names),
     ]  # fmt: skip
     for run in runs:
         content = run.result or {}
         values = ((content.get(column) or {}).get(name) for column in numbers for name in names)
+        intervals = content.get("interval") or {}
+        ends = ((intervals.get(name) or (None, None))[end] for end in (0, 1) for name in names)
         yield [
             run.number, run.seed, *(run.settings[key] for key in keys), run.state, run.verdict, run.reason,
             *(content.get(name) for name in ("generations", "selection_stopped", "mae", "estimate_mae")),
-            *values,
+            *values, *ends,
         ]  # fmt: skip
 
 

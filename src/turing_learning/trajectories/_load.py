@@ -7,10 +7,11 @@ from typing import Literal
 
 import numpy as np
 
+from ._assemble import LARGEST
 from ._recording import Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
 from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
-from .readers._text import LONGEST_LINE
+from .readers._text import LONGEST_LINE, refuse_utf16
 
 _ALL = (
     _idtracker.FORMAT,
@@ -46,9 +47,10 @@ def load_trajectories(
     path
         A file; for TRex also a folder with a file for each individual.
     fps
-        Frame rate (1/s), needed where the file does not state it.
+        Frame rate (1/s), from 1e-9 to 1e9, needed where the file does not state it.
     pixels_per_cm
-        Scale, needed where the file is not in cm; "unknown" leaves positions in pixels, 1 is for a file in cm.
+        Scale, from 1e-9 to 1e9, needed where the file is not in cm; "unknown" leaves positions in pixels, 1 is for a file
+        in cm.
     format
         One of `FORMATS`; None finds it from the content.
     y_axis
@@ -68,7 +70,7 @@ def load_trajectories(
     Raises
     ------
     ValueError
-        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, or stated
+        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, absurd, or stated
         twice and differently; the file is cut off, damaged or contradicts itself (with file and line, or dataset).
     OSError
         If the file cannot be opened.
@@ -97,6 +99,7 @@ def finish(
 ) -> Trajectories:
     """Bring what a file states and what the user states together: cm, y upwards, frame rate."""
     scale = _scale(recording, pixels_per_cm, source)
+    _check_extent(recording, scale, source)
     flip = _direction(recording, y_axis, source) == "down"
     positions, headings = recording.positions / (scale or 1.0), recording.headings
     if flip:
@@ -119,8 +122,8 @@ def finish(
 
 def _check_options(fps: object, pixels_per_cm: object, y_axis: object, min_confidence: object) -> None:
     for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
-        if value is not None and not (_is_number(value) and value > 0):  # type: ignore[operator]
-            raise ValueError(f"`{name}` must be a finite number above 0; got {value!r}.")
+        if value is not None and not (_is_number(value) and 1 / LARGEST <= value <= LARGEST):  # type: ignore[operator]
+            raise ValueError(f"`{name}` must be a number from {1 / LARGEST:g} to {LARGEST:g}; got {value!r}.")
     if y_axis not in (None, "up", "down"):
         raise ValueError(f"`y_axis` must be 'up' or 'down'; got {y_axis!r}.")
     if min_confidence is not None and not _is_number(min_confidence):
@@ -164,17 +167,15 @@ def _look(path: Path) -> Glance:
         return Glance(arrays=_trex.archive_names(path))
     if head.startswith(b"\x93NUMPY"):
         return Glance(npy=True)
+    refuse_utf16(head, path)
     return Glance(lines=_first_lines(path))
 
 
 def _first_lines(path: Path) -> tuple[str, ...]:
-    """Return the first four lines, none if the file is no text."""
+    """Return the first four lines, none if the file is no text; who reads them refuses what is not UTF-8, with its line."""
     with path.open("rb") as file:
         raw = [file.readline(LONGEST_LINE) for _ in range(4)]
-    try:
-        text = [line.decode("utf-8-sig" if k == 0 else "utf-8").rstrip("\r\n") for k, line in enumerate(raw)]
-    except UnicodeDecodeError:
-        return ()
+    text = [line.decode("utf-8-sig" if k == 0 else "utf-8", "replace").rstrip("\r\n") for k, line in enumerate(raw)]
     return tuple(line for line in text if line) if not any("\0" in line for line in text) else ()
 
 
@@ -212,6 +213,16 @@ def _scale(recording: Recording, pixels_per_cm: float | str | None, source: str)
             'Say "unknown" to stay in pixels, 1 if the file is in cm.'
         )
     return None if pixels_per_cm == "unknown" else float(pixels_per_cm)
+
+
+def _check_extent(recording: Recording, scale: float | None, source: str) -> None:
+    """Refuse a scale by which coordinates in cm would be as absurd as those in the file may not be."""
+    farthest = float(np.abs(recording.positions[recording.present]).max(initial=0.0))
+    if scale is not None and farthest / scale > LARGEST:
+        raise ValueError(
+            f"`pixels_per_cm` must leave coordinates within +-{LARGEST:.0e} cm; got {scale:g}, by which {farthest:g} is "
+            f"{farthest / scale:g} cm [{source}]."
+        )
 
 
 def _direction(recording: Recording, y_axis: YAxis | None, source: str) -> YAxis:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._stretches import next_true
+from ._stretches import every, next_true
 
 JUMP_FACTOR = 20.0
 """Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,
@@ -55,6 +55,8 @@ class Problems:
     still
         Names of the individuals that are in the same place in all of their frames, two or more: a track that was lost, a dead
         animal, or a mark on the ground.
+    every
+        Only one frame in so many is there, evenly; 1 otherwise.
     unit
         Of lengths, that of the recording.
     """
@@ -69,6 +71,7 @@ class Problems:
     frames: int
     remarks: tuple[str, ...] = ()
     still: tuple[str, ...] = ()
+    every: int = 1
     unit: str = "cm"
 
     @property
@@ -77,7 +80,10 @@ class Problems:
         return bool(any(self.missing.values()) or self.jumps or self.still or self.repeated_frames or self.empty_frames)
 
     def __str__(self) -> str:
-        lines = [
+        lines = (
+            [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
+        )
+        lines += [
             f"{name}: {count} of {_counted(self.frames)} missing, in {_counted(self.gaps[name], 'gap')} of up to "
             f"{self.longest_gap[name]}"
             for name, count in self.missing.items()
@@ -135,6 +141,7 @@ def find_problems(
         frames=len(present),
         remarks=remarks,
         still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
+        every=every(present),
         unit=unit,
     )
 

@@ -51,3 +51,9 @@ def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarra
 def wrap(angle: np.ndarray) -> np.ndarray:
     """Return angles (rad) in [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def every(present: np.ndarray) -> int:
+    """Return k where only one frame in k has anybody (F, A), evenly, in three frames or more; else 1."""
+    frames = np.flatnonzero(present.any(axis=1))
+    return int(np.gcd.reduce(np.diff(frames))) if len(frames) > 2 else 1

@@ -10,7 +10,7 @@ import numpy as np
 from ._checks import whole
 from ._problems import JUMP_FACTOR, Problems, find_problems
 from ._signals import Signals, compute_signals
-from ._stretches import bridge
+from ._stretches import bridge, every
 from ._windows import Cut, Windows, cut_windows
 
 if TYPE_CHECKING:
@@ -104,6 +104,11 @@ class Trajectories:
         return (len(self.positions) - 1) / self.fps
 
     @property
+    def every(self) -> int:
+        """Only one frame in so many is there, evenly, as where a tracker left the others out; 1 otherwise."""
+        return every(self.present)
+
+    @property
     def problems(self) -> Problems:
         """What `check` finds with its defaults."""
         return self.check()
@@ -163,26 +168,25 @@ class Trajectories:
         )
 
     def thinned(self, every: int) -> "Trajectories":
-        """Return a copy of every so many frames, at the lower frame rate that follows.
+        """Return a copy of one frame in so many, at the lower frame rate that follows; the first with anybody is one of them.
 
         Parameters
         ----------
         every
-            The first frame is kept, and from there on one in so many, 1 to the number of frames.
+            Of so many frames in a row one is kept, 1 to the number of frames; the first with anybody is among those that are kept.
 
         Raises
         ------
         ValueError
-            If `every` is not from 1 to the number of frames, or leaves nobody.
+            If `every` is not from 1 to the number of frames.
         """
         every = whole("every", every, least=1, most=len(self.positions))
+        first = int(np.argmax(self.present.any(axis=1))) % every
         kept = {
-            name: array[::every]
+            name: array[first::every]
             for name in ("positions", "present", "headings", "confidence", "interpolated")
             if (array := getattr(self, name)) is not None
         }
-        if not kept["present"].any():
-            raise ValueError(f"`every` must leave a frame with somebody present; got {every}.")
         remark = f"one frame in {every} was kept, frame numbers count those"
         return replace(self, **kept, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
 
@@ -302,8 +306,14 @@ class Trajectories:
         Raises
         ------
         ValueError
-            If an option is out of range, or no window is left for learning or for testing.
+            If an option is out of range, only one frame in several is there, or no window is left for learning or for testing.
         """
+        if self.every > 1:
+            raise ValueError(
+                f"`fps` must be the rate of the frames that are there; got {self.fps:g} per second, of which only one in "
+                f"{self.every} is there: {self.fps / self.every:g} per second. If that is the rate of what was tracked, keep "
+                f"those with recording.thinned({self.every})."
+            )
         names = self.individuals if individuals is None else individuals
         cut = Cut(
             steps=_steps(steps, length_s, self.fps),

@@ -135,7 +135,7 @@ def test_r_hat_does_not_depend_on_the_scale_nor_an_excursion():
 @pytest.mark.parametrize("told", [pooled_estimate, pooled_interval, r_hat])
 @pytest.mark.parametrize("shape", [(3, 4), (1, 4, 2), (2, 0, 2), (2, 4, 0)])
 def test_another_shape_is_refused(told, shape):
-    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(K, W, P\) with at least 2 runs"):
+    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(runs, W, P\) with at least 2 runs"):
         told(np.zeros(shape))
 
 

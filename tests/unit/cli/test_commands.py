@@ -232,6 +232,15 @@ def test_no_number_is_cut_off_on_a_narrow_terminal(call, monkeypatch):
     assert [heading in out for heading in ("estimate", "best model", "paper")] == [True] * 3
 
 
+def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")
+    assert code == 0
+    (heading,) = (line for line in out.splitlines() if "estimate" in line and "90 %" in line and "true" in line)
+    assert len(heading) <= 80
+    assert "best model" in out
+
+
 @pytest.mark.parametrize("bug", [ZeroDivisionError, OSError("what no user can cause")])
 def test_a_bug_is_not_hidden(bug, monkeypatch):
     import turing_learning.runs

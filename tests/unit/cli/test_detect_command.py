@@ -37,7 +37,7 @@ def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
     for text in ("individual", "judged genuine", "score", "verdict", "since sample"):
         assert text in out
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
-    assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
+    assert list(rows) == ["agent 1", "agent 2", "planted 1"]
     count = list(rows.values()).count("abnormal")
     assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule discriminant, " in out
 
@@ -81,6 +81,24 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     assert (
         content["threshold"]
         != json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["threshold"]
+    )
+
+
+def test_the_same_motion_cannot_be_genuine_and_abnormal(run, call):
+    np.save("motion.npy", np.random.default_rng(0).normal(8, 3, (9, 4, 10, 2)))
+    assert call("detect", run, "motion.npy", "--genuine", "motion.npy", "--abnormal", "motion.npy") == (
+        *(2, ""),
+        "error: `abnormal` must be other motion than `genuine`; got 36 samples that are all in `genuine`, too. Give motion of "
+        "individuals that behave otherwise.\n",
+    )
+
+
+def test_a_verdict_that_could_not_be_another_is_told(run, call, caplog, monkeypatch):
+    monkeypatch.setattr(Detector, "threshold", lambda self, samples: 0.0)
+    np.save("motion.npy", np.zeros((2, 1, 10, 2)))
+    assert call("detect", run, "motion.npy", "--rule", "single")[0] == 0
+    assert (
+        "Nobody can be called abnormal by 1 sample each: the threshold is 0, and no score is below it." in caplog.text
     )
 
 

@@ -87,6 +87,7 @@ def test_json_holds_what_the_table_holds(fish, trial, call):
     [
         (["trial.txt", "--fps", "25", "--scale", "1"], "`--fps` must be that of the run, 10; got 25"),
         (["trial.txt", "--fps", "10"], "`--scale` must be given; got none"),
+        (["trial.txt", "--fps", "10", "--scale", "1e-12"], r"`--scale` must be a number from 1e-09 to .*; got 1e-12\."),
         (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames.* \[short.txt\]"),
         (["none.txt", *OPTIONS], r"`motion` must be a file that can be read; got none.txt"),
         (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must be a file that ends with .csv; got x.txt"),
@@ -107,6 +108,40 @@ def test_what_does_not_fit_is_refused_in_one_line(fish, trial, call, arguments, 
     assert re.search(message, err), err
     assert err.count("\n") == 1
     assert not Path("x.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["samples.npy", "samples.npz", "samples.csv"])
+@pytest.mark.parametrize(("option", "value"), [("--scale", "3.0"), ("--fps", "10.0"), ("--y-axis", "up")])
+def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
+    samples = np.random.default_rng(0).normal(size=(2, 20, 2))
+    np.save("samples.npy", samples)
+    np.savez("samples.npz", samples=samples)
+    rows = [f"{k},{t},{samples[k, t, 0]},{samples[k, t, 1]}" for k in range(2) for t in range(20)]
+    Path("samples.csv").write_text("\n".join(["individual,step,speed,turn", *rows]) + "\n")
+    assert call("detect", fish, name)[0] == 0
+    assert call("detect", fish, name, option, value) == (
+        *(2, ""),
+        f"error: `{option[2:]}` must be left out where there is no recording; got {value} [{option}]. {name} holds samples of "
+        "the run's signals, in their units.\n",
+    )
+
+
+def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, call):
+    header, *rows = Path(write_recording("whole.csv", seed=1)).read_text().splitlines()
+    sparse = [row for row in rows if int(row.split(",")[0]) % 2 == 0]
+    Path("sparse.csv").write_text("\n".join([header, *sparse]) + "\n")
+    command = ("detect", fish, "sparse.csv", "--scale", "1", "--y-axis", "up")
+    assert call(*command, "--fps", "10") == (
+        *(2, ""),
+        "error: `--fps` must be the rate of the frames that are there; got 10 per second, of which only one in 2 is there: 5 per "
+        "second. If that is the rate of what was tracked, keep those with --every 2. [sparse.csv]\n",
+    )
+    code, out, err = call(*command, "--fps", "20", "--every", "2")
+    assert (code, err) == (0, "")
+    assert "of 6 abnormal, by windows of 20 steps" in out
+    assert "Thin the faster recording with --every, and infer again" in call(*command, "--fps", "40", "--every", "2")[2]
+    code, _, err = call(*command, "--fps", "20", "--every", "0")
+    assert (code, err) == (2, "error: `--every` must be a whole number from 1 to 499; got 0.\n")
 
 
 def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repeated(fish, trial, call, monkeypatch):
@@ -158,7 +193,7 @@ def swarm(tmp_path_factory):
     return folder
 
 
-CHEAP = ["--samples", "20", "--points", "2", "--recovery-generations", "2"]
+CHEAP = ["--samples", "20", "--points", "0", "--recovery-generations", "2"]
 
 
 def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, call):
@@ -176,9 +211,12 @@ def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, c
 
 def test_check_refuses_what_does_not_fit(swarm, fish, call):
     call("check", swarm, *CHEAP)
-    code, _, err = call("check", swarm, "--points", "3")
+    code, _, err = call("check", swarm, "--points", "7")
     assert code == 2
     assert "`run` must be checked with the settings that its check began with" in err
+    code, _, err = call("check", swarm, "--points", "2")
+    assert code == 2
+    assert "`points` must be at least 6, or 0 for no profiles; got 2" in err
     code, _, err = call("check", fish)
     assert code == 2
     assert "`--trajectories` and `--model` must be given to check a run on recorded motion" in err

@@ -218,9 +218,55 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
 def test_a_run_on_robots_needs_no_recording(call):
     small = ["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0", "--generations", "1"]
     assert call("infer", "aggregation", *SMALL, *small, "--out", "run")[0] == 0
-    code, _, err = call("check", "run", *RECORDED)
+    for command in ("check", "resume"):
+        for options in (RECORDED, ["--trajectories", str(TERMITES)], ["--fps", "25"]):
+            code, _, err = call(command, "run", *options)
+            given = f"`{options[0]}` must be left out for a run on simulated robots, which needs nothing but its folder; got"
+            assert (code, err) == (2, f"error: {given} {float(options[1]) if options[0] == '--fps' else options[1]}.\n")
+
+
+def test_a_finished_run_is_resumed_with_its_own_recording_and_model_only(call):
+    assert call("infer", *RECORDED, *SMALL, "--generations", "1", "--out", "run")[0] == 0
+    assert call("resume", "run")[0] == 0
+    assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
+    code, _, err = call("resume", "run", *without(RECORDED, "--scale"), "--scale", "10")
+    assert (code, err) == (
+        2,
+        "error: `--trajectories` must be the recording that the run began with, and its options the same; got others [run]. "
+        "Give those, or start a new run.\n",
+    )
+    code, _, err = call("resume", "run", *OTHER_MODEL)
     assert code == 2
-    assert err.startswith("error: `--trajectories` must be left out for a run on simulated robots; got one.")
+    assert "`--model` must have the parameters of the run" in err
+
+
+def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call):
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
+    rows = [f"{2 * t},{who},{x},{y}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
+    Path("sparse.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    options = [
+        "--trajectories",
+        "sparse.csv",
+        "--fps",
+        "20",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
+    small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
+    code, _, err = call("infer", *options, *small)
+    assert code == 2
+    assert (
+        "only one in 2 is there: 10 per second. If that is the rate of what was tracked, keep those with --every 2."
+        in err
+    )
+    assert call("infer", *options, "--every", "2", *small)[0] == 0
+    assert "interval_s = 0.1\n" in Path("run/config.toml").read_text()
+    assert call("resume", "run", *options, "--every", "2")[0] == 0
 
 
 def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(call):
@@ -269,6 +315,13 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         (
             ["--trajectories", "pickle.npy", *RECORDED[2:]],
             "it can run any code it holds: let idtracker.ai write h5 or csv.",
+        ),
+        ([*RECORDED, "--scale", "1e-12"], "`--scale` must be a number from 1e-09 to 1e+09; got 1e-12."),
+        ([*RECORDED, "--scale", "1e-7"], "`--scale` must leave coordinates within +-1e+09 cm; got 1e-07, by which"),
+        ([*RECORDED, "--fps", "1e12"], "`--fps` must be a number from 1e-09 to 1e+09; got 1000000000000.0."),
+        (
+            [*RECORDED, "--scale", "1e-5", "--fps", "1e9", "--window", "2e-7"],
+            "`--trajectories` must give signals of at most 1e+09 in size; got ",
         ),
         ([*RECORDED, "--y-axis", "left"], "`--y-axis` must be 'up' or 'down'; got 'left'."),
     ],

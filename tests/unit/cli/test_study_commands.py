@@ -134,6 +134,14 @@ def test_threads_are_refused_for_a_study(finished, call):
     assert err.startswith("error: `threads` must be left out for a study, whose runs have one thread each; got 2")
 
 
+def test_a_study_has_no_recording(finished, call):
+    for option, value in (("--fps", "25.0"), ("--y-axis", "up"), ("--trajectories", "fish.txt")):
+        assert call("resume", finished, option, value) == (
+            *(2, ""),
+            f"error: `{option}` must be left out for a study, which needs nothing but its folder; got {value}.\n",
+        )
+
+
 def test_a_run_that_fails_ends_the_command_of_an_array_with_code_1(call, tmp_path):
     code, out, _ = call("study", "aggregation", *SMALL, "--runs", 1, "--out", "study", "--write-slurm", "job.sh")
     assert code == 0

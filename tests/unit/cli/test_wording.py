@@ -27,7 +27,7 @@ def said() -> tuple[str, ...]:
 def longest_text(pattern: str) -> str:
     """Return the longest text in a pattern without the name in front, which is a field in some messages."""
     pattern = re.sub("^`[a-z]+`", "", pattern)
-    parts = re.split(r"\\[dSw]\+|\.\*\??|\.\+\??|\((?:\?:)?|\)\??|\|", pattern)
+    parts = re.split(r"\\[dSw]\+|\.\*\??|\.\+\??|(?<!\\)\((?:\?:)?|(?<!\\)\)\??|\|", pattern)
     return max((re.sub(r"\\(.)", r"\1", part) for part in parts), key=len)
 
 

@@ -1,8 +1,10 @@
+import logging
+
 import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import RULES, Detector, Motion
+from turing_learning.detection import RULES, Detector, Motion, RecordedMotion
 
 RNG = np.random.default_rng(3)
 LIMITS = np.array([[-1.0], [2.0], [4.0], [9.0]])  # accept everything, two that tell, accept nothing
@@ -155,7 +157,16 @@ def test_a_detector_that_cannot_be_made_is_refused(detector, options, message):
             r"^`genuine` must be real numbers of shape \(individuals, samples",
         ),
         (np.ones((2, 3, 4, 2)), np.zeros((2, 3, 5, 2)), r"^`abnormal` must be .*\(any, any, 4, 2\), not empty; got "),
-        (np.ones((2, 3, 4, 2)), np.ones((2, 3, 4, 2)), "^`genomes` must hold a classifier that tells .* got 4 that"),
+        (
+            np.ones((2, 3, 4, 2)),
+            np.ones((2, 3, 4, 2)) * [1, 2],
+            "^`genomes` must hold a classifier that tells .* got 4",
+        ),
+        (
+            np.arange(48.0).reshape(2, 3, 4, 2),
+            np.arange(48.0).reshape(2, 3, 4, 2)[::-1, 1:],
+            "^`abnormal` must be other motion than `genuine`; got 4 samples that are all in `genuine`, too. Give motion of",
+        ),
     ],
 )
 def test_motion_that_cannot_calibrate_is_refused(speed_limits, genuine, abnormal, message):
@@ -185,3 +196,47 @@ def test_no_sample_has_no_threshold(detector):
 def test_another_share_of_false_alarms_is_checked(detector):
     with pytest.raises(ConfigurationError, match=r"^`false_alarms` must be above 0 and below 1; got 2"):
         detector().with_false_alarms(2)
+
+
+def test_a_threshold_that_no_score_is_below_is_told_with_the_numbers(detector, motion_at, caplog):
+    found = detector(rule="single")  # by a single sample, and one classifier, the score is 0 or 1
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        assert not any(verdict.abnormal for verdict in found.verdicts(motion_at([[0.0], [6.0]])))
+        share = np.mean(found.genuine_scores == 0)
+        assert caplog.messages == [
+            "Nobody can be called abnormal by 1 sample each: the threshold is 0, and no score is below it. Of genuine individuals, "
+            f"{share:.3g} have that score, and only 0.01 may be called abnormal. Take more samples of each, another rule, or allow "
+            "more false alarms."
+        ]
+        caplog.clear()
+        assert found.verdicts(motion_at([[0.0] * 10, [6.0] * 10]))[0].abnormal
+        assert found.with_false_alarms(0.5).verdicts(motion_at([[0.0], [6.0]]))[0].abnormal
+    assert caplog.messages == []
+
+
+def test_classifiers_that_do_not_tell_the_motion_apart_are_told(speed_limits, motion_at, caplog):
+    genuine, abnormal = motion_at([[9, 9], [1, 3]]), motion_at([[5, 5]])  # the first half tells, the second does not
+    found = Detector.calibrate(speed_limits, LIMITS[:3], genuine=genuine, abnormal=abnormal, rule="majority")
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        found.verdicts(motion_at([[1.0]]))
+    assert caplog.messages == [
+        "The classifiers do not tell genuine from abnormal motion: the mean score of 2 genuine samples that had no part in the "
+        "weights is 0.500, and that of abnormal motion 1.000. Verdicts mean nothing; run more generations, or calibrate with other "
+        "motion."
+    ]
+
+
+def test_too_few_windows_for_any_evidence_are_told_with_the_numbers(detector, motion_at, caplog):
+    found = detector(rule="single")
+    windows = [motion_at([[0.0] * count])[0] for count in (1, 40, 0)]
+    times = tuple(np.stack((np.arange(len(each)), np.arange(len(each)) + 1.0), axis=1) for each in windows)
+    motion = RecordedMotion(("short", "long", "never"), tuple(windows), times, 40.0)
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        short, long, never = found.timeline(motion)
+    assert (short.abnormal, long.abnormal, never.abnormal) == (False, True, False)
+    assert short.strength <= short.threshold
+    assert caplog.messages == [
+        "1 of 3 individuals cannot be called abnormal, whatever they do: the evidence in 1 window is at most "
+        f"{short.strength:.2f}, and the threshold {short.threshold:.2f}, by 100 genuine samples and a share of false alarms of "
+        "0.01. Record for longer, calibrate with more genuine motion, or allow more false alarms."
+    ]

@@ -97,7 +97,7 @@ def test_a_table_that_does_not_hold_motion_is_refused(tmp_path, content, message
 
 def test_a_table_that_is_no_text_is_refused(tmp_path):
     (tmp_path / "motion.csv").write_bytes(b"individual,step,a\n\xff\xfe\x00")
-    with pytest.raises(ConfigurationError, match=r"^`motion` must be a text file with commas; got "):
+    with pytest.raises(ConfigurationError, match=r"^`motion` must be text in UTF-8; got byte 0xff \[.*motion.csv\]"):
         load(tmp_path / "motion.csv")
 
 

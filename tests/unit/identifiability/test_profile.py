@@ -7,6 +7,7 @@ import pytest
 from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
 from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile
 from turing_learning.identifiability._check import check_from_json
+from turing_learning.identifiability._evidence import LEAST_POINTS
 
 FLAT = Profile(
     "speed",
@@ -39,10 +40,26 @@ def test_a_parameter_with_an_effect_is_pinned_down_and_one_without_is_not(eviden
     given, estimate = evidence(), np.array([0.1, 0.2])
     mean, nothing = (profile(given, estimate, place, small, seed=2) for place in (0, 1))
     assert (mean.parameter, nothing.parameter) == ("mean", "nothing")
-    assert mean.values == pytest.approx((-3, -1, 0.1, 1, 3))
+    assert mean.values == pytest.approx((-3, -1.8, -0.6, 0.1, 0.6, 1.8, 3))
     assert mean.values[mean.place] == pytest.approx(0.1)
     assert mean.open_share < 0.5
     assert nothing.open_share > 0.5
+
+
+@pytest.mark.parametrize("estimate", [-1.0, -0.6, -0.59, -0.2, 0.0, 0.99])
+def test_the_coarsest_profile_can_pin_any_estimate_down(estimate):
+    numbers = np.append(np.linspace(-1, 1, LEAST_POINTS), estimate)
+    order = np.argsort(numbers, kind="stable")
+    near = np.abs(numbers[order] - estimate) < 0.02
+    found = Profile(
+        "speed",
+        values=tuple(numbers[order]),
+        numbers=tuple(numbers[order]),
+        place=int(np.flatnonzero(order == LEAST_POINTS)[0]),
+        accuracies=tuple(np.where(near, 0.5, 1.0)),
+        criticals=(0.6,) * (LEAST_POINTS + 1),
+    )
+    assert PinnedDown("speed", 0.1, found.open_share, None).pinned_down
 
 
 def test_reasons_name_what_speaks_against_a_parameter():
@@ -51,7 +68,7 @@ def test_reasons_name_what_speaks_against_a_parameter():
     loose = PinnedDown("speed", 0.6, 1.0, 0.3)
     assert loose.reasons == (
         "its interval is 60% of the initial range",
-        "100% of the range cannot be told apart",
+        "up to 100% of the range may be open",
         "a known truth was missed by 30% of the range",
     )
 

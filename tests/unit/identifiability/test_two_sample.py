@@ -69,3 +69,9 @@ def test_a_model_that_cannot_be_simulated_is_refused_by_name(evidence, small):
 def test_too_little_effort_is_refused(name, value):
     with pytest.raises(ConfigurationError, match=f"`{name}` must be an integer of at least"):
         Effort(**{name: value})
+
+
+@pytest.mark.parametrize("points", [1, 3, 5])
+def test_profiles_too_coarse_to_pin_anything_down_are_refused(points):
+    with pytest.raises(ConfigurationError, match=rf"`points` must be at least 6, or 0 for no profiles; got {points}\."):
+        Effort(points=points)

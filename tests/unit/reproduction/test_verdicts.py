@@ -104,6 +104,8 @@ def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees
     emergence = Emergence(np.full(4, 10.0), np.array([[d] * 4 for d in dispersions]), np.full((2, 4), 10.0))
     case = Case(AGGREGATION, "aggregation", EmergenceSizes(robots=5, trials=4))
     none = {"best_model": np.zeros((2, 4))}
-    outcome = Outcome(case, "default", (1, 2), none, none, np.zeros((1, 4)), {"best_model": emergence})
+    outcome = Outcome(
+        case, "default", (1, 2), none, none, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": emergence}
+    )
     claims = {"4.3-emergent-aggregation": load_claims()["4.3-emergent-aggregation"]}
     assert emergence_verdict(outcome, "best_model", claims).agrees is agrees

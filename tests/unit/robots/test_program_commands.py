@@ -1,5 +1,8 @@
 """The commands `robots check`, `robots run` and `robots track`, and `resume` for a run in a laboratory."""
 
+import re
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
@@ -7,6 +10,9 @@ from program_laboratory import ARENA, CALIBRATION, FILE, HOMES, LABELS, Scripted
 
 from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers
 from turing_learning.trajectories import load_trajectories
+
+PAGE = (Path(__file__).parents[3] / "docs" / "robots" / "laboratory.md").read_text(encoding="utf-8")
+(PRINTED,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 
 
 @pytest.fixture
@@ -48,6 +54,11 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
     assert code == 130
     assert "stopped after generation 2; go on with: turing-learning resume run" in err
     assert "generation 2/3" in out
+    code, _, err = call("resume", "run", "--fps", "25")
+    assert code == 2
+    assert err.startswith(
+        "error: `--fps` must be left out for a run in a laboratory, which needs nothing but its folder;"
+    )
     code, out, _ = call("resume", "run")
     assert code == 0
     assert "estimate" in out
@@ -80,10 +91,36 @@ def test_what_is_no_run_in_a_laboratory_is_not_gone_on_with(laboratory, call):
     )
 
 
-def test_a_rehearsal_without_a_calibration_is_refused_in_one_line(laboratory, call):
+def test_a_rehearsal_needs_neither_a_calibration_nor_landmarks(tmp_path, call):
+    (tmp_path / "lab.toml").write_text(PRINTED)
+    code, out, err = call("robots", "check", "--emulated")
+    assert (code, "BAD" in out) == (0, False)
+    assert err.startswith("rehearsal with a calibration of its own, as there is none yet: ")
+    small = [
+        "--set",
+        "models.population=4",
+        "--set",
+        "classifiers.population=4",
+        "--set",
+        "scenario.trial.duration_s=0.5",
+    ]
+    assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *small)[0] == 0
+    assert (tmp_path / "run" / "camera.json").exists()
+
+
+def test_a_calibration_that_is_there_is_that_of_the_rehearsal(laboratory, call):
+    (laboratory / "camera.json").write_text("{}")
+    code, _, err = call("robots", "check", "--emulated")
+    assert code == 2
+    assert err.startswith(
+        "error: `calibration` must be a turing-learning camera calibration of version 1; got something else at"
+    )
+
+
+def test_without_a_calibration_nothing_real_is_looked_at(laboratory, call):
     (laboratory / "camera.json").unlink()
     for command in (["check"], ["run"]):
-        code, _, err = call("robots", *command, "--emulated")
+        code, _, err = call("robots", *command)
         assert code == 2
         assert err.startswith("error: `camera.calibration` must be a readable file; got ")
         assert err.endswith("camera.json (No such file or directory). Calibrate the camera first.\n")

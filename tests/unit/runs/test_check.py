@@ -4,6 +4,7 @@ import io
 import json
 import re
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,10 +18,11 @@ from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs._check_present import check_listing, draw_check
+from turing_learning.sources import OwnSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
-QUICK = Effort(samples=20, generations=8, population=8, points=2, profile_generations=4, profile_population=8)
+QUICK = Effort(samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8)
 
 
 def infer(generations=6, **options):
@@ -341,3 +343,31 @@ def test_a_run_whose_folder_is_elsewhere_writes_nothing_where_it_was(tmp_path, h
             use()
     assert (list(path.iterdir()) == []) if there else not path.exists()
     assert tl.load_run(tmp_path / "elsewhere").report().exists()
+
+
+def test_a_simulator_that_fails_in_a_check_is_told_without_generations_and_bounds():
+    def broken(parameters, rng):
+        raise ZeroDivisionError("too fast")
+
+    with pytest.raises(OwnSystemError) as caught:
+        infer().check(simulate=broken, effort=QUICK)
+    assert re.fullmatch(
+        r"`simulate` must not fail for more than half of the \d+ models; got \d+ failures or more, the first with speed = .*: it "
+        r"raised ZeroDivisionError: too fast \[.*\]\. Repair the simulator\.",
+        str(caught.value),
+    )
+
+
+def test_a_simulator_that_fails_in_a_profile_may_be_checked_without():
+    result = infer()
+    estimate = np.array(list(result.estimate.values()))
+
+    def narrow(parameters, rng):
+        if not np.allclose(parameters, estimate):
+            raise ZeroDivisionError("too far")
+        return walk(parameters, rng)
+
+    with pytest.raises(OwnSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
+        result.check(simulate=narrow, effort=QUICK, recoveries=0)
+    found = result.check(simulate=narrow, effort=replace(QUICK, points=0), recoveries=0)
+    assert found.profiles == ()

@@ -234,6 +234,22 @@ def test_a_finished_run_needs_no_simulator(whole):
     assert tl.resume(whole).complete
 
 
+def test_a_finished_run_is_compared_with_what_is_given(whole, tmp_path):
+    assert tl.resume(whole, genuine=recorded()).complete
+    assert tl.resume(whole, genuine=recorded(), simulate=walk).complete
+    with pytest.raises(RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256"):
+        tl.resume(whole, genuine=recorded(seed=4), simulate=walk)
+    small = {
+        "models.population": 8,
+        "classifiers.population": 8,
+        "scenario.agents": 2,
+        "scenario.trial.duration_s": 1.0,
+    }
+    tl.infer("aggregation", generations=1, settings=small, out=tmp_path / "swarm")
+    with pytest.raises(ConfigurationError, match="`genuine` must be left out for simulated robots; got ndarray"):
+        tl.resume(tmp_path / "swarm", genuine=recorded())
+
+
 def test_a_live_source_is_observed_while_the_run_goes_on(tmp_path, stop_after):
     live = lambda rng: recorded(seed=int(rng.integers(1000)))  # noqa: E731
     whole = infer(genuine=live)

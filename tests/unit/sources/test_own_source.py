@@ -301,6 +301,22 @@ def test_a_generation_in_which_more_than_half_fail_ends_the_run():
     assert "[generation 6], the first with a = -0.142857 cm" in text
 
 
+def test_after_a_run_no_generation_is_named(caplog):
+    one = source(failing(noise_of_one, "raise"), batches=0)
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        collect(one, generation=None)
+    assert one.failed.sum() == 2
+    assert caplog.messages[0].startswith(
+        "2 of 8 simulations failed, the first with a = 0.714286 cm, b = 0.714286: it raised"
+    )
+    assert one.log.summary() == {"count": 2, "listed": []}
+    text = refused(source(failing(noise_of_one, "nan", above=-0.3), batches=0), generation=None)
+    assert text.startswith(
+        "`simulate` must not fail for more than half of the 8 models; got 5 failures or more, the first"
+    )
+    assert text.endswith("[step 3, signal y]. Repair the simulator.")
+
+
 def test_failed_models_are_rejected_by_every_classifier_and_archived_one():
     class Believer:
         parameters = 1

@@ -82,10 +82,12 @@ def test_the_direction_of_y_in_a_plain_table_is_never_guessed(tmp_path):
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ({"fps": 0}, "`fps` must be a finite number above 0; got 0"),
-        ({"fps": np.inf}, "`fps` must be a finite number above 0; got inf"),
-        ({"pixels_per_cm": -1}, "`pixels_per_cm` must be a finite number above 0; got -1"),
-        ({"pixels_per_cm": "ten"}, "`pixels_per_cm` must be a finite number above 0; got 'ten'"),
+        ({"fps": 0}, r"`fps` must be a number from 1e-09 to 1e\+09; got 0"),
+        ({"fps": np.inf}, r"`fps` must be a number from 1e-09 to 1e\+09; got inf"),
+        ({"fps": 1e-12}, r"`fps` must be a number from 1e-09 to 1e\+09; got 1e-12"),
+        ({"pixels_per_cm": -1}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got -1"),
+        ({"pixels_per_cm": 1e300}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got 1e\+300"),
+        ({"pixels_per_cm": "ten"}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got 'ten'"),
         ({"y_axis": "left"}, "`y_axis` must be 'up' or 'down'; got 'left'"),
         ({"min_confidence": np.nan}, "`min_confidence` must be a finite number; got nan"),
         ({"min_confidence": 0.5}, "`min_confidence` must be left out; got 0.5 for a file without confidence"),
@@ -99,6 +101,15 @@ def test_options_that_make_no_sense_are_refused(said, message, tmp_path):
         load_trajectories(path, **{"fps": 25, "pixels_per_cm": 10} | said)
 
 
+def test_a_scale_that_makes_distances_absurd_is_refused(tmp_path):
+    path = tmp_path / "fish.csv"
+    path.write_text("frame,x,y\n0,1,500\n1,3,4\n")
+    message = r"`pixels_per_cm` must leave coordinates within \+-1e\+09 cm; got 1e-07, by which 500 is 5e\+09 cm \["
+    with pytest.raises(ValueError, match=message):
+        load_trajectories(path, fps=25, pixels_per_cm=1e-7, y_axis="up")
+    assert load_trajectories(path, fps=25, pixels_per_cm=1e-6, y_axis="up").positions.max() == 5e8
+
+
 def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
     path = tmp_path / "both.csv"
     path.write_text("frame,id,x,y,pos_x,pos_y\n0,a,1,2,3,4\n")
@@ -108,7 +119,7 @@ def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
     np.testing.assert_array_equal(read.positions, [[[1, 2]]])
 
 
-@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\xfe\n", b"\n\n\n"])
+@pytest.mark.parametrize("content", [b"a,b\n1,2\n", b"hello", b"\x00\x01\xff" * 50, b"\xff\n", b"\n\n\n"])
 def test_an_unknown_content_is_refused(content, tmp_path):
     path = tmp_path / "some.dat"
     path.write_bytes(content)
@@ -116,6 +127,26 @@ def test_an_unknown_content_is_refused(content, tmp_path):
         ValueError, match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]"
     ):
         load_trajectories(path, fps=25, pixels_per_cm=10)
+
+
+TABLE = "frame,id,x,y,größe\n0,fähe,1,2,3\n1,fähe,1,2,3\n"
+
+
+@pytest.mark.parametrize("format", [None, "tidy"])
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (TABLE.encode("latin-1"), r"got byte 0xf6 \[.*fish.csv:1\]. It may be in Latin-1 .*: save it as UTF-8"),
+        (TABLE.replace("öß", "o").encode("latin-1"), r"got byte 0xe4 \[.*fish.csv:2\]. It may be in Latin-1"),
+        (TABLE.encode("utf-16"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
+        ("\ufeff".encode("utf-16-be") + TABLE.encode("utf-16-be"), r"got UTF-16 \[.*fish.csv.*\]. Save it as UTF-8"),
+    ],
+)
+def test_an_encoding_other_than_utf_8_is_named_whether_the_format_is_said_or_found(content, message, format, tmp_path):
+    path = tmp_path / "fish.csv"
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match="`path` must be text in UTF-8; " + message):
+        load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up", format=format)
 
 
 def test_an_empty_file_is_refused(tmp_path):

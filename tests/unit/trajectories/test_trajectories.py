@@ -178,9 +178,35 @@ def test_thinning_to_nothing_is_refused(every):
         recording(line()).thinned(every)
 
 
-def test_thinning_to_frames_without_anybody_is_refused():
-    with pytest.raises(ValueError, match="`every` must leave a frame with somebody present; got 2"):
-        recording(line(), [[0], [1], [0], [1], [0], [1]]).thinned(2)
+def test_thinning_keeps_the_first_frame_with_somebody():
+    thin = recording(line(), [[0], [1], [0], [1], [0], [1]]).thinned(2)
+    assert thin.present.all()
+    np.testing.assert_array_equal(thin.positions[:, 0, 0], [1, 3, 5])
+
+
+def test_a_recording_of_every_third_frame_is_named_as_such():
+    present = np.zeros((31, 2), dtype=bool)
+    present[1::3] = True
+    present[4, 1] = False
+    sparse = recording(line(31, individuals=2), present)
+    assert sparse.every == 3
+    assert str(sparse.problems).startswith("only one frame in 3 is there: `thinned(3)` keeps those\n")
+    message = (
+        r"`fps` must be the rate of the frames that are there; got 10 per second, of which only one in 3 is there: 3.33333 per "
+        r"second\. .* keep those with recording\.thinned\(3\)\."
+    )
+    with pytest.raises(ValueError, match=message):
+        sparse.windows(2)
+    thin = sparse.thinned(sparse.every)
+    assert (thin.every, thin.fps) == (1, pytest.approx(10 / 3))
+    np.testing.assert_allclose(thin.windows(2, hold_out=0).learning[..., 0], 10)
+
+
+@pytest.mark.parametrize("there", [[0, 1, 2, 3], [0, 2, 4, 5], [0, 4], [3]])
+def test_other_gaps_are_gaps(there):
+    present = np.isin(np.arange(6), there)[:, None]
+    assert recording(line(), present).every == 1
+    assert "one frame in" not in str(recording(line(), present).problems)
 
 
 def test_individuals_are_selected_by_name():

@@ -1,5 +1,6 @@
 """Text files: lines, cells and numbers, with the line of whatever is wrong."""
 
+import codecs
 import csv
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -51,7 +52,15 @@ def read_lines(path: Path) -> Iterator[tuple[int, str]]:
             yield number, line
 
 
+def refuse_utf16(raw: bytes, place: object) -> None:
+    """Refuse a file that begins with the mark of UTF-16, in which lines cannot be told from bytes."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        raise refusal("be text in UTF-8", "UTF-16", place, "Save it as UTF-8.")
+
+
 def _decoded(raw: bytes, place: str, *, first: bool) -> str:
+    if first:
+        refuse_utf16(raw, place)
     if len(raw) > LONGEST_LINE:
         raise refusal(f"have lines of at most {LONGEST_LINE} bytes", "a longer one", place)
     if not raw.endswith(b"\n"):
@@ -62,7 +71,8 @@ def _decoded(raw: bytes, place: str, *, first: bool) -> str:
     try:
         return raw.decode("utf-8-sig" if first else "utf-8").rstrip("\r\n")
     except UnicodeDecodeError as error:
-        raise refusal("be text in UTF-8", f"byte {raw[error.start]:#04x}", place) from None
+        remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
+        raise refusal("be text in UTF-8", f"byte {raw[error.start]:#04x}", place, remedy) from None
 
 
 def cells(line: str, separator: str, place: str) -> list[str]:

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from turing_learning.analysis import interval
 from turing_learning.reproduction._claims import load_claims
 from turing_learning.reproduction._experiment import Experiment, Findings
 from turing_learning.reproduction._verdicts import Spread
 from turing_learning.reproduction._work import Work
 from turing_learning.reproduction.experiments._shares import ShareSizes, sensor_shares
 from turing_learning.reproduction.experiments._variants import KINDS, PRESETS, values_of
+from turing_learning.runs import stored_traces
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
 from ._emergence import EmergenceSizes, measure_emergence
@@ -59,7 +61,16 @@ def conduct(work: Work) -> Findings:
         shares_table(cases, shares, claims),
         *(dispersion_table(case, outcomes) for case in cases),
     ]
-    return Findings(verdicts, tables, [picture for outcome in outcomes for picture in outcome_pictures(outcome)])
+    pictures = [picture for outcome in outcomes for picture in outcome_pictures(outcome)]
+    return Findings(verdicts, tables, pictures, [_coverage(outcome) for outcome in outcomes])
+
+
+def _coverage(outcome: Outcome) -> str:
+    """Say how many of the true parameters the intervals hold."""
+    return (
+        f"{outcome.case.scenario.title}, preset {outcome.preset}: the 90 % intervals of the estimates hold "
+        f"{outcome.coverage:.1%} of the true parameters."
+    )
 
 
 def _outcome(work: Work, case: Case, preset: str) -> Outcome:
@@ -71,12 +82,25 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         seeds=tuple(run.seed for run in result.runs),
         models=models,
         errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
+        intervals=_intervals(result),
         medians=_medians(result),
         emergence={
             kind: measure_emergence(work, case.scenario, models[kind], case.emergence, name)
             for kind, name in (("best_model", preset), ("estimate", f"{preset}-estimate"))
         },
     )
+
+
+def _intervals(result: "StudyResult") -> np.ndarray:
+    """Return the ends of each run's intervals (R, 2, P), read off its typical models by the present rule; NaN where unknown."""
+    from turing_learning.studies import StudyFolder
+
+    folder, found = StudyFolder(result.path), []
+    for run in result.runs:
+        typical = (stored_traces(folder.run_path(run.number) / "checkpoints") or {})["typical_model"]
+        window = folder.plan().configuration(run.number).run.estimated_from(len(typical))
+        found.append(interval(typical, window).T)
+    return np.array(found)
 
 
 def _medians(result: "StudyResult") -> np.ndarray:

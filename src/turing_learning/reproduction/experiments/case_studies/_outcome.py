@@ -54,6 +54,8 @@ class Outcome:
         Which runs.
     models, errors : kind -> (R, P)
         Models of R runs and their absolute errors; see `KINDS`.
+    intervals : (R, 2, P)
+        Lower and upper ends of the 90 % interval of each run's estimate; NaN where unknown.
     medians : (G, P)
         Medians over the runs of the best model of each generation.
     emergence : kind -> Emergence
@@ -65,6 +67,7 @@ class Outcome:
     seeds: tuple[int, ...]
     models: dict[str, np.ndarray]
     errors: dict[str, np.ndarray]
+    intervals: np.ndarray
     medians: np.ndarray
     emergence: dict[str, Emergence]
 
@@ -72,6 +75,13 @@ class Outcome:
     def names(self) -> tuple[str, ...]:
         """Names of the parameters."""
         return self.case.scenario.parameter_names
+
+    @property
+    def coverage(self) -> float:
+        """Share of the true parameters that are inside the intervals of the runs."""
+        low, high = self.intervals[:, 0], self.intervals[:, 1]
+        truth = np.array(self.case.scenario.controller)
+        return float(((low <= truth) & (truth <= high)).mean())
 
     def variant(self, kind: str = "best_model") -> str:
         """Return what stands beside the verdict that counts; nothing for that one."""

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
+import numpy as np
+
 from turing_learning.analysis import least_dispersion
 from turing_learning.reproduction._claims import Claim
 from turing_learning.reproduction._experiment import Cell, Picture, Table
@@ -32,14 +34,27 @@ def errors_table(outcomes: Sequence[Outcome], claims: Mapping[str, Claim]) -> Ta
 def models_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
     """Return what every run of a case study has inferred."""
     rows: list[tuple[Cell, ...]] = [
-        (one.preset, kind, seed, *map(float, model))
+        (
+            one.preset,
+            kind,
+            seed,
+            *map(float, model),
+            *(_ends(interval) if kind == "estimate" else (None,) * interval.size),
+        )
         for one in outcomes
         if one.case == case
         for kind in KINDS
-        for seed, model in zip(one.seeds, one.models[kind], strict=True)
+        for seed, model, interval in zip(one.seeds, one.models[kind], one.intervals, strict=True)
     ]
-    columns = ("preset", "model", "seed", *case.scenario.parameter_names)
-    return Table(f"{case.scenario.name}-models", f"{case.scenario.title}: what every run has inferred", columns, rows)
+    names = case.scenario.parameter_names
+    columns = ("preset", "model", "seed", *names, *(f"{end}_{name}" for end in ("low", "high") for name in names))
+    caption = f"{case.scenario.title}: what every run has inferred, and the ends of the 90 % intervals of its estimate"
+    return Table(f"{case.scenario.name}-models", caption, columns, rows)
+
+
+def _ends(interval: np.ndarray) -> tuple[float | None, ...]:
+    """Return the lower, then the upper ends of an interval (2, P); None where unknown."""
+    return tuple(None if np.isnan(end) else float(end) for end in interval.ravel())
 
 
 def convergence_table(outcome: Outcome) -> Table:
