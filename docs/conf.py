@@ -1,8 +1,15 @@
 """How Sphinx makes the site: ``sphinx-build -W --keep-going docs build/docs``."""
 
+import inspect
 import re
+import sys
+from importlib import import_module
+from pkgutil import iter_modules
+
+from sphinx.pycode import ModuleAnalyzer
 
 import turing_learning
+from turing_learning.config import Section
 
 project = "Turing Learning for Python"
 author = "the Turing Learning maintainers"
@@ -17,13 +24,17 @@ myst_heading_anchors = 3
 suppress_warnings = ["ref.python"]  # the words of a shape, "(size, dimension)", are no references
 
 napoleon_google_docstring = False
-napoleon_custom_sections = ["Source"]
+napoleon_custom_sections = ["Source", ("Attributes", "params_style")]
 napoleon_use_ivar = True
 napoleon_use_param = False
 napoleon_use_rtype = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_class_signature = "mixed"
+autodoc_default_options = {"exclude-members": "model_config"}
+
+PAGE_IN_WORDS = re.compile(r"(?<![\w/`])docs/((?:\w+/)?[\w-]+)(?:\.md)?")
+LONGEST_VALUE = 150  # of a constant, in characters
 
 html_theme = "furo"
 html_title = "Turing Learning"
@@ -36,10 +47,78 @@ html_theme_options = {
 
 def setup(app):
     """Connect what follows."""
+    app.connect("builder-inited", carry_words_of_constants)
+    app.connect("autodoc-process-docstring", keep_first_sentence, priority=400)  # before napoleon reads it
+    app.connect("autodoc-process-docstring", link_pages, priority=600)
+    app.connect("autodoc-process-signature", say_settings_without_their_rules)
+    app.connect("source-read", carry_experiments)
     app.connect("source-read", carry_linked_files)
+
+
+def carry_experiments(app, name, source):
+    """Fill the pages of experiments with what is written beside their tables and figures, and link to these pages."""
+    source[0] = re.sub(r"\]\(\.\./experiments/([^/)]+)/README\.md\)", r"](experiments/\1.md)", source[0])
+    folder, _, page = name.rpartition("/")
+    if folder == "experiments" and page != "index":
+        path = app.srcdir.parent / "experiments" / page / "README.md"
+        text = re.sub(
+            r"(!\[[^\]]*\])\((?=figures/)", rf"\1(../../experiments/{page}/", path.read_text(encoding="utf-8")
+        )
+        source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\((?=tables/)", rf"\1(path:../../experiments/{page}/", text)
+        app.env.note_dependency(str(path))
 
 
 def carry_linked_files(app, name, source):
     """Make links out of this folder, of pages that code writes, into files that come along with the site."""
     if "/" not in name:
         source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\(\.\./(?=[^)]+\))", r"\1(path:../", source[0])
+
+
+def carry_words_of_constants(app):
+    """Let a room show the docstrings of the constants that it takes from its modules; autodoc looks for them in the room alone."""
+    for room in [
+        import_module(f"turing_learning.{each.name}") for each in iter_modules(turing_learning.__path__) if each.ispkg
+    ]:
+        names = [name for name in getattr(room, "__all__", ()) if not _has_docstring(getattr(room, name))]
+        docs = _docs(room.__name__)
+        for name in names:
+            for module in [each for each in sys.modules if each.startswith(f"{room.__name__}.")]:
+                if getattr(sys.modules[module], name, None) is getattr(room, name) and ("", name) in _docs(module):
+                    docs["", name] = _docs(module)["", name] + _hidden(getattr(room, name))
+
+
+def keep_first_sentence(app, what, name, obj, options, lines):
+    """Keep the docstring of a property or constant as it is: napoleon takes what is before its first colon for a type."""
+    if what in ("attribute", "data", "property") and lines and ":" in lines[0]:
+        lines[0] = f": {lines[0]}"
+
+
+def link_pages(app, what, name, obj, options, lines):
+    """Make links of the pages that a docstring names by their files: docs/limits.md, or docs/decisions/0005."""
+    lines[:] = [PAGE_IN_WORDS.sub(lambda named: _link(app.srcdir, *named.groups()), line) for line in lines]
+
+
+def _link(folder, page):
+    [*found] = sorted(folder.glob(f"{page}.md")) or sorted(folder.glob(f"{page}-*.md"))
+    return f":doc:`docs/{page} </{found[0].relative_to(folder).with_suffix('')}>`" if found else f"docs/{page}"
+
+
+def say_settings_without_their_rules(app, what, name, obj, options, signature, returned):
+    """Show the keys of a section of the configuration; the table of settings says the rest."""
+    if what == "class" and issubclass(obj, Section) and obj.model_fields:
+        return f"(*, {', '.join(obj.model_fields)})", returned
+    return None
+
+
+def _hidden(value):
+    return ["", ":meta hide-value:", ""] if len(repr(value)) > LONGEST_VALUE else []
+
+
+def _has_docstring(value):
+    return inspect.isroutine(value) or inspect.isclass(value)
+
+
+def _docs(module):
+    analyzer = ModuleAnalyzer.for_module(module)
+    analyzer.analyze()
+    return analyzer.attr_docs

@@ -11,7 +11,7 @@ What is refused, a bound as a recording, a setting or a folder, is a ValueError:
 `runs.RunFolderError` are kinds of it. What ends a run that has begun is none: `sources.OwnSystemError`,
 `runs.RunStorageError`, `robots.LaboratoryError`.
 
-Rooms are imported on first use, so that ``import turing_learning`` stays fast.
+Modules are imported on first use, so that ``import turing_learning`` stays fast.
 """
 
 from importlib import import_module

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
+ROOMS = sorted({path.parent.name for path in (ROOT / "src" / "turing_learning").glob("*/__init__.py")} - {"cli"})
 
 needs_sphinx = pytest.mark.skipif(find_spec("sphinx") is None, reason="needs the extra docs")
 
@@ -42,6 +44,20 @@ def test_the_reference_shows_docstrings_with_their_sources(site):
 
 
 @needs_sphinx
+@pytest.mark.parametrize("name", [room for room in ROOMS if room != "kernels"])
+def test_the_reference_shows_every_public_name(site, name):
+    page = (site / "reference" / f"{name}.html").read_text(encoding="utf-8")
+    names = import_module(f"turing_learning.{name}").__all__
+    assert [each for each in names if f'id="turing_learning.{name}.{each}"' not in page] == []
+
+
+@pytest.mark.parametrize("name", ["", *(f".{room}" for room in ROOMS if room != "kernels")])
+def test_completion_offers_every_public_name(name):
+    room = import_module(f"turing_learning{name}")
+    assert set(room.__all__) - set(dir(room)) == set()
+
+
+@needs_sphinx
 def test_the_site_loads_nothing_from_elsewhere(site):
     loaded = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//[^"]+"')
     pages = sorted(site.rglob("*.html"))
@@ -50,13 +66,21 @@ def test_the_site_loads_nothing_from_elsewhere(site):
 
 
 @needs_sphinx
-def test_experiments_come_along_with_the_page_that_names_them(site):
-    assert sorted(site.glob("_downloads/*/README.md"))
+def test_experiments_come_along_as_pages_with_their_tables(site):
+    page = (site / "experiments" / "4.3.html").read_text(encoding="utf-8")
+    assert "What the paper prints" in page
+    assert 'src="../_images/' in page
+    assert "_downloads/" in page
+    assert 'href="experiments/4.3.html"' in (site / "reproduction.html").read_text(encoding="utf-8")
+
+
+def test_every_experiment_has_a_page():
+    written = {path.parent.name for path in (ROOT / "experiments").glob("*/README.md")}
+    assert {path.stem for path in (DOCS / "experiments").glob("*.md")} - {"index"} == written
 
 
 def test_every_room_has_a_page_of_the_reference():
-    rooms = {path.parent.name for path in (ROOT / "src" / "turing_learning").glob("*/__init__.py")} - {"cli"}
     pages = {path.stem for path in (DOCS / "reference").glob("*.md")} - {"index", "turing_learning"}
-    assert pages == rooms
+    assert pages == set(ROOMS)
     index = (DOCS / "reference" / "index.md").read_text(encoding="utf-8")
-    assert [room for room in rooms if f"\n{room}\n" not in index] == []
+    assert [room for room in ROOMS if f"\n{room}\n" not in index] == []

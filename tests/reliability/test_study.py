@@ -148,7 +148,7 @@ def test_a_run_that_fails_is_named_and_the_study_goes_on(undisturbed, tmp_path):
     (folder / "runs" / "0003" / "precious.txt").write_text("not a run")
     done = call("resume", folder, "--workers", 2)
     assert done.returncode == 1
-    assert done.stderr == f"1 runs failed; try them again with: turing-learning resume {folder}\n"
+    assert done.stderr == f"1 run failed; try again with: turing-learning resume {folder}\n"
     assert "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
     assert "3 of 4 runs complete, 1 failed" in done.stdout
     (folder / "runs" / "0003" / "precious.txt").unlink()

@@ -105,6 +105,7 @@ def study(
 
 def _write_slurm(plan: "Plan", path: Path, script: Path, hands: Any, *, force: bool) -> None:
     from turing_learning.config import ConfigurationError
+    from turing_learning.report import counted
     from turing_learning.studies import StudyFolder, create_study, refuse_script, write_slurm
 
     if hands.cluster is not None or hands.workers is not None:
@@ -115,7 +116,7 @@ def _write_slurm(plan: "Plan", path: Path, script: Path, hands: Any, *, force: b
     with ExitStack() as stack:
         create_study(plan, StudyFolder(path), stack, force=force)
     submit = write_slurm(script, path, len(plan), force=force)
-    typer.echo(f"{script}: {len(plan)} runs in {path}. Time and memory of a run stand at its head. Submit:")
+    typer.echo(f"{script}: {counted(len(plan), 'run')} in {path}. Time and memory of a run stand at its head. Submit:")
     typer.echo(f"  {submit}")
 
 
@@ -173,6 +174,8 @@ def study_collect(study: StudyArgument) -> None:
 def _execute(execute: "Callable[..., StudyResult]", path: Path) -> None:
     from rich.console import Console
 
+    from turing_learning.report import counted
+
     from ._signals import stop_on_signals
     from ._study_view import print_study, watching_study
 
@@ -188,5 +191,7 @@ def _execute(execute: "Callable[..., StudyResult]", path: Path) -> None:
         raise Interrupted(f"stopped after {done} of {len(result.runs)} runs; {ahead}")
     print_study(console, result)
     if result.failed:
-        typer.echo(f"{len(result.failed)} runs failed; try them again with: turing-learning resume {path}", err=True)
+        typer.echo(
+            f"{counted(len(result.failed), 'run')} failed; try again with: turing-learning resume {path}", err=True
+        )
         raise typer.Exit(1)

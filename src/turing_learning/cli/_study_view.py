@@ -11,7 +11,7 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from turing_learning.report import short_number, shown
+from turing_learning.report import counted, short_number, shown
 
 from ._live import clock
 
@@ -131,7 +131,7 @@ def study_table(result: "StudyResult", group: dict) -> Table:
 
     settings = ", ".join(f"{key} = {value}" for key, value in group.items())
     own = [one for one in result.summaries if one.group == group]
-    title = f"{result.title}, {own[0].runs} runs" + (f": {settings}" if settings else "")
+    title = f"{result.title}, {counted(own[0].runs, 'run')}" + (f": {settings}" if settings else "")
     table = Table(title=title, title_justify="left", caption=CAPTION, caption_justify="left")
     table.add_column("parameter")
     for heading in ("estimate", "std", "median", "best model", "std", "median", "paper"):

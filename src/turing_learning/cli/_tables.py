@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from turing_learning.report import describe_unknown, short_number, shown
+from turing_learning.report import counted, describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
     from turing_learning.runs import Result
@@ -37,12 +37,14 @@ def print_result(console: Console, result: "Result") -> None:
     if result.networks is not None:
         console.print("networks: their steady outputs; their weights are in the result", highlight=False)
     console.print(
-        f"{result.generations} generations in {result.seconds_total:.1f} s, "
+        f"{counted(result.generations, 'generation')} in {result.seconds_total:.1f} s, "
         f"{1000 * result.seconds_per_generation:.1f} ms each (median)",
         highlight=False,
     )
     if result.selection_stopped:
-        console.print(f"selection stopped in {result.selection_stopped} generations", style="bold red", highlight=False)
+        console.print(
+            f"selection stopped in {counted(result.selection_stopped, 'generation')}", style="bold red", highlight=False
+        )
     if result.path is not None:
         _print_places(console, result)
 

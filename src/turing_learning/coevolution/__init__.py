@@ -3,7 +3,7 @@
 In the order of the data:
 
 =============================================  ================================================================
-`SampleSource`, `Classifier`, `Interrogation`  Protocols: the doors to systems, simulations and judges.
+`SampleSource`, `Classifier`, `Interrogation`  Protocols: what systems, simulations and judges have to offer.
 `InteractiveSampleSource`                      A source that each classifier influences.
 `Samples`                                      Genuine and counterfeit samples of one generation.
 `PassiveInterrogation`                         Collect once, let every classifier judge the same samples.

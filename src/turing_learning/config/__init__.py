@@ -10,7 +10,7 @@ said twice, and not the same; `single_settings` those of arguments of a call, to
 are the same. `classifier_of` makes the classifiers' network;
 `require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there.
 
-Other rooms with a file of their own take `Section`, `read_toml` and `line_of`.
+Other modules with a file of their own take `Section`, `read_toml` and `line_of`.
 """
 
 from ._classifier import classifier_of

@@ -36,6 +36,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness."""
 
 DEFAULT_SCENARIO = "aggregation"
+"""What runs where neither a scenario nor a file is given."""
 
 STUDY_TABLES = ("grid", "list")
 """What a file says of a study; see `load_variants`."""

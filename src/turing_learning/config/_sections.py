@@ -14,7 +14,10 @@ from ._limits import LARGEST_NEURONS, check_limits
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the same."""
-LARGEST_SEED = 2**63 - 1  # the largest integer that TOML promises to carry
+
+LARGEST_SEED = 2**63 - 1
+"""The largest integer that TOML promises to carry."""
+
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
@@ -39,12 +42,20 @@ class PopulationSection(Section):
     A file may give `population` instead of `parents` and `offspring`; it must be even and is split into halves.
     """
 
-    parents: Count = 50
-    offspring: Count = 50
-    initial_low: Start = -1.0
-    initial_high: Start = 1.0
-    initial_step_size: Positive = 1.0
-    minimum_step_size: Annotated[float, Field(ge=0)] = 0.01
+    parents: Count = Field(default=50, description="individuals that survive a generation, the fittest")
+    offspring: Count = Field(default=50, description="children of them in the next generation")
+    initial_low: Start = Field(
+        default=-1.0,
+        description="lower end of the range from which the first individuals are drawn: wheel speeds of robots, weights of "
+        "networks; for a system of one's own -1 and 1 are the ends of the first models' range of each parameter",
+    )
+    initial_high: Start = Field(default=1.0, description="upper end of that range")
+    initial_step_size: Positive = Field(
+        default=1.0, description="standard deviation of the first mutations; 0.3 if models are networks"
+    )
+    minimum_step_size: Annotated[float, Field(ge=0)] = Field(
+        default=0.01, description="no mutation has a smaller standard deviation"
+    )
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
@@ -67,20 +78,38 @@ class ModelsSection(PopulationSection):
     with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size` is 0.3 unless it is given: with 1
     many of them come to oscillate.
 
-    A run has two halves. The first searches for the right region: only a share `recombination` of the children has two parents,
-    one parameter of a share `redraw` is drawn anew from the initial range, and in a share `exchange` two sensor states
-    exchange their wheel speeds. The second searches for the right point: with `intermediate` children are the means of their
-    parents, models are selected by the rewards of all generations that they have lived, each weighing `memory` times the
-    next one, and until 0.7 of the run `redraw` and `exchange` shrink to nothing. The paper has none of this:
-    recombination 1, intermediate false, and 0 for the others.
+    A run has two halves: the first searches for the right region, the second for the right point. docs/method.md says how; the
+    paper has neither.
     """
 
-    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = 0
-    recombination: Share = 0.5
-    redraw: Share = 0.2
-    exchange: Share = 0.1
-    intermediate: bool = True
-    memory: Share = 0.9
+    hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = Field(
+        default=0,
+        description="0: models are what the scenario says, in the agents' parameters; 1 or more: Elman networks with so many "
+        "hidden neurons",
+    )
+    recombination: Share = Field(
+        default=0.5, description="share of children with two parents in the first half of a run; the others have one"
+    )
+    redraw: Share = Field(
+        default=0.2,
+        description="share of children of which one parameter is drawn anew from the range of the first individuals, in the "
+        "first half of a run; then of ever fewer, and of none after 0.7 of the run",
+    )
+    exchange: Share = Field(
+        default=0.1,
+        description="in the same way, share of children in which two sensor states exchange their wheel speeds; without "
+        "effect where models are networks or a system of one's own",
+    )
+    intermediate: bool = Field(
+        default=True,
+        description="in the second half, children have the means of their parents' parameters, not one's or the other's",
+    )
+    memory: Share = Field(
+        default=0.9,
+        description="in the second half, models are selected by the mean of their rewards over the generations that they "
+        "have lived, relative to the population, each weighing so many times the next one; 0: by the present "
+        "reward alone",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -91,46 +120,54 @@ class ModelsSection(PopulationSection):
 
 
 class ClassifiersSection(PopulationSection):
-    """The population of classifiers and their networks.
+    """The population of classifiers and their networks."""
 
-    In the first half of a run the population is replaced by random classifiers after every `renewal` generations; 0 for
-    never, as in the paper.
-
-    `input_scale` divides the inputs of the networks: "robot" takes the largest speeds of the scenario's robot, a list
-    gives one positive number (cm/s, rad/s) for each signal.
-    """
-
-    hidden: Count = 5
-    renewal: Annotated[int, Field(ge=0)] = 100
-    input_scale: Literal["robot"] | tuple[Positive, ...] = "robot"
+    hidden: Count = Field(default=5, description="hidden neurons of a classifier")
+    renewal: Annotated[int, Field(ge=0)] = Field(
+        default=100,
+        description="in the first half of a run all classifiers are replaced by random ones after every so many generations; "
+        "0: never. Needs an archive",
+    )
+    input_scale: Literal["robot"] | tuple[Positive, ...] = Field(
+        default="robot",
+        description='what the inputs are divided by: "robot", the largest speeds of the scenario\'s robot, or a list with one '
+        "positive number for each signal (cm/s, rad/s). Of a system of one's own it is found in the data",
+    )
 
 
 class CoevolutionSection(Section):
-    """The interplay of the two populations.
+    """The interplay of the two populations."""
 
-    `archive` is the number of past classifiers that go on judging models; with them, classifiers old and new have votes
-    according to their competence. 0: none, and equal votes, as in the paper.
-    """
-
-    archive: Annotated[int, Field(ge=0)] = 100
+    archive: Annotated[int, Field(ge=0)] = Field(
+        default=100,
+        description="past classifiers, each the best of its generation, that judge the models beside the present ones; then "
+        "votes weigh by competence. 0: none, and equal votes",
+    )
 
 
 class RunSection(Section):
-    """How long and with what to run.
+    """How long and with what to run."""
 
-    `threads` is "all" or a number; the results do not depend on it. The run is saved after every `checkpoint_every`
-    generations. The estimate is a median over the last `estimate_window` generations, or the last 0.3 of the run if that is less.
-    With `history` "full" both populations of every generation are kept, and the run ends with figures and a report; with
-    "thin" only the best and typical models and the quartiles of the fitness, in a hundredth of the space, as studies of
-    many runs do.
-    """
-
-    generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = 1000
-    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = 1
-    threads: Literal["all"] | Count = "all"
-    checkpoint_every: Count = 50
-    estimate_window: Count = 300
-    history: Literal["full", "thin"] = "full"
+    generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = Field(
+        default=1000, description="length of the run"
+    )
+    seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = Field(
+        default=1, description="of all random numbers: the same seed gives the same result, another one another run"
+    )
+    threads: Literal["all"] | Count = Field(
+        default="all", description="a number, or all processors; results do not depend on it"
+    )
+    checkpoint_every: Count = Field(default=50, description="generations after which the run is saved")
+    estimate_window: Count = Field(
+        default=300,
+        description="last generations that the estimate is read from, or the last 0.3 of the run if these are fewer",
+    )
+    history: Literal["full", "thin"] = Field(
+        default="full",
+        description='"full": both populations of every generation are kept, and the run ends with figures and a report; '
+        '"thin": the best and the typical models and the quartiles of the fitness, in a hundredth of the space, '
+        "as studies keep them",
+    )
 
     @property
     def halfway(self) -> int:

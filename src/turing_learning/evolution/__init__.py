@@ -1,6 +1,6 @@
 """Population-based optimizers with one interface: `ask` for the population to score, `tell` its fitness.
 
-The room knows no robots, no models and no classifiers; it imports nothing but numpy.
+The module knows no robots, no models and no classifiers; it imports nothing but numpy.
 
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.

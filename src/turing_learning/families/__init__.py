@@ -1,7 +1,7 @@
 """Model families: simulators with named parameters, ready for `turing_learning.infer`, and examples for one's own.
 
 ==================  ===========================================================================================
-`Family`            What all have in common: groups, time steps, signals, and the checks at the door.
+`Family`            What all have in common: groups, time steps, signals, and the checks of what is given.
 `Particles`         Families of points in the plane, to derive one's own from.
 `Vicsek`            Alignment with all within a radius, and noise (Vicsek et al. 1995).
 `Couzin`            Zones of repulsion, orientation and attraction (Couzin et al. 2002).

@@ -23,7 +23,7 @@
 
 from ._film import write_gif, write_mp4
 from ._listing import Listing
-from ._numbers import describe_unknown, short_number, shown
+from ._numbers import counted, describe_unknown, short_number, shown
 from ._page import is_page, replay_page, report_page, write_page
 from ._replay import Replay, Swarm
 from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
@@ -38,6 +38,7 @@ __all__ = [
     "RunTable",
     "StudyReport",
     "Swarm",
+    "counted",
     "describe_selection",
     "describe_unknown",
     "is_page",

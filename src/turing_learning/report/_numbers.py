@@ -50,6 +50,17 @@ def shown(value: float | None, form: Callable[[float], str] = short_number, noth
     return form(value) if value is not None and is_known(value) else nothing
 
 
+def counted(number: int, noun: str) -> str:
+    """Return a number of things in words.
+
+    Examples
+    --------
+    >>> counted(1, "run"), counted(30, "run")
+    ('1 run', '30 runs')
+    """
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
 def describe_unknown(interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval") -> str:
     """Say in one sentence of which parameters something is not known, and why; nothing if it is known of all.
 

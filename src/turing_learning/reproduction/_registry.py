@@ -33,7 +33,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         laboratory,
     )
 }
-"""Id -> experiment."""
+"""The experiments by their ids, those of the paper's sections."""
 
 
 def experiments_named(name: str) -> tuple[Experiment, ...]:

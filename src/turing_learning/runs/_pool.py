@@ -15,7 +15,7 @@ from turing_learning.analysis import (
     r_hat,
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
-from turing_learning.report import describe_unknown, shown
+from turing_learning.report import counted, describe_unknown, shown
 
 from ._folder import going_on
 from ._result import Result, named
@@ -34,6 +34,8 @@ _LONGEST = 60  # characters of a value in a message
 @dataclass(frozen=True)
 class Pooled:
     """What several runs of one configuration, with other seeds, have inferred together; dicts are name -> number.
+
+    Estimates, ends of intervals and errors are in the units of the parameters, as in `Result`.
 
     Attributes
     ----------
@@ -94,7 +96,10 @@ class Pooled:
         lines += [sentence for sentence in unknown if sentence]
         seeds = ", ".join(map(str, self.seeds))
         return "\n".join(
-            [f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {self.generations} generations", *lines]
+            [
+                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {counted(self.generations, 'generation')}",
+                *lines,
+            ]
         )
 
 

@@ -193,7 +193,9 @@ def _picture(drawing: Drawing, *, wide: bool) -> report.Picture:
 
 def verdict(result: Result) -> str:
     """Say the result in one sentence."""
-    done = f"After {result.generations} generations" + ("" if result.complete else " (the run is not complete)")
+    done = f"After {report.counted(result.generations, 'generation')}" + (
+        "" if result.complete else " (the run is not complete)"
+    )
     if result.estimate_mae is None:
         return f"{done} the estimate stands; there is no truth to compare it with.{_failures(result)}"
     return f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."

@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.config import Configuration
-from turing_learning.report import describe_unknown, is_page, short_number, shown
+from turing_learning.report import counted, describe_unknown, is_page, short_number, shown
 
 from ._paper import paper_absolute_errors
 from ._scales import on_own_scales
@@ -43,6 +43,9 @@ class Attachments:
 @dataclass(frozen=True)
 class Result:
     """What a run has inferred; models and errors are dicts name -> number.
+
+    All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of view in rad, parameters of
+    a system of one's own in the units in which their ranges were given.
 
     Models are stated in the agents' parameters, to be compared with theirs. Those of a network (`models.hidden`) are the outputs
     that it comes to in each sensor state; its weights are in `networks`.
@@ -113,6 +116,24 @@ class Result:
     @property
     def history(self) -> "xarray.Dataset":
         """Every generation's populations, step sizes and fitness values.
+
+        Returns
+        -------
+        xarray.Dataset
+            Along `generation`, from 0, and with `individual` for models, `classifier_individual` for classifiers:
+
+            * `model` (generation, individual, parameter): parameters of the models, in units as in the result; for networks their
+              weights.
+            * `model_step_size` (generation, individual, parameter): in numbers of the search; for a system of one's own -1 to 1
+              is the range of the first models.
+            * `model_fitness` (generation, individual): share of the judgments that took the model for genuine, 0 to 1 (equation 1).
+            * `classifier`, `classifier_step_size` (generation, classifier_individual, weight): weights of the networks.
+            * `classifier_fitness` (generation, classifier_individual): mean of specificity and sensitivity, 0 to 1 (equation 2).
+            * `best_model`, `typical_model` (generation, parameter): as in `coevolution.Generation`.
+            * `selection` (generation): 0 active, 1 all classifiers accept every model, 2 all reject every model.
+
+            A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
+            and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest.
 
         Raises
         ------
@@ -205,7 +226,7 @@ class Result:
         return content
 
     def __str__(self) -> str:
-        head = f"{self.scenario}, seed {self.seed}, {self.generations} generations"
+        head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
         state = "" if self.complete else " (incomplete)"
         unknown = describe_unknown(self.interval)
         return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self), *([unknown] if unknown else [])])

@@ -140,7 +140,7 @@ def study_report(result: StudyResult, plan: Plan, drawings: Sequence[_Drawing]) 
     listings = (*_summaries(result), _kinds(result), _runs(result))
     return report.study_page(
         report.StudyReport(
-            title=f"{result.title}: a study of {len(result.runs)} runs",
+            title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
             verdict=f"{describe(result)}.",
             listings=listings,
             figures=pictures,
@@ -153,8 +153,9 @@ def study_report(result: StudyResult, plan: Plan, drawings: Sequence[_Drawing]) 
 def _warning(result: StudyResult) -> str:
     if result.complete:
         return ""
-    parts = [f"{len(result.failed)} runs failed"] if result.failed else []
-    parts += [f"{len(result.unfinished)} runs are not complete"] if result.unfinished else []
+    parts = [f"{report.counted(len(result.failed), 'run')} failed"] if result.failed else []
+    if open_runs := len(result.unfinished):
+        parts.append(f"{report.counted(open_runs, 'run')} {'is' if open_runs == 1 else 'are'} not complete")
     return f"{' and '.join(parts)}: the statistics are of the others."
 
 

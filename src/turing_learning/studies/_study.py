@@ -284,6 +284,11 @@ def load_study(path: str | Path) -> StudyResult:
     path
         The study folder.
 
+    Returns
+    -------
+    StudyResult
+        All runs, those that are complete with their results, and statistics of these.
+
     Raises
     ------
     RunFolderError

@@ -99,7 +99,7 @@ class ParameterSummary:
     runs
         Number of complete runs.
     mean, median
-        Of the absolute errors.
+        Of the absolute errors, in the parameter's unit; wheel speeds are fractions of the largest.
     standard_deviation
         Of the absolute errors, with n - 1; None for a single run.
     paper
@@ -129,7 +129,8 @@ class StudyResult:
     runs
         All runs, in order.
     summaries
-        Statistics, configuration by configuration, parameter by parameter.
+        Statistics of the absolute errors, configuration by configuration, parameter by parameter; in the parameters' units,
+        wheel speeds as fractions of the largest.
     path
         The study folder.
     """
@@ -157,7 +158,7 @@ class StudyResult:
 
     @property
     def maes(self) -> tuple[float, ...]:
-        """MAE of the estimate of the complete runs, in order."""
+        """MAE of the estimate of the complete runs, in order; wheel speeds count as fractions of the largest."""
         return tuple(run.estimate_mae for run in self.runs if run.estimate_mae is not None)
 
     @property

@@ -14,6 +14,7 @@ AGGREGATION = Scenario(
     replicas=1,
     trial=Trial(start_side_cm=331.66),
 )
+"""The paper's first case study: robots gather."""
 
 OBJECT_CLUSTERING = Scenario(
     name="object-clustering",
@@ -26,6 +27,7 @@ OBJECT_CLUSTERING = Scenario(
     sensor=Sensor(readings=("background", "object", "robot")),
     trial=Trial(start_side_cm=100.0),
 )
+"""The paper's second case study: robots push objects together."""
 
 AGGREGATION_VIEW_0 = replace(
     AGGREGATION,
@@ -35,6 +37,7 @@ AGGREGATION_VIEW_0 = replace(
     representation="morphology",
     trial=replace(AGGREGATION.trial, duration_s=100.0),
 )
+"""Aggregation where the field of view is inferred too, and is 0 (paper, section 4.6.1)."""
 
 AGGREGATION_VIEW_60 = replace(
     AGGREGATION_VIEW_0,
@@ -44,8 +47,10 @@ AGGREGATION_VIEW_60 = replace(
     controller=(-0.7, -1.0, 1.0, 0.0),
     sensor=Sensor(field_of_view=math.pi / 3),
 )
-"""The paper does not print this controller; it was found by `turing-learning search-controller`, see experiments/4.6.1."""
+"""The same with a field of view of 60 degrees. The paper does not print this controller; it was found by
+`turing-learning search-controller`, see experiments/4.6.1."""
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)
 }
+"""The scenarios by their names, as commands and files of configuration use them."""

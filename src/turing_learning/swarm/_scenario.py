@@ -23,7 +23,21 @@ def _require_positive(name: str, value: float) -> None:
 class Robot:
     """A differential-wheeled robot, a disk.
 
-    Source: paper, section 4.1 (the e-puck as modeled by Enki).
+    Parameters
+    ----------
+    radius_cm, mass_g, wheel_distance_cm
+        Of the body (cm, g), and between the wheels (cm).
+    maximum_speed_cm_s
+        Of a wheel whose speed is 1 (cm/s).
+    wheel_noise
+        In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to 1 +
+        wheel_noise; 0 to below 1.
+    clamp_wheel_speeds
+        Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it.
+
+    Source
+    ------
+    Paper, section 4.1 (the e-puck as modeled by Enki).
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -45,7 +59,18 @@ class Robot:
 class Objects:
     """Movable disks with dry friction.
 
-    Source: paper, section 4.1.
+    Parameters
+    ----------
+    count
+        Number O of objects in a trial.
+    radius_cm, mass_g
+        Of each (cm, g).
+    friction
+        Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md.
+
+    Source
+    ------
+    Paper, section 4.1.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -64,7 +89,13 @@ class Objects:
 
 @dataclass(frozen=True)
 class Arena:
-    """The ground: unbounded, or a rectangle of walls with one corner at the origin."""
+    """The ground: unbounded, or a rectangle of walls with one corner at the origin.
+
+    Parameters
+    ----------
+    width_cm, height_cm
+        Sides along x and y (cm); None for both without walls.
+    """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
 
@@ -93,10 +124,18 @@ class Arena:
 class Sensor:
     """A sensor of unlimited range: the reading I is the place of the nearest visible item's kind in `readings`.
 
-    A kind that is not listed is invisible: the sensor looks through it. The agents' `field_of_view` (rad), from 0 to 2 pi, is
-    centered on the heading; 0 is a line of sight. An item is visible if any part of its disk lies in view.
+    Parameters
+    ----------
+    readings
+        "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not listed is
+        invisible: the sensor looks through it.
+    field_of_view
+        Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight. An item is visible if any part of its
+        disk lies in view.
 
-    Source: paper, sections 3.2.1 and 4.6.1.
+    Source
+    ------
+    Paper, sections 3.2.1 and 4.6.1.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -135,7 +174,20 @@ class Sensor:
 class Trial:
     """How long individuals are observed, how time is cut, and where they start.
 
-    Source: paper, sections 4.1 and 4.2.
+    Parameters
+    ----------
+    duration_s
+        Of a trial (s), a whole number of control intervals.
+    control_interval_s
+        Of a control cycle (s), in which a robot reads its sensor once; also the time step of the samples.
+    physics_steps
+        Steps of the physics in a control cycle.
+    start_side_cm
+        Side (cm) of the square in which all start where there are no walls.
+
+    Source
+    ------
+    Paper, sections 4.1 and 4.2.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -169,6 +221,8 @@ class Scenario:
 
     Parameters
     ----------
+    name, title, description
+        By which it is called; a heading; a sentence for reports.
     controller
         The agents' parameters (2 n), left and right wheel speed for each sensor state, as fractions of the maximum.
     agents, replicas
@@ -176,6 +230,8 @@ class Scenario:
     grouping
         "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
         groups of agents + replicas individuals (paper, section 4.6.3).
+    robot, objects, arena, sensor, trial
+        What moves, where, what it senses, and for how long.
     representation
         What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
         `models.REPRESENTATIONS`. Models of which the agents are none, networks, are up to the configuration.

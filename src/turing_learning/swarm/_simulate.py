@@ -111,6 +111,8 @@ def simulate(
 
     Parameters
     ----------
+    scenario
+        Robots, objects, sensor, arena and control interval; its numbers of individuals and its duration do not count.
     controllers : (R, A, 2 n)
         Left and right wheel speed for each sensor state, as fractions of the maximum, for each trial and individual.
     initial_poses : (R, A + O, 3)
@@ -127,6 +129,11 @@ def simulate(
         Number of threads, >= 1; None takes every processor. It does not change the result.
     drivers
         Networks that drive some of the robots, whose controllers do not count; None if all are reactive.
+
+    Returns
+    -------
+    Simulation
+        Poses, sensor states and speeds at every control cycle.
 
     Raises
     ------
@@ -247,6 +254,12 @@ def initial_poses(
 
     Parameters
     ----------
+    scenario
+        What is placed, and where: within the walls, or in the start square of its trial.
+    trials
+        Number of trials R, >= 1.
+    rng
+        Draws the places and headings.
     robots
         Number of robots; objects and the area of the square grow in proportion. None takes the scenario's.
     side_cm

@@ -62,6 +62,11 @@ def load_trajectories(
     allow_pickle
         Whether idtracker.ai's npy may be opened; a pickle can run any code it holds.
 
+    Returns
+    -------
+    Trajectories
+        The recording, y upwards, in cm unless the scale is unknown.
+
     Raises
     ------
     ValueError

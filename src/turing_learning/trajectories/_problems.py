@@ -57,6 +57,8 @@ class Problems:
         animal, or a mark on the ground.
     every
         Only one frame in so many is there, evenly; 1 otherwise.
+    unit
+        Of lengths, that of the recording.
     """
 
     missing: dict[str, int]
@@ -70,6 +72,7 @@ class Problems:
     remarks: tuple[str, ...] = ()
     still: tuple[str, ...] = ()
     every: int = 1
+    unit: str = "cm"
 
     @property
     def found(self) -> bool:
@@ -81,19 +84,25 @@ class Problems:
             [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
         )
         lines += [
-            f"{name}: {count} of {self.frames} frames missing, in {self.gaps[name]} gaps of up to {self.longest_gap[name]}"
+            f"{name}: {count} of {_counted(self.frames)} missing, in {_counted(self.gaps[name], 'gap')} of up to "
+            f"{self.longest_gap[name]}"
             for name, count in self.missing.items()
             if count
         ]
         lines += [
-            f"{jump.individual}: jump of {jump.distance:.4g} after frame {jump.frame} ({jump.times_typical:.3g} typical steps)"
+            f"{jump.individual}: jump of {jump.distance:.3g} {self.unit} after frame {jump.frame} "
+            f"({jump.times_typical:.3g} typical steps)"
             for jump in self.jumps
         ]
-        lines += [f"{name}: never moves, in {self.frames - self.missing[name]} frames" for name in self.still]
+        lines += [f"{name}: never moves, in {_counted(self.frames - self.missing[name])}" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
-                lines.append(f"{len(frames)} frames {what}: {_listed(frames)}")
+                lines.append(f"{_counted(len(frames))} {what}: {_listed(frames)}")
         return "\n".join([*lines, *self.remarks]) or "nothing found"
+
+
+def _counted(number: int, noun: str = "frame") -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"
 
 
 def _listed(frames: tuple[int, ...]) -> str:
@@ -107,6 +116,7 @@ def find_problems(
     first_frame: int,
     jump_factor: float,
     remarks: tuple[str, ...],
+    unit: str = "cm",
 ) -> Problems:
     """Return what is wrong with positions (F, A, 2)."""
     if not (math.isfinite(jump_factor) and jump_factor > 1):
@@ -132,6 +142,7 @@ def find_problems(
         remarks=remarks,
         still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
         every=every(present),
+        unit=unit,
     )
 
 

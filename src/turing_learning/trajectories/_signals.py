@@ -28,7 +28,7 @@ class Signals:
     Attributes
     ----------
     values : (..., F - 1, A, D)
-        Step s leads from frame s to frame s + 1; 0 where not valid.
+        Step s leads from frame s to frame s + 1; 0 where not valid. In the units that `SIGNALS` names.
     valid : (..., F - 1, A)
         Whether all D signals of the step exist.
     names
@@ -76,6 +76,11 @@ def compute_signals(
         None if everybody is always present; None if headings (rad) are not known.
     smooth_frames
         Positions are averaged over so many frames (odd, centered, narrower toward gaps) before anything else; 1 leaves them.
+
+    Returns
+    -------
+    Signals
+        Values (..., F - 1, A, D), and where they are valid.
 
     Raises
     ------

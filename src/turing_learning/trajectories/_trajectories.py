@@ -28,7 +28,7 @@ class Trajectories:
     present : (F, A)
         Whether the position is known.
     fps
-        Frames per second.
+        Frame rate (1/s).
     individuals
         Names (A,).
     unit
@@ -93,7 +93,8 @@ class Trajectories:
         frames, individuals = self.present.shape
         share = 1 - self.present.mean()
         return (
-            f"{individuals} individuals, {frames} frames at {self.fps:g} per second ({frames / self.fps:.4g} s), in {self.unit}, "
+            f"{individuals} individual{'s' * (individuals != 1)}, {frames} frame{'s' * (frames != 1)} at {self.fps:g} per second "
+            f"({self.duration_s:.4g} s), in {self.unit}, "
             f"{share:.2%} missing"
         )
 
@@ -121,13 +122,18 @@ class Trajectories:
             A step longer than this many typical steps is a jump, perhaps two identities exchanged. The typical step is
             the median over all individuals of the steps that are not 0.
 
+        Returns
+        -------
+        Problems
+            What was found; `print` tells it.
+
         Raises
         ------
         ValueError
             If `jump_factor` is not above 1.
         """
         return find_problems(
-            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.remarks
+            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.remarks, self.unit
         )
 
     def bridged(self, max_gap: int) -> "Trajectories":
@@ -135,6 +141,11 @@ class Trajectories:
 
         Longer gaps, and those at the beginning and the end, stay. `interpolated` tells what was filled; headings turn
         the shorter way.
+
+        Parameters
+        ----------
+        max_gap
+            Frames that the longest of these gaps has, >= 1.
 
         Raises
         ------
@@ -159,6 +170,11 @@ class Trajectories:
     def thinned(self, every: int) -> "Trajectories":
         """Return a copy of one frame in so many, at the lower frame rate that follows; the first with anybody is one of them.
 
+        Parameters
+        ----------
+        every
+            Of so many frames in a row one is kept, 1 to the number of frames; the first with anybody is among those that are kept.
+
         Raises
         ------
         ValueError
@@ -176,6 +192,11 @@ class Trajectories:
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
         """Return a copy with some of the individuals; the others are no neighbors any more.
+
+        Parameters
+        ----------
+        individuals
+            Their names, in the order in which the copy has them.
 
         Raises
         ------
@@ -204,11 +225,40 @@ class Trajectories:
         return tuple(self._place(name) for name in names)
 
     def speeds(self, *, smooth_frames: int = 1) -> Signals:
-        """Compute linear and angular speed; see `signals`."""
+        """Compute linear and angular speed: `signals` with its default names.
+
+        Parameters
+        ----------
+        smooth_frames
+            As in `compute_signals`.
+
+        Returns
+        -------
+        Signals
+            `values` (F - 1, A, 2): speed (cm/s) and turn (rad/s).
+        """
         return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
 
     def signals(self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1) -> Signals:
-        """Compute signals of each individual at each step; see `compute_signals`."""
+        """Compute signals of each individual at each step; see `compute_signals`.
+
+        Parameters
+        ----------
+        names
+            From `SIGNALS`, D of them; "speed" and "turn" by default.
+        smooth_frames
+            As in `compute_signals`; 1, the default, smooths nothing.
+
+        Returns
+        -------
+        Signals
+            `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is unknown.
+
+        Raises
+        ------
+        ValueError
+            If a name or a number does not fit.
+        """
         return compute_signals(
             self.positions,
             fps=self.fps,
@@ -245,20 +295,25 @@ class Trajectories:
         stride
             Steps from a window to the next one of the same individual; None takes T: no overlap.
         signals
-            Names from `SIGNALS`, D of them.
+            Names from `SIGNALS`, D of them; "speed" and "turn" by default.
         individuals
             Whose windows; None takes all. The others stay neighbors.
         hold_out
-            Share of the frames kept for testing, from 0 to 0.9.
+            Share of the frames kept for testing, from 0 to 0.9; 0.2 by default.
         hold_out_individuals
             Who is kept for testing: held-out windows are theirs, windows for learning those of all others. Beside a share of 0,
             at the same times. None named: all are in both.
         gap
-            Frames left out wherever learning and testing meet.
+            Frames left out wherever learning and testing meet; 0, the default, for none.
         smooth_frames
-            As in `compute_signals`.
+            As in `compute_signals`; 1, the default, smooths nothing.
         jump_factor
-            Steps longer than this many typical steps are cut out, see `check`; None keeps them.
+            Steps longer than this many typical steps, 20 by default, are cut out, see `check`; None keeps them.
+
+        Returns
+        -------
+        Windows
+            `learning` and `held_out` (K, T, D), where they are from, and what was cut out.
 
         Raises
         ------

@@ -45,7 +45,7 @@ class Windows:
     Attributes
     ----------
     learning, held_out : (K, T, D)
-        Samples, in order of time.
+        Samples, in order of time; signals in the units that `SIGNALS` names, cm/s and rad/s for "speed" and "turn".
     learning_index, held_out_index : (K, 2)
         Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step.
     names
@@ -53,7 +53,8 @@ class Windows:
     interval_s
         Duration of a step (s).
     headings
-        Whether the signals are measured with headings.
+        Whether the signals are measured with headings: speeds are negative backwards, and turns those of the body. Models
+        have to be measured alike.
     steps_without_signal, steps_with_jump
         Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
     blocks

@@ -146,7 +146,7 @@ def test_a_run_that_fails_ends_the_command_of_an_array_with_code_1(call, tmp_pat
     code, out, _ = call("study", "aggregation", *SMALL, "--runs", 1, "--out", "study", "--write-slurm", "job.sh")
     assert code == 0
     assert out.startswith(
-        "job.sh: 1 runs in study. Time and memory of a run stand at its head. Submit:\n  job=$(sbatch "
+        "job.sh: 1 run in study. Time and memory of a run stand at its head. Submit:\n  job=$(sbatch "
     )
     (tmp_path / "study" / "runs" / "0001").mkdir(parents=True)
     (tmp_path / "study" / "runs" / "0001" / "notes.txt").touch()

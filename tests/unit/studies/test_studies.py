@@ -207,7 +207,7 @@ def test_a_failed_run_is_named_and_tried_again(small, executor, tmp_path):
     assert result.failed[0].reason.startswith("RunFolderError: `out` must be a new or empty folder")
     assert result.kinds()["failed (RunFolderError)"] == 1
     assert "1 failed" in str(result)
-    assert "1 runs failed: the statistics are of the others." in (path / "report.html").read_text()
+    assert "1 run failed: the statistics are of the others." in (path / "report.html").read_text()
     assert rows(path / "runs.csv")[1]["reason"].startswith("RunFolderError")
     obstacle.unlink()
     assert resume_study(path, executor=executor).complete
@@ -244,7 +244,7 @@ def test_a_run_of_a_study_is_executed_by_its_number(finished, small, tmp_path):
     for number in (3, 1):
         assert run_one(path, number).result is not None
     assert not collect_study(path).complete
-    assert "1 runs are not complete" in (path / "report.html").read_text()
+    assert "1 run is not complete" in (path / "report.html").read_text()
     assert run_one(path, 2).complete
     assert collect_study(path) == finished
     with pytest.raises(ConfigurationError, match=r"^`number` must be between 1 and 3; got 4\.$"):

@@ -51,7 +51,7 @@ def test_names_that_occur_twice_are_refused():
 
 def test_a_recording_says_in_a_line_what_it_is():
     text = str(recording(line(), present=[[1], [1], [0], [1], [1], [1]]))
-    assert text == "1 individuals, 6 frames at 10 per second (0.6 s), in cm, 16.67% missing"
+    assert text == "1 individual, 6 frames at 10 per second (0.5 s), in cm, 16.67% missing"
 
 
 def test_the_duration_is_the_time_between_first_and_last_frame():
@@ -87,7 +87,7 @@ def test_a_jump_is_a_step_above_the_stated_multiple_of_the_typical_one():
     positions[5:] += [24, 0]
     problems = recording(positions, first_frame=100).check(jump_factor=20)
     assert problems.jumps == (Jump("a", 104, 25.0, 25.0),)
-    assert str(problems) == "a: jump of 25 after frame 104 (25 typical steps)"
+    assert str(problems) == "a: jump of 25 cm after frame 104 (25 typical steps)"
     assert recording(positions).check(jump_factor=25).jumps == ()
 
 
