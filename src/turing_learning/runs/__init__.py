@@ -37,14 +37,12 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from ._errors import RunFolderError, RunStorageError, refuse_future_format, storage, told, writable
-from ._files import write_atomically, write_json
+from .folder._errors import RunFolderError, RunStorageError, refuse_future_format, storage, told, writable
+from .folder._files import write_atomically, write_json
 
 if TYPE_CHECKING:
     from ._check_run import check_run
-    from ._checkpoints import stored_generations, stored_traces
     from ._execute import start
-    from ._folder import RunFolder, resume_command
     from ._infer import infer, new_run_path, resume
     from ._laboratory import (
         SimulatedRun,
@@ -54,16 +52,18 @@ if TYPE_CHECKING:
         start_laboratory,
         stored_laboratory,
     )
-    from ._manifest import new_manifest
     from ._open import load_run
-    from ._paper import paper_absolute_errors
-    from ._pool import Pooled, pool
-    from ._present import run_table, swarm_replay
-    from ._result import TIMINGS, Result
     from ._session import Progress
-    from ._target import refuse_target
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
-    from ._trial_store import read_events
+    from .folder._checkpoints import stored_generations, stored_traces
+    from .folder._folder import RunFolder, resume_command
+    from .folder._manifest import new_manifest
+    from .folder._target import refuse_target
+    from .folder._trial_store import read_events
+    from .results._paper import paper_absolute_errors
+    from .results._pool import Pooled, pool
+    from .results._present import run_table, swarm_replay
+    from .results._result import TIMINGS, Result
 
 __all__ = [
     "TIMINGS",
@@ -108,35 +108,35 @@ __all__ = [
 ]
 
 _LAZY = {
-    "TIMINGS": "_result",
-    "Pooled": "_pool",
+    "TIMINGS": "results._result",
+    "Pooled": "results._pool",
     "Progress": "_session",
-    "Result": "_result",
-    "RunFolder": "_folder",
-    "resume_command": "_folder",
+    "Result": "results._result",
+    "RunFolder": "folder._folder",
+    "resume_command": "folder._folder",
     "resume_laboratory": "_laboratory",
     "SimulatedRun": "_laboratory",
     "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",
     "load_run": "_open",
-    "new_manifest": "_manifest",
+    "new_manifest": "folder._manifest",
     "new_run_path": "_infer",
-    "paper_absolute_errors": "_paper",
-    "pool": "_pool",
-    "read_events": "_trial_store",
+    "paper_absolute_errors": "results._paper",
+    "pool": "results._pool",
+    "read_events": "folder._trial_store",
     "refuse_film_path": "_trial",
-    "refuse_target": "_target",
+    "refuse_target": "folder._target",
     "resume": "_infer",
-    "run_table": "_present",
+    "run_table": "results._present",
     "scenario_named": "_trial",
     "simulate_laboratory": "_laboratory",
     "start": "_execute",
     "start_laboratory": "_laboratory",
-    "stored_generations": "_checkpoints",
+    "stored_generations": "folder._checkpoints",
     "stored_laboratory": "_laboratory",
-    "stored_traces": "_checkpoints",
-    "swarm_replay": "_present",
+    "stored_traces": "folder._checkpoints",
+    "swarm_replay": "results._present",
     "trial_replay": "_trial",
     "write_trial": "_trial",
 }

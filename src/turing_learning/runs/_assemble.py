@@ -14,15 +14,12 @@ from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptim
 from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm, SeparatedSwarm
 
+from ._purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
+
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource, SimulatedLaboratory
 
     GivenSource = OwnSource | LaboratorySource | SimulatedLaboratory
-
-MODELS, CLASSIFIERS, INTERROGATION, REPLAY, ARCHIVE, GENUINE = range(1, 7)
-"""Purposes of random numbers: the entropy of each is (purpose, seed of the run), so that no two streams meet.
-
-That of `GENUINE`, which chooses the samples of a recording that are held out, has no seed: all runs hold out the same."""
 
 
 def assemble(configuration: Configuration, source: "GivenSource | None" = None) -> Coevolution:

@@ -13,10 +13,10 @@ from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.sources import Genuine, OwnSource, OwnSystemError
 
-from ._errors import RunFolderError, storage
-from ._files import write_json
-from ._folder import RunFolder
-from ._result import Result
+from .folder._errors import RunFolderError, storage
+from .folder._files import write_json
+from .folder._folder import RunFolder
+from .results._result import Result
 
 if TYPE_CHECKING:
     from turing_learning.identifiability import Check, Effort, Evidence, Recovery

@@ -12,12 +12,12 @@ from turing_learning.config import Configuration, ConfigurationError, OwnConfigu
 from turing_learning.sources import OwnSystem, Simulator, same_time_step
 
 from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
-from ._errors import RunFolderError, RunStorageError, writable
 from ._execute import in_memory, start
-from ._folder import RunFolder
 from ._infer import infer, resume
 from ._own import OwnOptions, open_source, refuse_unknown_options, refuse_without_system, same_data
-from ._result import Result
+from .folder._errors import RunFolderError, RunStorageError, writable
+from .folder._folder import RunFolder
+from .results._result import Result
 
 if TYPE_CHECKING:
     from turing_learning.identifiability import Check, Effort
@@ -204,8 +204,8 @@ def _recover(configuration: Configuration, path: Path | None, system: Mapping[st
 
 def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder, stage: Stage) -> None:
     """Write the figures of a check, and the report of the run again where there is one and the history that it shows."""
-    from ._check_present import draw_check
-    from ._present import save_figures
+    from .results._check_present import draw_check
+    from .results._present import save_figures
 
     drawings = draw_check(found, result, configuration)
     with kept(folder.path):

@@ -9,17 +9,17 @@ from turing_learning.config import Configuration, to_toml
 from turing_learning.robots import LaboratoryError
 from turing_learning.sources import OwnSource, OwnSystemError
 
-from ._checkpoints import replace_checkpoints
-from ._errors import writable
-from ._files import remove_partial, write_json
-from ._folder import RunFolder
-from ._history import dataset_in_memory, thin_dataset
-from ._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
 from ._open import attachments_of, checker, is_whole, load_run, reporter, restored_result
 from ._own import refuse_without_source
 from ._resolve import resolved
-from ._result import Attachments, Result, summarize
 from ._session import Observer, Session
+from .folder._checkpoints import replace_checkpoints
+from .folder._errors import writable
+from .folder._files import remove_partial, write_json
+from .folder._folder import RunFolder
+from .folder._history import dataset_in_memory, thin_dataset
+from .folder._manifest import FINISHED, RUNNING, STOPPED, manifest_rows, new_manifest, now, this_process
+from .results._result import Attachments, Result, summarize
 
 if TYPE_CHECKING:
     import xarray
@@ -152,7 +152,7 @@ def _finish(result: Result, folder: RunFolder, configuration: Configuration) -> 
     """Draw and write everything; the state comes last, so that a run that was killed here does it again."""
     from turing_learning.report import write_page
 
-    from ._present import draw, drawn_history, report_page, save_figures
+    from .results._present import draw, drawn_history, report_page, save_figures
 
     history = drawn_history(result)
     drawings = draw(history, configuration)

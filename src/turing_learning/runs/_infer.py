@@ -12,9 +12,7 @@ from turing_learning.config import Configuration, ConfigurationError, require_se
 from turing_learning.sources import OwnSource, Simulator
 from turing_learning.swarm import Scenario
 
-from ._errors import RunFolderError
 from ._execute import go_on, in_memory, start
-from ._folder import RunFolder, resume_command
 from ._open import checker
 from ._own import (
     OwnOptions,
@@ -27,8 +25,10 @@ from ._own import (
     reopen_source,
 )
 from ._resolve import resolved
-from ._result import Result
 from ._session import Observer
+from .folder._errors import RunFolderError
+from .folder._folder import RunFolder, resume_command
+from .results._result import Result
 
 RUNS = Path("runs")
 

@@ -20,13 +20,13 @@ from turing_learning.robots import (
     real_equipment,
 )
 
-from ._errors import RunFolderError, told
 from ._execute import go_on, in_memory, start
-from ._folder import CALIBRATION, LABORATORY, RunFolder, resume_command
 from ._post_evaluation import judged_again, post_evaluate
-from ._result import Result
 from ._session import Observer, Progress
-from ._trial_store import EventLog, TrialStore
+from .folder._errors import RunFolderError, told
+from .folder._folder import CALIBRATION, LABORATORY, RunFolder, resume_command
+from .folder._trial_store import EventLog, TrialStore
+from .results._result import Result
 
 if TYPE_CHECKING:
     EventObserver = Callable[[Event], None]

@@ -9,15 +9,15 @@ from turing_learning.config import Configuration, OwnConfiguration
 from turing_learning.sources import FailureLog
 
 from ._check import complete_check
-from ._checkpoints import Checkpoint, latest_checkpoint
-from ._errors import RunFolderError, told
-from ._files import write_json
-from ._folder import RunFolder, going_on
-from ._history import dataset_on_disk, thin_dataset
-from ._manifest import FINISHED, manifest_rows
-from ._result import Attachments, Result, result_from_json, summarize
 from ._session import FAILURES, part
-from ._traces import Traces
+from .folder._checkpoints import Checkpoint, latest_checkpoint
+from .folder._errors import RunFolderError, told
+from .folder._files import write_json
+from .folder._folder import RunFolder, going_on
+from .folder._history import dataset_on_disk, thin_dataset
+from .folder._manifest import FINISHED, manifest_rows
+from .folder._traces import Traces
+from .results._result import Attachments, Result, result_from_json, summarize
 
 if TYPE_CHECKING:
     import xarray
@@ -146,7 +146,7 @@ def reporter(
     def write(result: Result, path: Path | None) -> Path:
         from turing_learning.report import write_page
 
-        from ._present import draw, drawn_history, report_page
+        from .results._present import draw, drawn_history, report_page
 
         target = path or default
         assert target is not None

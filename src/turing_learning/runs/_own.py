@@ -21,9 +21,9 @@ from turing_learning.sources import (
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.trajectories import DIRECTED, SIGNALS, Signals, Trajectories
 
-from ._assemble import GENUINE
-from ._errors import RunFolderError
-from ._folder import RunFolder, going_on
+from ._purposes import GENUINE
+from .folder._errors import RunFolderError
+from .folder._folder import RunFolder, going_on
 
 _LOGGER = logging.getLogger("turing_learning")
 

@@ -10,9 +10,9 @@ from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 
-from ._files import write_json
-from ._folder import RunFolder
-from ._result import Result, named
+from .folder._files import write_json
+from .folder._folder import RunFolder
+from .results._result import Result, named
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource

@@ -16,12 +16,12 @@ from turing_learning.robots import LaboratoryError
 from turing_learning.sources import OwnSource, OwnSystemError
 
 from ._assemble import assemble
-from ._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
-from ._errors import storage
-from ._folder import RunFolder, going_on
-from ._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
-from ._result import Result
-from ._traces import Traces, generation_values
+from .folder._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
+from .folder._errors import storage
+from .folder._folder import RunFolder, going_on
+from .folder._history import HistoryRecorder, Layout, ThinRecorder, create_store, intact, memory_arrays, open_store
+from .folder._traces import Traces, generation_values
+from .results._result import Result
 
 if TYPE_CHECKING:
     from ._assemble import GivenSource

@@ -99,7 +99,7 @@ def test_the_log_names_what_happened(finished):
 
 def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
     from turing_learning.robots import Event
-    from turing_learning.runs._trial_store import EventLog
+    from turing_learning.runs.folder._trial_store import EventLog
 
     folder = RunFolder(tmp_path)
     folder.events_path.write_text('{"kind": "complete"}\n{"kind": "dist')

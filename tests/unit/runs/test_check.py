@@ -17,7 +17,7 @@ from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
-from turing_learning.runs._check_present import check_listing, draw_check
+from turing_learning.runs.results._check_present import check_listing, draw_check
 from turing_learning.sources import OwnSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from turing_learning.runs._history import (
+from turing_learning.runs.folder._history import (
     HistoryRecorder,
     Layout,
     create_store,

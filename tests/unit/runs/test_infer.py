@@ -398,7 +398,7 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.runs import _checkpoints
+    from turing_learning.runs.folder import _checkpoints
 
     written = _checkpoints.write_atomically
     calls = []

@@ -16,8 +16,8 @@ from turing_learning.analysis import (
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 from turing_learning.report import counted, describe_unknown, shown
+from turing_learning.runs.folder._folder import going_on
 
-from ._folder import going_on
 from ._result import Result, named
 from ._scales import on_own_scales
 

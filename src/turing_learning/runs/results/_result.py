@@ -11,11 +11,11 @@ import numpy as np
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.config import Configuration
 from turing_learning.report import counted, describe_unknown, is_page, short_number, shown
+from turing_learning.runs.folder._target import refuse_target, writing
+from turing_learning.runs.folder._traces import SELECTION_CODES, Traces
 
 from ._paper import paper_absolute_errors
 from ._scales import on_own_scales
-from ._target import refuse_target, writing
-from ._traces import SELECTION_CODES, Traces
 
 if TYPE_CHECKING:
     import xarray

@@ -8,7 +8,7 @@ from turing_learning import figures, report
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, OwnConfiguration
 
-from ._present import Drawing
+from ._drawing import Drawing
 from ._result import Result
 
 if TYPE_CHECKING:

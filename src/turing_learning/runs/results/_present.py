@@ -2,23 +2,23 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from turing_learning import figures, report
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import Configuration, OwnConfiguration, to_toml
+from turing_learning.runs._purposes import REPLAY
+from turing_learning.runs.folder._traces import SELECTION_CODES
 from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 
-from ._assemble import REPLAY
+from ._drawing import Drawing
 from ._paper import SOURCE
 from ._result import Result
-from ._traces import SELECTION_CODES
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
     from turing_learning.identifiability import Check
 
@@ -26,15 +26,6 @@ REPLAY_ROBOTS = 25
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
-
-
-class Drawing(NamedTuple):
-    """A figure with its name, title and caption."""
-
-    name: str
-    title: str
-    caption: str
-    figure: "Figure"
 
 
 def drawn_history(result: Result) -> "xarray.Dataset":

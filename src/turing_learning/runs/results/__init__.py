@@ -1,0 +1,1 @@
+"""What a run has inferred, how it is shown, and several runs told as one."""
