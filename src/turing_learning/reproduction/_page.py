@@ -72,13 +72,15 @@ def _provenance(results: Results) -> str:
 
 def _commits(provenance: Mapping[str, Any]) -> str:
     """Name the commits that computed, with the numbers of runs and other pieces of work, and the one that wrote the tables."""
-    computed = ", ".join(
-        f"{commit or 'not recorded'} ({count})" for commit, count in provenance.get("commits", {}).items()
-    )
-    written = provenance["commit"] or "unknown"
-    return f"tables of commit {written}" + (
-        f", runs and other pieces of work of commits {computed}" if computed else ""
-    )
+    counts = provenance.get("commits", {})
+    computed = ", ".join(f"{_digits(commit) or 'not recorded'} ({count})" for commit, count in counts.items())
+    written = f"tables of commit {_digits(provenance['commit'] or '') or 'unknown'}"
+    return f"{written}, runs and other pieces of work of commits {computed}" if computed else written
+
+
+def _digits(commit: str) -> str:
+    """Return the first ten digits of a commit, and whether its tree had changes."""
+    return commit[:10] + ("-dirty" if commit.endswith("-dirty") else "")
 
 
 def _printed(claim: Claim) -> str:
