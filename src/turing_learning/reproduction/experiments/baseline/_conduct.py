@@ -22,9 +22,8 @@ THEOREM_CLAIM = "4.5-theorem"
 TYPICAL = "typical model of the last generations"
 SCATTER = (
     "a model is scored by one trial, in which the rarer readings hardly occur, so that the best of a generation may have any "
-    "speeds "
-    "for them, and the population wanders; the median over the population and the last three tenths of the generations is where "
-    "theorem 1 says"
+    "speeds for them, and the population wanders; the median over the population and the last three tenths of the generations "
+    "is nearer to what theorem 1 says than to the truth"
 )
 
 
