@@ -1,6 +1,5 @@
 """The commands of a laboratory with robots."""
 
-import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -89,21 +88,25 @@ def run(
             equipment,
             path,
             lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
-            emulated=emulated,
         )
 
 
 def go_on(path: Path, *, emulated: bool = False) -> None:
-    """Go on with a run in a laboratory."""
+    """Go on with a run in a laboratory; a rehearsal goes on with emulated robots, unasked."""
+    from turing_learning.config import ConfigurationError
     from turing_learning.runs import resume_laboratory, stored_laboratory
 
-    with _opened(stored_laboratory(path), emulated) as (laboratory, equipment):
+    stored = stored_laboratory(path)
+    if emulated and not stored.setup.emulated:
+        raise ConfigurationError(
+            f"`--emulated` must be left out for a run with real robots; got it [{path}]. Rehearse in another folder."
+        )
+    with _opened(stored, emulated) as (laboratory, equipment):
         _execute(
             laboratory,
             equipment,
             path,
             lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
-            emulated=emulated,
         )
 
 
@@ -153,7 +156,7 @@ def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laborat
     """Lend the laboratory and its doors; for a rehearsal as it can be emulated, and say what is made up."""
     from turing_learning.robots import as_emulated, real_equipment, rehearse
 
-    if not emulated:
+    if not (emulated or laboratory.setup.emulated):
         yield laboratory, real_equipment(laboratory.setup)
         return
     with as_emulated(laboratory) as rehearsed:
@@ -176,14 +179,7 @@ def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipme
     return fine
 
 
-def _rehearsal_command(path: Path) -> str:
-    """Return how to go on with emulated robots; `turing-learning resume` would move the real ones."""
-    return f"turing-learning robots run --resume {shlex.quote(str(path))} --emulated"
-
-
-def _execute(
-    laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]", *, emulated: bool
-) -> None:
+def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]") -> None:
     """Look at the laboratory, run, and print the result, or how to go on."""
     from rich.console import Console
 
@@ -195,7 +191,7 @@ def _execute(
     console = Console()
     if not _inspected(console, laboratory, equipment):
         raise typer.Exit(REFUSED)
-    ahead = f"go on with: {_rehearsal_command(path) if emulated else resume_command(path)}"
+    ahead = f"go on with: {resume_command(path)}"
     try:
         with stop_on_signals() as should_stop:
             result = run(

@@ -100,10 +100,16 @@ def resume_laboratory(
 ) -> Result:
     """Go on with a run in a laboratory; the generation that was not complete is started again. See `start_laboratory`.
 
-    Addresses in the folder's `laboratory.json` may have been changed meanwhile.
+    Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see `robots.as_emulated`) is refused
+    without `equipment`.
     """
     folder = RunFolder(Path(path))
     setup = stored_setup(folder)
+    if setup.emulated and equipment is None:
+        raise ConfigurationError(
+            f"`equipment` must be given for a rehearsal, which must not meet real robots; got none [{folder.path}]. Give "
+            "robots.rehearse(runs.stored_laboratory(path))."
+        )
     with _source(setup, folder.configuration(), folder, equipment, on_event, on_state) as source:
         result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
         _evaluate(result, folder, setup, source, should_stop)

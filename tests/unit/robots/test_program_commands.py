@@ -8,11 +8,15 @@ import numpy as np
 import pytest
 from program_laboratory import ARENA, CALIBRATION, FILE, HOMES, LABELS, ScriptedLaboratory
 
+from turing_learning.config import ConfigurationError
 from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers
+from turing_learning.runs import resume_laboratory
 from turing_learning.trajectories import load_trajectories
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robots" / "laboratory.md").read_text(encoding="utf-8")
 (PRINTED,) = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+
+BRIEF = ["--set", "models.population=4", "--set", "classifiers.population=4", "--set", "scenario.trial.duration_s=0.5"]
 
 
 @pytest.fixture
@@ -72,8 +76,27 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
     )
     assert code == 130
     command = err.strip().partition("go on with: turing-learning ")[2].split()
-    assert command == ["robots", "run", "--resume", "run", "--emulated"]
+    assert command == ["resume", "run"]
+    with pytest.raises(
+        ConfigurationError, match="`equipment` must be given for a rehearsal, which must not meet real robots"
+    ):
+        resume_laboratory("run")
+    monkeypatch.setattr(
+        "turing_learning.robots.program._equipment.real_equipment", lambda setup: pytest.fail("real robots")
+    )
     assert call(*command)[0] == 0
+
+
+def test_a_run_with_real_robots_does_not_go_on_with_emulated_ones(laboratory, call):
+    assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
+    stored = laboratory / "run" / "laboratory.json"
+    stored.write_text(stored.read_text().replace('"emulated": true', '"emulated": false'))
+    code, _, err = call("robots", "run", "--resume", "run", "--emulated")
+    assert code == 2
+    assert (
+        err
+        == "error: `--emulated` must be left out for a run with real robots; got it [run]. Rehearse in another folder.\n"
+    )
 
 
 def test_what_is_no_run_in_a_laboratory_is_not_gone_on_with(laboratory, call):
@@ -96,15 +119,7 @@ def test_a_rehearsal_needs_neither_a_calibration_nor_landmarks(tmp_path, call):
     code, out, err = call("robots", "check", "--emulated")
     assert (code, "BAD" in out) == (0, False)
     assert err.startswith("rehearsal with a calibration of its own, as there is none yet: ")
-    small = [
-        "--set",
-        "models.population=4",
-        "--set",
-        "classifiers.population=4",
-        "--set",
-        "scenario.trial.duration_s=0.5",
-    ]
-    assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *small)[0] == 0
+    assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
     assert (tmp_path / "run" / "camera.json").exists()
 
 

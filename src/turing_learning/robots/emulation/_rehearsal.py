@@ -18,8 +18,9 @@ from ._camera import overhead_camera
 def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     """Lend a laboratory as it can be rehearsed, for `rehearse` and what it runs.
 
-    It has no landmarks, which are not drawn. Where the file of the calibration is not there yet, it has the calibration of a camera
-    above the arena's middle, in a file that is removed at the end.
+    It is marked as emulated, as its runs are: they go on as rehearsals. It has no landmarks, which are not drawn. Where the file of
+    the calibration is not there yet, it has the calibration of a camera above the arena's middle, in a file that is removed at
+    the end.
 
     Parameters
     ----------
@@ -35,7 +36,7 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
             overhead_camera(width, height).save(path)
             changes["calibration"] = str(path)
         camera = setup.camera.model_copy(update=changes)
-        yield replace(laboratory, setup=setup.model_copy(update={"camera": camera}))
+        yield replace(laboratory, setup=setup.model_copy(update={"camera": camera, "emulated": True}))
 
 
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:

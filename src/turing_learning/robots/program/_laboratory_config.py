@@ -133,8 +133,9 @@ class EvaluationSection(Section):
 
 
 class LaboratorySetup(Section):
-    """The laboratory itself."""
+    """The laboratory itself. With `emulated`, all of it is: its runs are rehearsals, which never meet the real robots."""
 
+    emulated: bool = False
     robots: tuple[RobotSection, ...]
     camera: CameraSection
     timing: TimingSection = TimingSection()
