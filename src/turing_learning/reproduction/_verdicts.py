@@ -19,7 +19,8 @@ RULES = {
     "errors of the baseline": "of every parameter, the mean error lies within the printed mean plus or minus the printed "
     "standard deviation (plus 0.005): a baseline must be neither worse nor better",
     "convergence": "the median over the runs has come within 0.1 of the truth, for 20 generations on end, at the latest in twice "
-    "the generation that the text names; from when on it never leaves again is told, and not judged",
+    "the generation that the text names; from when on it never leaves again, and which reading is learned first, is told and "
+    "not judged",
     "counts": "the share of models without a significant difference falls short of the printed one by at most twice the "
     "standard error of the difference, both being shares of so many runs; and the swarms of all models gather: no model's median "
     "dispersion exceeds twice that of the agents",

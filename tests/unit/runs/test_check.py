@@ -92,7 +92,13 @@ def no_room(*arguments, **options):
 
 
 @pytest.mark.parametrize(
-    "writer", ["_check.write_json", "_present.save_figures", "_checkpoints.write_atomically", "_folder.write_json"]
+    "writer",
+    [
+        "_check.write_json",
+        "results._present.save_figures",
+        "folder._checkpoints.write_atomically",
+        "folder._folder.write_json",
+    ],
 )
 def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
     result = infer(out=tmp_path / "run")
