@@ -271,3 +271,24 @@ def test_an_npz_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(_trex, "MOST_BYTES", 1000)
     with pytest.raises(ValueError, match=r"unpack to at most 1000 bytes; got \d+ \["):
         load_trajectories(trex(tmp_path, walk()))
+
+
+@pytest.mark.parametrize(
+    ("of", "by"),
+    [
+        (b"PK\x05\x06", "size of the directory"),  # of no bytes: an archive without members
+        (b"X#wcentroid.npy", "name"),  # of a member, in the directory alone
+    ],
+)
+def test_a_track_whose_archive_has_a_damaged_directory_is_refused_and_not_left_out(tmp_path, of, by):
+    folder = WRITERS["trex"](tmp_path, walk(frames=8))
+    file = folder / "video_fish0.npz"
+    content = bytearray(file.read_bytes())
+    at = content.rindex(of)
+    if by == "name":
+        content[at : at + 1] = b"Z"
+    else:
+        content[at + 12 : at + 16] = bytes(4)
+    file.write_bytes(content)
+    with pytest.raises(ValueError, match=r"must be a whole npz file; got .*video_fish0\.npz"):
+        load_trajectories(folder)

@@ -90,11 +90,17 @@ def archive_names(path: Path) -> frozenset[str]:
 
 
 def _sizes(path: Path) -> dict[str, int]:
+    """Return name -> size of the members, whose names are those of the archive's directory and their own; none is damage, too."""
     try:
         with zipfile.ZipFile(path) as archive:
-            return {item.filename: item.file_size for item in archive.infolist()}
+            for item in archive.infolist():
+                archive.open(item).close()
+            sizes = {item.filename: item.file_size for item in archive.infolist()}
     except _DAMAGE as error:
         raise refusal("be a whole npz file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+    if not sizes:
+        raise refusal("be a whole npz file", "no arrays in it", path, "The file may be cut off or damaged.")
+    return sizes
 
 
 def load_arrays(path: Path) -> dict[str, np.ndarray]:
