@@ -182,7 +182,9 @@ def resume(
         if value is not None:
             what = "study, whose runs have one thread each" if is_study(run) else "single run"
             raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
-    recording = Recording(trajectories, fps, scale, model, window, y_axis, format, keypoint, every)
+    recording = Recording(
+        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
+    )
     if is_study(run):
         recording.refuse_beside("a study")
         _study.resume(run, workers, cluster)

@@ -201,14 +201,17 @@ def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict
 def _print_table(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:
     from rich.console import Console
 
+    from turing_learning.report import counted
+
     console = Console()
     console.print(verdict_table(verdicts))
     limit = (
         "all samples judged counterfeit" if detector.rule == "unanimous" else f"p-value up to {detector.false_alarms:g}"
     )
     console.print(
-        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {motion.samples.shape[1]} samples each "
-        f"of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers, {limit}",
+        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by "
+        f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps; rule {detector.rule}, "
+        f"{counted(len(detector.genomes), 'classifier')}, {limit}",
         highlight=False,
     )
 

@@ -96,10 +96,17 @@ HoldOutOption = Annotated[
 
 def read(path: Path, *, every: int | None, **options: Any) -> "Trajectories":
     """Open a recording with options of `load_trajectories`, and keep one frame in so many."""
+    from turing_learning.config import ConfigurationError
     from turing_learning.trajectories import load_trajectories
 
     recording = load_trajectories(path, **options)
-    return recording if every is None else recording.thinned(every)
+    if every is None:
+        return recording
+    if every >= 1 and every % recording.every:
+        raise ConfigurationError(
+            f"`--every` must be a multiple of {recording.every}, as only one frame in so many is there; got {every} [{path}]."
+        )
+    return recording.thinned(every)
 
 
 @dataclass(frozen=True)
@@ -180,8 +187,7 @@ class Recording:
             chosen = FAMILIES[self.model]
             if not chosen.headings:
                 motion = replace(motion, headings=None)
-            apart = [name.strip() for name in (self.hold_out_individuals or "").split(",") if name.strip()]
-            windows = motion.windows(**self._length(steps), hold_out_individuals=apart)
+            windows = motion.windows(**self._length(steps), hold_out_individuals=self._apart())
             family = chosen(
                 individuals=len(motion.individuals),
                 steps=windows.learning.shape[1],
@@ -207,6 +213,20 @@ class Recording:
             return system.steps
         self.refuse_beside("a run on simulated robots")
         return None
+
+    def _apart(self) -> list[str]:
+        """Return the names of the individuals that are held out."""
+        from turing_learning.config import ConfigurationError
+
+        if self.hold_out_individuals is None:
+            return []
+        names = [name.strip() for name in self.hold_out_individuals.split(",")]
+        if "" in names:
+            raise ConfigurationError(
+                "`--hold-out-individuals` must be names, separated by commas; got "
+                f"{self.hold_out_individuals!r}, where one is empty."
+            )
+        return names
 
     def _length(self, steps: int | None) -> dict[str, Any]:
         if self.window is None and steps is not None:

@@ -61,10 +61,15 @@ def _fitting_tables(console: Console, result: "Result") -> list[Table]:
     if result.truth is None:
         return [result_table(result, _WITHOUT_TRUTH)]
     for layout in ((_ALL,), (_WITHOUT_PAPER,), _HALVES):
-        tables = [result_table(result, columns) for columns in layout]
+        tables = [result_table(result, _known(result, columns)) for columns in layout]
         if all(_width(console, table) <= console.width for table in tables):
             return tables
-    return [result_table(result, columns) for columns in _PARTS]
+    return [result_table(result, _known(result, columns)) for columns in _PARTS]
+
+
+def _known(result: "Result", columns: tuple[str, ...]) -> tuple[str, ...]:
+    """Leave the paper's figure out where the paper has none."""
+    return columns if result.paper_absolute_error else tuple(column for column in columns if column != "paper")
 
 
 def _width(console: Console, table: Table) -> int:

@@ -33,6 +33,10 @@ _SENTENCES = (
         r"`genuine` must be windows of motion that varies; got the same at every step of all of them: (.*?)\. See what .*",
         r"`--trajectories` must be motion that varies; got the same at every step: \1. Give a file in which individuals move.",
     ),
+    (
+        r"`simulate` must have the time step of the samples, (.*?); got (.*?)\. Give the family .*",
+        r"`--fps` and `--every` must be those that the run began with, \1 between frames; got \2.",
+    ),
     (r"keep those with recording\.thinned\((\d+)\)\.", r"keep those with --every \1."),
     (r" Thin the faster recording, and", " Thin the faster recording with --every, and"),
     (

@@ -63,8 +63,9 @@ def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):
     code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run")
     assert code == 0
     assert "generation 3/3" in out
-    for word in ("estimate", "true", "error", "best model", "paper", "vl0", "report: run/report.html"):
+    for word in ("estimate", "true", "error", "best model", "vl0", "report: run/report.html"):
         assert word in out
+    assert "paper" not in out  # which has no errors for swarms of other sizes
     assert json.loads((tmp_path / "run" / "result.json").read_text())["seed"] == 4
     code, out, _ = call("show", "run")
     assert code == 0
@@ -223,13 +224,29 @@ def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(trouble, sa
     assert err.count("\n") == 1
 
 
+def test_the_papers_errors_have_a_column_where_there_are_some(call):
+    from dataclasses import replace
+
+    from rich.console import Console
+
+    from turing_learning import load_run
+    from turing_learning.cli._tables import _fitting_tables
+
+    assert call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")[0] == 0
+    result = load_run("run")
+    console = Console(width=200)
+    for errors, shown in ((None, False), (dict.fromkeys(result.estimate, 0.01), True)):
+        (table,) = _fitting_tables(console, replace(result, paper_absolute_error=errors))
+        assert ("paper" in [column.header for column in table.columns]) is shown
+
+
 def test_no_number_is_cut_off_on_a_narrow_terminal(call, monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")
     assert code == 0
     assert "…" not in out
     assert max(map(len, out.splitlines()[1:])) <= 40
-    assert [heading in out for heading in ("estimate", "best model", "paper")] == [True] * 3
+    assert [heading in out for heading in ("estimate", "best model")] == [True] * 2
 
 
 def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, monkeypatch):

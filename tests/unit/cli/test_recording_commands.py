@@ -57,6 +57,18 @@ def test_individuals_are_kept_for_testing(call):
         2,
         "error: `--trajectories` must be the recording that the run began with, and its options the same",
     )
+    assert call("resume", "run", *four, *apart)[0] == 0
+    code, _, err = call("resume", "run", *four, "--hold-out-individuals", "a")
+    assert code == 2
+    assert "must be the recording that the run began with" in err
+    code, _, err = call("infer", *four, "--hold-out-individuals", "a,,b", "--out", "other")
+    assert (
+        err == "error: `--hold-out-individuals` must be names, separated by commas; got 'a,,b', where one is empty.\n"
+    )
+    code, _, err = call("resume", "run", *four, *apart, "--every", "2")
+    assert (
+        err == "error: `--fps` and `--every` must be those that the run began with, 0.1 s between frames; got 0.2 s.\n"
+    )
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
     assert call("check", "run", *four, *apart, *quick)[0] == 0
     test = json.loads(Path("run/check/check.json").read_text())["test"]

@@ -1,5 +1,7 @@
+import copy
 import json
 import logging
+import pickle
 import re
 import shutil
 from dataclasses import replace
@@ -559,3 +561,15 @@ def test_nothing_that_is_stored_holds_a_pickle(finished):
             assert b"'|O'" not in content, path
         if path.name == ".zarray":
             assert json.loads(content)["filters"] is None, path
+
+
+def test_a_result_crosses_processes_with_its_numbers_and_copies_keep_the_rest(whole):
+    result = tl.load_run(whole)
+    crossed = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
+    assert crossed.to_json() == result.to_json()
+    with pytest.raises(
+        RuntimeError, match=r"got a result alone, as one that comes from another process is\. Open the run"
+    ):
+        crossed.history  # noqa: B018
+    for copied in (copy.copy(result), copy.deepcopy(result)):
+        assert copied.history.sizes == result.history.sizes

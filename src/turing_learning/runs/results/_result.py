@@ -39,6 +39,14 @@ class Attachments:
     report: Callable[["Result", Path | None], Path]
     check: Callable[..., "Check"]
 
+    def __reduce__(self) -> tuple[type[None], tuple[()]]:
+        """Stay behind where a result is pickled: another process gets its numbers, and opens the rest with `load_run`."""
+        return type(None), ()
+
+    def __deepcopy__(self, memo: object) -> "Attachments":
+        """Return the same: what is attached is never changed."""
+        return self
+
 
 @dataclass(frozen=True)
 class Result:
@@ -211,7 +219,10 @@ class Result:
 
     def _attached(self) -> Attachments:
         if self.attachments is None:
-            raise RuntimeError("`history` must belong to a run; got a result alone. Open the run with `load_run`.")
+            raise RuntimeError(
+                "`history` must belong to a run; got a result alone, as one that comes from another process is. Open the run "
+                "with `load_run`."
+            )
         return self.attachments
 
     def to_json(self) -> dict[str, Any]:
