@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 WINDOW_S = 4.0
 
 PANEL = "Recorded motion"
+TOLD = 12
+"""Most lines about what is found in a recording."""
 
 TrajectoriesOption = Annotated[
     Path | None,
@@ -234,9 +236,14 @@ class Recording:
         return {"length_s": WINDOW_S if self.window is None else self.window}
 
     def arguments(self) -> dict[str, Any]:
-        """Return what `turing_learning.infer` is told of the system."""
-        windows, family, _ = self.opened()
+        """Return what `turing_learning.infer` is told of the system, and tell what is found in the recording."""
+        windows, family, motion = self.opened()
         assert self.trajectories is not None
+        found = str(motion.problems).splitlines()
+        for line in found[:TOLD]:
+            typer.echo(f"{self.trajectories.name}: {line}")
+        if len(found) > TOLD:
+            typer.echo(f"{self.trajectories.name}: and {len(found) - TOLD} more; all by `recording.check()` in Python")
         return {
             "genuine": windows,
             "simulate": family,

@@ -80,6 +80,30 @@ def test_individuals_are_kept_for_testing(call):
     )
 
 
+def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
+    rng = np.random.default_rng(1)
+    steps = np.cumsum(rng.normal(0.6, 0.2, (400, 20, 2)), axis=0)
+    steps[:, 3:] = steps[0, 3:]
+    rows = [f"{t},{k},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
+    Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+    options = [
+        "--trajectories",
+        "still.csv",
+        "--fps",
+        "10",
+        "--scale",
+        "1",
+        "--y-axis",
+        "up",
+        "--model",
+        "burst-and-coast",
+    ]
+    code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
+    assert code == 0
+    assert out.startswith("still.csv: 3: never moves, in 400 frames\n")
+    assert "still.csv: and 5 more; all by `recording.check()` in Python\n" in out
+
+
 def test_a_table_of_ones_own_says_where_y_points(call):
     rows = [f"{t},{who},{(0.1 + 0.1 * who) * t},{0.01 * t * t}" for t in range(200) for who in range(3)]
     Path("own.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
