@@ -76,6 +76,7 @@ def _root(
     "Ctrl-C stops after the present generation; `turing-learning resume RUN` goes on."
 )
 def infer(
+    context: typer.Context,
     scenario: Annotated[
         str | None, typer.Argument(metavar="SCENARIO", help="Name of a scenario, see `scenarios`; or in the file.")
     ] = None,
@@ -114,9 +115,7 @@ def infer(
 
     options = {"run.generations": generations, "run.seed": seed, "run.threads": threads}
     overrides, labels = settings_of(settings, options)
-    recording = Recording(
-        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
-    )
+    recording = Recording.of(context)
     if recording.given:
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
@@ -134,6 +133,7 @@ def infer(
 
 @app.command(epilog="Example: turing-learning resume runs/aggregation-20261121-093015-seed1")
 def resume(
+    context: typer.Context,
     run: RunArgument,
     threads: Annotated[
         int | None,
@@ -182,9 +182,7 @@ def resume(
         if value is not None:
             what = "study, whose runs have one thread each" if is_study(run) else "single run"
             raise ConfigurationError(f"`{name}` must be left out for a {what}; got {value} [--{name}].")
-    recording = Recording(
-        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
-    )
+    recording = Recording.of(context)
     if is_study(run):
         recording.refuse_beside("a study")
         _study.resume(run, workers, cluster)

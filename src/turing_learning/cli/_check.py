@@ -39,6 +39,7 @@ def register(app: typer.Typer) -> None:
 
 
 def check(
+    context: typer.Context,
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
     samples: Annotated[
         int | None,
@@ -91,9 +92,7 @@ def check(
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
-    recording = Recording(
-        trajectories, fps, scale, model, window, y_axis, format, keypoint, every, hold_out_individuals
-    )
+    recording = Recording.of(context)
     system = {}
     if recording.given:
         windows, family, motion = recording.opened(run)

@@ -1,7 +1,7 @@
 """Options that name recorded motion and a family of models, and what they stand for."""
 
 import shlex
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -125,6 +125,11 @@ class Recording:
     keypoint: str | None = None
     every: int | None = None
     hold_out_individuals: str | None = None
+
+    @classmethod
+    def of(cls, context: typer.Context) -> "Recording":
+        """Return what a command was told, which has all of these options."""
+        return cls(**{field.name: context.params[field.name] for field in fields(cls)})
 
     @property
     def given(self) -> bool:

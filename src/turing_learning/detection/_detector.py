@@ -9,6 +9,7 @@ import numpy as np
 
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError, nearest
+from turing_learning.report import counted
 
 from ._chance import DRAWS, known_needed, p_values
 from ._checks import checked_motion
@@ -320,7 +321,7 @@ class Detector:
                 "The classifiers do not tell genuine from abnormal motion: the mean score of %s that had no part in the weights is "
                 "%.3f, and that of abnormal motion %.3f. Verdicts mean nothing; run more generations, or calibrate with other "
                 "motion.",
-                _counted(len(self.genuine_scores), "genuine sample"), genuine, abnormal,
+                counted(len(self.genuine_scores), "genuine sample"), genuine, abnormal,
             )  # fmt: skip
 
     def _warn_if_no_score_is_low_enough(self, samples: int) -> None:
@@ -330,7 +331,7 @@ class Detector:
             return
         known, needed = len(self.genuine_scores), known_needed(self.false_alarms, samples)
         remedy = "Take more samples of each, another rule"
-        reason = f"{np.mean(self.genuine_scores <= 0):.3g} of {_counted(known, 'genuine sample')} have that score"
+        reason = f"{np.mean(self.genuine_scores <= 0):.3g} of {counted(known, 'genuine sample')} have that score"
         if known < needed:
             remedy = "Calibrate with more, take more samples of each"
             who = "genuine samples without a part in the weights (the second half of `genuine`)"
@@ -338,7 +339,7 @@ class Detector:
         _LOGGER.warning(
             "Nobody can be called abnormal by %s each: with score 0 throughout the p-value is %.3g, and at most %.3g is asked for; "
             "%s. %s, or allow more false alarms.",
-            _counted(samples, "sample"), least, self.false_alarms, reason, remedy,
+            counted(samples, "sample"), least, self.false_alarms, reason, remedy,
         )  # fmt: skip
 
     def _warn_if_none_can_be_above(self, scan: Scan, thresholds: Mapping[int, float], counts: list[int]) -> None:
@@ -350,8 +351,8 @@ class Detector:
                 "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, and the threshold %.2f, "
                 "by %s and a share of false alarms of %.3g. Record for longer, calibrate with more genuine motion, or allow more "
                 "false alarms.",
-                len(blind), _counted(len(counts), "individual"), _counted(max(blind), "window"), most[max(blind)],
-                thresholds[max(blind)], _counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
+                len(blind), counted(len(counts), "individual"), counted(max(blind), "window"), most[max(blind)],
+                thresholds[max(blind)], counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
             )  # fmt: skip
 
     def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
@@ -398,7 +399,3 @@ def _votes(classifier: Classifier, genomes: np.ndarray, motion: np.ndarray) -> n
 
 def _scores(weights: np.ndarray, votes: np.ndarray) -> np.ndarray:
     return np.round(np.tensordot(weights, votes, axes=1), DIGITS)
-
-
-def _counted(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -6,7 +6,7 @@ import os
 import time
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, partial
@@ -70,6 +70,7 @@ class Work:
         self.sizes = sizes
         self.seconds = 0.0
         self.commits: Counter[str] = Counter()
+        self._names: set[str] = set()
         self._folder = folder
         self._fast = fast
         self._workers = workers
@@ -161,9 +162,15 @@ class Work:
         if stored is None:
             stored = self._done(name, compute)
             self._keep(name, stored, path, write)
-        self.seconds += stored["seconds"]
-        self.commits[stored.get("commit") or ""] += 1
+        self._count(name, stored["seconds"], [stored.get("commit")])
         return stored["found"]
+
+    def _count(self, name: str, seconds: float, commits: Sequence[str | None]) -> None:
+        """Count a piece of work, or a study; one that is asked for again counts once."""
+        if name not in self._names:
+            self._names.add(name)
+            self.seconds += seconds
+            self.commits.update(commit or "" for commit in commits)
 
     def _keep(
         self, name: str, stored: dict[str, Any], path: Path, write: Callable[[Path, dict[str, Any]], None]
@@ -210,11 +217,9 @@ class Work:
                 f"`{name}` must have no runs that fail; got {len(result.failed)}, the first for: "
                 f"{result.failed[0].reason} [{path}]. Give the same command again to try again."
             )
-        self.seconds += sum(run.seconds or 0.0 for run in result.runs)
         folder = StudyFolder(result.path)
-        self.commits.update(
-            RunFolder(folder.run_path(run.number)).manifest().get("commit") or "" for run in result.runs
-        )
+        commits = [RunFolder(folder.run_path(run.number)).manifest().get("commit") for run in result.runs]
+        self._count(name, sum(run.seconds or 0.0 for run in result.runs), commits)
         return result
 
     def runs(self, name: str, scenario: str, preset: str, **settings: Any) -> "StudyResult":

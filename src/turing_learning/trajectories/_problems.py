@@ -84,7 +84,7 @@ class Problems:
             [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
         )
         lines += [
-            f"{name}: {count} of {_counted(self.frames)} missing, in {_counted(self.gaps[name], 'gap')} of up to "
+            f"{name}: {count} of {counted(self.frames)} missing, in {counted(self.gaps[name], 'gap')} of up to "
             f"{self.longest_gap[name]}"
             for name, count in self.missing.items()
             if count
@@ -94,14 +94,15 @@ class Problems:
             f"({jump.times_typical:.3g} typical steps)"
             for jump in self.jumps
         ]
-        lines += [f"{name}: never moves, in {_counted(self.frames - self.missing[name])}" for name in self.still]
+        lines += [f"{name}: never moves, in {counted(self.frames - self.missing[name])}" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
-                lines.append(f"{_counted(len(frames))} {what}: {_listed(frames)}")
+                lines.append(f"{counted(len(frames))} {what}: {_listed(frames)}")
         return "\n".join([*lines, *self.remarks]) or "nothing found"
 
 
-def _counted(number: int, noun: str = "frame") -> str:
+def counted(number: int, noun: str = "frame") -> str:
+    """Return a number of things in words."""
     return f"{number} {noun}{'s' * (number != 1)}"
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ._checks import whole
-from ._problems import JUMP_FACTOR, Problems, find_problems
+from ._problems import JUMP_FACTOR, Problems, counted, find_problems
 from ._signals import Signals, compute_signals
 from ._stretches import bridge, every
 from ._windows import Cut, Windows, cut_windows
@@ -93,7 +93,7 @@ class Trajectories:
         frames, individuals = self.present.shape
         share = 1 - self.present.mean()
         return (
-            f"{individuals} individual{'s' * (individuals != 1)}, {frames} frame{'s' * (frames != 1)} at {self.fps:g} per second "
+            f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second "
             f"({self.duration_s:.4g} s), in {self.unit}, "
             f"{share:.2%} missing"
         )

@@ -44,12 +44,17 @@ def test_a_recording_and_a_family_of_models_make_a_run(call):
     assert set(result["interval"]) == {"speed", "kick_interval", "glide_time", "turn"}
 
 
+def given(table, fps):
+    """Return the options for a plain table in cm, y upwards."""
+    return ["--trajectories", table, "--fps", str(fps), "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+
+
 def test_individuals_are_kept_for_testing(call):
     rng = np.random.default_rng(1)
     steps = np.cumsum(rng.normal(0.6, 0.2, (1500, 4, 2)), axis=0)
     rows = [f"{t},{'abcd'[k]},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
     Path("four.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    four = ["--trajectories", "four.csv", "--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]
+    four = given("four.csv", 10)
     apart = ["--hold-out-individuals", "b, d"]
     assert call("infer", *four, *apart, *SMALL, "--generations", "1", "--out", "run")[0] == 0
     code, _, err = call("check", "run", *four)
@@ -86,18 +91,7 @@ def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     steps[:, 3:] = steps[0, 3:]
     rows = [f"{t},{k},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
     Path("still.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    options = [
-        "--trajectories",
-        "still.csv",
-        "--fps",
-        "10",
-        "--scale",
-        "1",
-        "--y-axis",
-        "up",
-        "--model",
-        "burst-and-coast",
-    ]
+    options = given("still.csv", 10)
     code, out, _ = call("infer", *options, "--window", "2", *SMALL, "--generations", "1", "--out", "run")
     assert code == 0
     assert out.startswith("still.csv: 3: never moves, in 400 frames\n")
@@ -305,18 +299,7 @@ def test_a_recording_of_every_second_frame_is_inferred_from_at_its_own_rate(call
     walk = np.cumsum(rng.normal(0.6, 0.2, (200, 3, 2)), axis=0)
     rows = [f"{2 * t},{who},{x},{y}" for t in range(200) for who, (x, y) in enumerate(walk[t])]
     Path("sparse.csv").write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
-    options = [
-        "--trajectories",
-        "sparse.csv",
-        "--fps",
-        "20",
-        "--scale",
-        "1",
-        "--y-axis",
-        "up",
-        "--model",
-        "burst-and-coast",
-    ]
+    options = given("sparse.csv", 20)
     small = [*SMALL, "--generations", "1", "--window", "2", "--out", "run"]
     code, _, err = call("infer", *options, *small)
     assert code == 2

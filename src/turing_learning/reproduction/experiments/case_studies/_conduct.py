@@ -96,10 +96,12 @@ def _intervals(result: "StudyResult") -> np.ndarray:
     from turing_learning.studies import StudyFolder
 
     folder, found = StudyFolder(result.path), []
+    plan = folder.plan()
     for run in result.runs:
-        typical = (stored_traces(folder.run_path(run.number) / "checkpoints") or {})["typical_model"]
-        window = folder.plan().configuration(run.number).run.estimated_from(len(typical))
-        found.append(interval(typical, window).T)
+        traces = stored_traces(folder.run_path(run.number) / "checkpoints")
+        assert traces is not None  # of a complete run
+        typical = traces["typical_model"]
+        found.append(interval(typical, plan.configuration(run.number).run.estimated_from(len(typical))).T)
     return np.array(found)
 
 
