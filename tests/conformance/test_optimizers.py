@@ -30,6 +30,7 @@ def in_two_phases(**settings) -> Optimizer:
         redraw=0.1,
         exchange=0.1,
         groups=[[0], [1]],
+        dependent=[2],
         intermediate=True,
         memory=0.1,
         refinement=30,

@@ -92,13 +92,13 @@ class ModelsSection(PopulationSection):
     )
     redraw: Share = Field(
         default=0.2,
-        description="share of children of which one parameter is drawn anew from the range of the first individuals, in the "
-        "first half of a run; then of ever fewer, and of none after 0.7 of the run",
+        description="share of children of which one parameter is drawn anew from the range of the first individuals (of a "
+        "field of view five times that range), in the first half of a run; then of ever fewer, and of none after 0.7 of the run",
     )
     exchange: Share = Field(
         default=0.1,
-        description="in the same way, share of children in which two sensor states exchange their wheel speeds; without "
-        "effect where models are networks or a system of one's own",
+        description="in the same way, share of children in which two sensor states exchange their wheel speeds, and an inferred "
+        "field of view is drawn anew; without effect where models are networks or a system of one's own",
     )
     intermediate: bool = Field(
         default=True,

@@ -55,14 +55,17 @@ class EvolutionStrategy:
         Before the generation `refinement`, the probability that a child has two parents; otherwise it has one. Two good
         parents from different regions have bad children: a few good individuals are lost in a majority that has settled elsewhere.
     redraw
-        Before the generation `refinement`, the probability that one parameter of a child, any, is drawn anew from the initial
-        range: a jump out of a local optimum, which small steps do not leave. From then on jumps become rarer, until they end
-        at the generation `settled`.
+        Before the generation `refinement`, the probability that one parameter of a child, any, is drawn anew: a jump out of a
+        local optimum, which small steps do not leave. From then on jumps become rarer, until they end at the generation `settled`.
+    jump_reach : () or (dimension,)
+        How many times wider than the initial range, about its middle, that is from which jumps draw; > 0.
     exchange
         In the same way, the probability that two of the `groups` of a child, any, exchange their values.
     groups
         Parameters that can stand for each other, for `exchange`: two or more lists of indices, all of the same length, without
         a common index. Empty if there are none.
+    dependent
+        Indices, in no group, of parameters that mean nothing any more when groups have exchanged their values: they are drawn anew.
     intermediate
         Whether from the generation `refinement` on a child has the means of its parents' parameters rather than one or the other's.
         The noise in them averages out, and the population stays close together.
@@ -98,8 +101,10 @@ class EvolutionStrategy:
         minimum_step_size: np.typing.ArrayLike = 0.01,
         recombination: float = 1.0,
         redraw: float = 0.0,
+        jump_reach: np.typing.ArrayLike = 1.0,
         exchange: float = 0.0,
         groups: Sequence[Sequence[int]] = (),
+        dependent: Sequence[int] = (),
         intermediate: bool = False,
         memory: float = 0.0,
         refinement: int = 0,
@@ -121,11 +126,12 @@ class EvolutionStrategy:
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
-        self._low, self._high = low, high
+        self._low, self._high = _widened(low, high, check_vector("jump_reach", jump_reach, dimension))
         self._recombination = check_share("recombination", recombination)
         self._redraw = check_share("redraw", redraw)
         self._exchange = check_share("exchange", exchange)
         self._groups = _checked_groups(groups, dimension)
+        self._dependent = _checked_dependent(dependent, self._groups, dimension)
         self._intermediate = bool(intermediate)
         self._memory = FitnessMemory(self.size, check_share("memory", memory))
         self._refinement = check_count("refinement", refinement, 0)
@@ -253,14 +259,16 @@ class EvolutionStrategy:
 
     def _jump(self, children: np.ndarray, rng: np.random.Generator, rate: float) -> None:
         """Draw one parameter of some children anew, and exchange two groups of others; `rate` scales how many."""
+        low, high, dependent = self._low, self._high, self._dependent
         if self._redraw * rate > 0:
             chosen = np.flatnonzero(rng.random(self.offspring) < self._redraw * rate)
             parameter = rng.integers(self.dimension, size=len(chosen))
-            children[chosen, parameter] = rng.uniform(self._low[parameter], self._high[parameter])
+            children[chosen, parameter] = rng.uniform(low[parameter], high[parameter])
         if self._exchange * rate > 0 and len(self._groups) > 1:
             for k in np.flatnonzero(rng.random(self.offspring) < self._exchange * rate):
                 first, second = self._groups[rng.permutation(len(self._groups))[:2]]
                 children[k, first], children[k, second] = children[k, second], children[k, first]
+                children[k, dependent] = rng.uniform(low[dependent], high[dependent])
 
 
 def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
@@ -285,6 +293,24 @@ def _check_step_sizes(minimum: np.ndarray, initial: np.ndarray) -> None:
             "`initial_step_size` must be above 0, at least `minimum_step_size`, and at most "
             f"{STEP_SIZE_LIMIT:g}; got {initial.min()} to {initial.max()}."
         )
+
+
+def _widened(low: np.ndarray, high: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ranges (dimension,) that are `reach` times wider; those of reach 1 to the last bit."""
+    if not (reach > 0).all():
+        raise ValueError(f"`jump_reach` must be above 0; got {reach.min()}.")
+    added = 0.5 * (reach - 1) * (high - low)
+    return low - added, high + added
+
+
+def _checked_dependent(dependent: Sequence[int], groups: np.ndarray, dimension: int) -> np.ndarray:
+    """Return the indices (n,) of the dependent parameters."""
+    indices = np.array([int(index) for index in dependent], dtype=np.int64)
+    if any(not 0 <= index < dimension for index in indices):
+        raise ValueError(f"`dependent` must hold indices from 0 to {dimension - 1}; got {dependent}.")
+    if np.isin(indices, groups).any():
+        raise ValueError(f"`dependent` must hold no index of a group; got {dependent}.")
+    return indices
 
 
 def _checked_groups(groups: Sequence[Sequence[int]], dimension: int) -> np.ndarray:

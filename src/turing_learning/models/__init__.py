@@ -4,7 +4,7 @@
     One parameter in its user's units: bounds, linear or logarithmic scale, initial range, and the map to them.
 `Representation`
     What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`, what robots execute;
-    and how results describe it.
+    how results describe it, and which `Jumps` the optimizer may make.
 `ReactiveModel`, `MorphologyModel`
     Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field of view.
     `REPRESENTATIONS` names them.
@@ -17,7 +17,7 @@ from ._morphology import MorphologyModel
 from ._named import REPRESENTATIONS
 from ._parameters import Parameter
 from ._reactive import ReactiveModel
-from ._representation import FULL_VIEW, AgentsRepresentation, Behavior, Representation
+from ._representation import FULL_VIEW, AgentsRepresentation, Behavior, Jumps, Representation
 
 __all__ = [
     "FULL_VIEW",
@@ -25,6 +25,7 @@ __all__ = [
     "AgentsRepresentation",
     "Behavior",
     "ElmanModel",
+    "Jumps",
     "MorphologyModel",
     "Parameter",
     "ReactiveModel",

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._representation import Behavior
+from ._representation import Behavior, Jumps
 
 STEADY_STEPS = 20
 """Time steps of constant input after which the outputs count as steady: paper, section 4.6.2."""
@@ -70,9 +70,9 @@ class ElmanModel:
         )
 
     @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Nothing: no weights belong to a sensor state."""
-        return ()
+    def jumps(self) -> Jumps:
+        """No exchange: no weights belong to a sensor state."""
+        return Jumps()
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return the genomes (..., Q) themselves."""

@@ -5,7 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ._reactive import ReactiveModel
-from ._representation import FULL_VIEW, Behavior
+from ._representation import FULL_VIEW, Behavior, Jumps
+
+VIEW_REACH = 5.0
+"""Range of jumps of the number of a field of view, in ranges of first genomes: views of 2 to 358 degrees instead of 97 to 263."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +38,11 @@ class MorphologyModel:
         return (*ReactiveModel(self.states).parameter_units, "rad")
 
     @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Both wheels of each sensor state; the field of view belongs to none."""
-        return ReactiveModel(self.states).parameter_groups
+    def jumps(self) -> Jumps:
+        """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
+        speeds = 2 * self.states
+        groups = ReactiveModel(self.states).jumps.groups
+        return Jumps(groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds and the field of view (2 n + 1,)."""

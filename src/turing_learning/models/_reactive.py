@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._representation import Behavior
+from ._representation import Behavior, Jumps
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class ReactiveModel:
         return ("",) * (2 * self.states)
 
     @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Both wheels of each sensor state."""
-        return tuple((2 * state, 2 * state + 1) for state in range(self.states))
+    def jumps(self) -> Jumps:
+        """Sensor states exchange the speeds of both wheels."""
+        return Jumps(groups=tuple((2 * state, 2 * state + 1) for state in range(self.states)))
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds (2 n,)."""

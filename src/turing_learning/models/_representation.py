@@ -32,6 +32,25 @@ class Behavior:
     hidden: int = 0
 
 
+@dataclass(frozen=True)
+class Jumps:
+    """What jumps of the optimizer may do to genomes of P numbers, beside drawing one of them anew.
+
+    Attributes
+    ----------
+    groups
+        Indices of the numbers of each sensor state: models with exchanged groups are models too. Empty if there are none.
+    dependent
+        Indices of the numbers that depend on which group is whose: they mean nothing any more when groups are exchanged.
+    reach : () or (P,)
+        How many times wider than the range of first genomes that is from which numbers are drawn anew.
+    """
+
+    groups: tuple[tuple[int, ...], ...] = ()
+    dependent: tuple[int, ...] = ()
+    reach: float | tuple[float, ...] = 1.0
+
+
 class Representation(Protocol):
     """From the optimizer's numbers (genomes) to the parameters of models, from these to behavior and to what results state.
 
@@ -44,8 +63,8 @@ class Representation(Protocol):
         ...
 
     @property
-    def parameter_groups(self) -> tuple[tuple[int, ...], ...]:
-        """Indices of the parameters of each sensor state: models with exchanged groups are models too. Empty if there are none."""
+    def jumps(self) -> Jumps:
+        """What jumps may do to genomes."""
         ...
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from turing_learning.coevolution import (
 )
 from turing_learning.config import Configuration, PopulationSection, classifier_of
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
+from turing_learning.models import Jumps
 from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm, SeparatedSwarm
 
@@ -41,7 +42,7 @@ def assemble(configuration: Configuration, source: "GivenSource | None" = None) 
     )
     return Coevolution(
         interrogation,
-        _models(configuration, () if own else configuration.representation.parameter_groups),
+        _models(configuration, Jumps() if own else configuration.representation.jumps),
         _classifiers(configuration, classifier.parameters),
         seed=(INTERROGATION, configuration.run.seed),
         **_archive(configuration),
@@ -53,7 +54,7 @@ def _swarm(configuration: Configuration) -> SampleSource:
     return kind(configuration.scenario, configuration.threads, configuration.representation)
 
 
-def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -> Optimizer:
+def _models(configuration: Configuration, jumps: Jumps) -> Optimizer:
     section = configuration.models
     return _optimizer(
         section,
@@ -61,8 +62,10 @@ def _models(configuration: Configuration, groups: tuple[tuple[int, ...], ...]) -
         (MODELS, configuration.run.seed),
         recombination=section.recombination,
         redraw=section.redraw,
+        jump_reach=jumps.reach,
         exchange=section.exchange,
-        groups=groups,
+        groups=jumps.groups,
+        dependent=jumps.dependent,
         intermediate=section.intermediate,
         memory=section.memory,
         refinement=configuration.run.halfway,

@@ -222,6 +222,22 @@ def test_any_two_of_more_groups_exchange_their_values():
     assert {tuple(child) for child in children.tolist()} == expected
 
 
+def test_what_is_drawn_anew_may_lie_farther_than_the_first_individuals():
+    children = jumped(generation=1, redraw=1.0, jump_reach=[1.0, 5.0, 1.0, 1.0])
+    new = np.where(children != [1, 2, 3, 4], children, np.nan)
+    assert np.nanmin(new[:, [0, 2, 3]]) >= 5
+    assert np.nanmax(new[:, [0, 2, 3]]) < 6
+    assert 3 <= np.nanmin(new[:, 1]) < 5  # 5.5 - 2.5
+    assert 6 < np.nanmax(new[:, 1]) < 8
+
+
+def test_a_parameter_that_depends_on_the_groups_is_drawn_anew_with_their_exchange():
+    children = jumped(generation=1, exchange=1.0, groups=[[0], [1]], dependent=[3], jump_reach=[1.0, 1.0, 1.0, 5.0])
+    np.testing.assert_array_equal(children[:, :3], np.tile([2.0, 1.0, 3.0], (40, 1)))
+    assert len(np.unique(children[:, 3])) == 40
+    assert ((children[:, 3] >= 3) & (children[:, 3] < 8)).all()
+
+
 @pytest.mark.parametrize("jump", [{"redraw": 0.5}, {"exchange": 0.5, "groups": [(0, 1), (2, 3)]}])
 def test_a_share_of_the_children_jumps(jump):
     changed = (jumped(generation=0, **jump) != [1, 2, 3, 4]).any(axis=1)
@@ -268,3 +284,15 @@ def test_groups_that_cannot_be_exchanged_are_refused(groups):
 def test_groups_beyond_the_parameters_are_refused():
     with pytest.raises(ValueError, match=r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]"):
         EvolutionStrategy(4, groups=[(0, 1), (2, 4)])
+
+
+@pytest.mark.parametrize("reach", [0.0, -1.0, [1.0, 1.0, 0.0, 1.0]])
+def test_jumps_that_reach_nowhere_are_refused(reach):
+    with pytest.raises(ValueError, match="`jump_reach` must be above 0; got"):
+        EvolutionStrategy(4, jump_reach=reach)
+
+
+@pytest.mark.parametrize(("dependent", "rule"), [([1], "hold no index of a group"), ([4], "hold indices from 0 to 3")])
+def test_dependent_parameters_that_are_none_are_refused(dependent, rule):
+    with pytest.raises(ValueError, match=f"`dependent` must {rule}; got"):
+        EvolutionStrategy(4, groups=[(0,), (1,)], dependent=dependent)

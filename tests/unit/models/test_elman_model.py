@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from turing_learning.models import ElmanModel
+from turing_learning.models import ElmanModel, Jumps
 
 TRUTH = (-0.7, -1.0, 1.0, -1.0)
 
@@ -93,4 +93,4 @@ def test_replicas_of_networks_are_driven_by_them():
 
 
 def test_no_weights_belong_to_a_sensor_state():
-    assert ElmanModel(hidden=3).parameter_groups == ()
+    assert ElmanModel(hidden=3).jumps == Jumps()

@@ -17,7 +17,7 @@ def test_a_reactive_model_is_its_genome():
     assert behavior.weights is None
     assert model.described(genomes) is genomes
     assert model.parameter_names == ("vl0", "vr0", "vl1", "vr1")
-    assert model.parameter_groups == ((0, 1), (2, 3))
+    assert model.jumps.groups == ((0, 1), (2, 3))
 
 
 @pytest.mark.parametrize(("x", "theta"), [(0.0, math.pi), (math.log(3), 1.5 * math.pi), (-math.log(3), 0.5 * math.pi)])
@@ -53,8 +53,17 @@ def test_the_field_of_view_is_the_last_parameter_in_rad_and_belongs_to_no_sensor
     model = MorphologyModel(2)
     assert model.parameter_names == ("vl0", "vr0", "vl1", "vr1", "theta")
     assert model.parameter_units == ("", "", "", "", "rad")
-    assert model.parameter_groups == ((0, 1), (2, 3))
+    assert model.jumps.groups == ((0, 1), (2, 3))
+    assert model.jumps.dependent == (4,)
     assert model.truth((1.0, 2.0, 3.0, 4.0), 0.5) == (1.0, 2.0, 3.0, 4.0, 0.5)
+
+
+def test_jumps_of_the_field_of_view_reach_nearly_none_and_nearly_all():
+    model = MorphologyModel(2)
+    assert model.jumps.reach == (1.0, 1.0, 1.0, 1.0, 5.0)
+    narrow, wide = np.degrees(model.to_units(np.array([[0, 0, 0, 0, -5.0], [0, 0, 0, 0, 5.0]]))[:, 4])
+    assert narrow < 3
+    assert wide > 357
 
 
 @pytest.mark.parametrize("name", REPRESENTATIONS)

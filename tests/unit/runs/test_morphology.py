@@ -91,3 +91,22 @@ def test_replicas_see_with_their_own_field_of_view():
 def test_what_is_no_field_of_view_or_representation_is_refused(setting, message):
     with pytest.raises(ConfigurationError, match=message):
         load_configuration(overrides=setting, scenario="aggregation")
+
+
+@pytest.mark.parametrize(("preset", "beyond"), [("default", True), ("paper", False)])
+def test_only_jumps_leave_the_views_of_the_first_models(tmp_path, preset, beyond):
+    still = {"models.initial_step_size": 1e-9, "models.minimum_step_size": 0.0, "models.population": 100}
+    run = tl.infer(
+        "aggregation-field-of-view-60",
+        preset=preset,
+        generations=4,
+        seed=2,
+        settings={**SMALL, **still},
+        out=tmp_path / "run",
+    )
+    views = run.history["model"].sel(parameter="theta").to_numpy()
+    first = 2 * math.pi / (1 + math.exp(1.0)), 2 * math.pi / (1 + math.exp(-1.0))
+    assert first[0] <= views[0].min()
+    assert views[0].max() <= first[1]
+    assert (views[1:].min() < 0.5 * first[0]) == beyond
+    assert (views[1:].max() > 1.2 * first[1]) == beyond
