@@ -13,6 +13,7 @@ from ._checks import (
     check_state_array,
     check_vector,
 )
+from ._jumper import Jumper
 from ._memory import FitnessMemory
 from ._randomness import Seed, check_seed, generation_rng
 from ._turns import Turns
@@ -126,12 +127,8 @@ class EvolutionStrategy:
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
-        self._low, self._high = _widened(low, high, check_vector("jump_reach", jump_reach, dimension))
         self._recombination = check_share("recombination", recombination)
-        self._redraw = check_share("redraw", redraw)
-        self._exchange = check_share("exchange", exchange)
-        self._groups = _checked_groups(groups, dimension)
-        self._dependent = _checked_dependent(dependent, self._groups, dimension)
+        self._jumper = Jumper(low, high, jump_reach, redraw, exchange, groups, dependent)
         self._intermediate = bool(intermediate)
         self._memory = FitnessMemory(self.size, check_share("memory", memory))
         self._refinement = check_count("refinement", refinement, 0)
@@ -190,7 +187,7 @@ class EvolutionStrategy:
         child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
         mixed = _blend(parents, pairs) if self._intermediate and not searching else _recombine(parents, pairs, rng)
         children = self._mutate(mixed, child_steps, rng)
-        self._jump(children, rng, 1.0 if searching else self._unrest())
+        self._jumper.jump(children, rng, 1.0 if searching else self._unrest())
         self._population = np.concatenate((parents, children))
         self._steps = np.concatenate((steps, child_steps))
         self._generation += 1
@@ -257,19 +254,6 @@ class EvolutionStrategy:
         left = self._settled - self._generation
         return left / (self._settled - self._refinement) if left > 0 else 0.0
 
-    def _jump(self, children: np.ndarray, rng: np.random.Generator, rate: float) -> None:
-        """Draw one parameter of some children anew, and exchange two groups of others; `rate` scales how many."""
-        low, high, dependent = self._low, self._high, self._dependent
-        if self._redraw * rate > 0:
-            chosen = np.flatnonzero(rng.random(self.offspring) < self._redraw * rate)
-            parameter = rng.integers(self.dimension, size=len(chosen))
-            children[chosen, parameter] = rng.uniform(low[parameter], high[parameter])
-        if self._exchange * rate > 0 and len(self._groups) > 1:
-            for k in np.flatnonzero(rng.random(self.offspring) < self._exchange * rate):
-                first, second = self._groups[rng.permutation(len(self._groups))[:2]]
-                children[k, first], children[k, second] = children[k, second], children[k, first]
-                children[k, dependent] = rng.uniform(low[dependent], high[dependent])
-
 
 def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
     """Return the indices (count,) of the fittest, the fittest first; of equals the first come first."""
@@ -293,31 +277,3 @@ def _check_step_sizes(minimum: np.ndarray, initial: np.ndarray) -> None:
             "`initial_step_size` must be above 0, at least `minimum_step_size`, and at most "
             f"{STEP_SIZE_LIMIT:g}; got {initial.min()} to {initial.max()}."
         )
-
-
-def _widened(low: np.ndarray, high: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ranges (dimension,) that are `reach` times wider; those of reach 1 to the last bit."""
-    if not (reach > 0).all():
-        raise ValueError(f"`jump_reach` must be above 0; got {reach.min()}.")
-    added = 0.5 * (reach - 1) * (high - low)
-    return low - added, high + added
-
-
-def _checked_dependent(dependent: Sequence[int], groups: np.ndarray, dimension: int) -> np.ndarray:
-    """Return the indices (n,) of the dependent parameters."""
-    indices = np.array([int(index) for index in dependent], dtype=np.int64)
-    if any(not 0 <= index < dimension for index in indices):
-        raise ValueError(f"`dependent` must hold indices from 0 to {dimension - 1}; got {dependent}.")
-    if np.isin(indices, groups).any():
-        raise ValueError(f"`dependent` must hold no index of a group; got {dependent}.")
-    return indices
-
-
-def _checked_groups(groups: Sequence[Sequence[int]], dimension: int) -> np.ndarray:
-    """Return the groups as array (groups, length) of indices."""
-    indices = [int(index) for group in groups for index in group]
-    if len({len(group) for group in groups}) > 1 or len(set(indices)) < len(indices) or len(groups) == 1:
-        raise ValueError(f"`groups` must be two or more of one length and have no index in common; got {groups}.")
-    if any(not 0 <= index < dimension for index in indices):
-        raise ValueError(f"`groups` must hold indices from 0 to {dimension - 1}; got {groups}.")
-    return np.array(indices, dtype=np.int64).reshape(len(groups), -1 if indices else 0)
