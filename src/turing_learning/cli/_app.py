@@ -204,15 +204,18 @@ def show(run: RunArgument) -> None:
     """Print what a run or study has inferred so far."""
     from rich.console import Console
 
-    from turing_learning.runs import load_run
+    from turing_learning.runs import load_run, read_post_evaluation
     from turing_learning.studies import is_study
 
-    from ._tables import print_result
+    from ._tables import print_post_evaluation, print_result
 
     if is_study(run):
         _study.show(run)
         return
-    print_result(Console(), load_run(run))
+    console = Console()
+    print_result(console, load_run(run))
+    if again := read_post_evaluation(run):
+        print_post_evaluation(console, again)
 
 
 @app.command(

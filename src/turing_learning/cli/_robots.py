@@ -183,27 +183,31 @@ def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: 
     """Look at the laboratory, run, and print the result, or how to go on."""
     from rich.console import Console
 
-    from turing_learning.runs import resume_command
+    from turing_learning.runs import read_post_evaluation, resume_command
 
     from ._signals import stop_on_signals
-    from ._tables import print_result
+    from ._tables import print_post_evaluation, print_result
 
     console = Console()
     if not _inspected(console, laboratory, equipment):
         raise typer.Exit(REFUSED)
-    ahead = f"go on with: {resume_command(path)}"
+    ahead, repeats = f"go on with: {resume_command(path)}", laboratory.setup.evaluation.repeats
     try:
         with stop_on_signals() as should_stop:
             result = run(
                 observer=lambda progress: _show(console, progress),
                 should_stop=should_stop,
-                on_event=lambda event: _tell(console, event),
+                on_event=lambda event: _tell(console, event, repeats),
             )
     except KeyboardInterrupt as error:
         raise Interrupted(f"interrupted; {ahead}") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
     print_result(console, result)
+    if again := read_post_evaluation(path):
+        print_post_evaluation(console, again)
+    if repeats and not (again and again.complete):
+        raise Interrupted(f"stopped before the last models had been observed again; {ahead}")
 
 
 def _show(console: "Console", progress: "Progress") -> None:
@@ -215,7 +219,13 @@ def _show(console: "Console", progress: "Progress") -> None:
     console.print(text, highlight=False, markup=False, soft_wrap=True)
 
 
-def _tell(console: "Console", event: "Event") -> None:
+def _tell(console: "Console", event: "Event", repeats: int) -> None:
+    from turing_learning.runs import POST_EVALUATION
+
     if event.kind != "complete":
         text = f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}"
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
+    elif event.stage.startswith(POST_EVALUATION):
+        text = f"last models observed again, {event.stage.removeprefix(POST_EVALUATION)}/{repeats}"
+    else:
+        return
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

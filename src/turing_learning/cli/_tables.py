@@ -10,7 +10,7 @@ from rich.table import Table
 from turing_learning.report import counted, describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
-    from turing_learning.runs import Result
+    from turing_learning.runs import PostEvaluation, Result
     from turing_learning.swarm import Scenario
 
 
@@ -47,6 +47,23 @@ def print_result(console: Console, result: "Result") -> None:
         )
     if result.path is not None:
         _print_places(console, result)
+
+
+def print_post_evaluation(console: Console, found: "PostEvaluation") -> None:
+    """Print the best of the last models of a run in a laboratory, or how many times they have been observed again."""
+    if found.best_model is None:
+        text = f"the last models have been observed again {len(found.fitness)} of {counted(found.repeats, 'time')}"
+    else:
+        text = (
+            f"the last models, observed again {counted(found.repeats, 'time')}; the best: {_numbers(found.best_model)}"
+        )
+    if found.absolute_error is not None:
+        text += f"; absolute errors: {_numbers(found.absolute_error)}"
+    console.print(text, markup=False, highlight=False, soft_wrap=True)
+
+
+def _numbers(values: dict[str, float]) -> str:
+    return " ".join(f"{name} {short_number(value)}" for name, value in values.items())
 
 
 def _print_places(console: Console, result: "Result") -> None:

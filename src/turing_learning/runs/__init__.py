@@ -6,6 +6,8 @@
     Run a resolved configuration in a folder; go on with a run; open one.
 `start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
     The same with real robots; what has happened in the laboratory.
+`read_post_evaluation`, `PostEvaluation`
+    What its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
 `Result`
@@ -53,6 +55,7 @@ if TYPE_CHECKING:
         stored_laboratory,
     )
     from ._open import load_run
+    from ._post_evaluation import POST_EVALUATION, PostEvaluation, read_post_evaluation
     from ._session import Progress
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
     from .folder._checkpoints import stored_generations, stored_traces
@@ -66,8 +69,10 @@ if TYPE_CHECKING:
     from .results._result import TIMINGS, Result
 
 __all__ = [
+    "POST_EVALUATION",
     "TIMINGS",
     "Pooled",
+    "PostEvaluation",
     "Progress",
     "Result",
     "RunFolder",
@@ -83,6 +88,7 @@ __all__ = [
     "paper_absolute_errors",
     "pool",
     "read_events",
+    "read_post_evaluation",
     "refuse_film_path",
     "refuse_future_format",
     "refuse_target",
@@ -110,6 +116,8 @@ __all__ = [
 _LAZY = {
     "TIMINGS": "results._result",
     "Pooled": "results._pool",
+    "POST_EVALUATION": "_post_evaluation",
+    "PostEvaluation": "_post_evaluation",
     "Progress": "_session",
     "Result": "results._result",
     "RunFolder": "folder._folder",
@@ -125,6 +133,7 @@ _LAZY = {
     "paper_absolute_errors": "results._paper",
     "pool": "results._pool",
     "read_events": "folder._trial_store",
+    "read_post_evaluation": "_post_evaluation",
     "refuse_film_path": "_trial",
     "refuse_target": "folder._target",
     "resume": "_infer",

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from turing_learning.robots import (
 )
 
 from ._execute import go_on, in_memory, start
-from ._post_evaluation import judged_again, post_evaluate
+from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate
 from ._session import Observer, Progress
 from .folder._errors import RunFolderError, told
 from .folder._folder import CALIBRATION, LABORATORY, RunFolder, resume_command
@@ -179,7 +179,7 @@ def simulate_laboratory(
     models, classifiers = populations[0]
     fitness = np.array(
         [
-            judged_again(configuration, classifiers, source.observe(models, f"post-evaluation-{k + 1}"))
+            judged_again(configuration, classifiers, source.observe(models, f"{POST_EVALUATION}{k + 1}"))
             for k in range(repeats)
         ]
     )
@@ -259,9 +259,9 @@ def _evaluate(
     setup: LaboratorySetup,
     source: LaboratorySource,
     should_stop: Callable[[], bool] | None,
-) -> dict[str, Any] | None:
+) -> None:
     """Observe the last models again, if the run is complete and that is not done."""
     if not (result.complete and setup.evaluation.repeats):
-        return None
+        return
     with folder.locked():
-        return post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
+        post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)

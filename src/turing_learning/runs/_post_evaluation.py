@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +12,7 @@ from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 
+from .folder._errors import RunFolderError, told
 from .folder._files import write_json
 from .folder._folder import RunFolder
 from .results._result import Result, named
@@ -18,22 +21,74 @@ if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource
 
 
+POST_EVALUATION = "post-evaluation-"
+"""Begin of the names of the stages in which the last models are observed again; their number follows."""
+
+
+@dataclass(frozen=True, eq=False)
+class PostEvaluation:
+    """What the models of a run's last generation are worth when they are observed again.
+
+    Attributes
+    ----------
+    repeats
+        How often they are to be observed again.
+    fitness : (observed, M)
+        Of the M models, as in equation 1, each time that they have been observed again so far, at most `repeats` times.
+    best_model
+        Name -> parameter of the model of the highest mean fitness; None until all repeats are done.
+    absolute_error
+        Name -> its absolute error; None also where there is no truth.
+
+    Source
+    ------
+    Paper, section 5.4.
+    """
+
+    repeats: int
+    fitness: np.ndarray
+    best_model: dict[str, float] | None
+    absolute_error: dict[str, float] | None
+
+    @property
+    def complete(self) -> bool:
+        """Whether all repeats are done."""
+        return len(self.fitness) == self.repeats
+
+
+def read_post_evaluation(path: str | Path) -> PostEvaluation | None:
+    """Return what is known of a run's last models from observing them again; None if they have not been observed again yet.
+
+    Raises
+    ------
+    RunFolderError
+        If the file cannot be read.
+    """
+    folder = RunFolder(Path(path))
+    file = folder.post_evaluation_path
+    if not file.exists():
+        return None
+    what, remedy = f"`run` must have a readable {file.name}; got {file}", "Restore the file, or remove it and resume."
+    with told(RunFolderError, what, remedy):
+        text = file.read_text(encoding="utf-8", errors="replace")
+    try:
+        stored = json.loads(text)
+        fitness = np.array(stored.pop("fitness"), dtype=np.float64)
+        return PostEvaluation(fitness=fitness, **stored)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise RunFolderError(f"{what}, which holds something else. {remedy}") from error
+
+
 def post_evaluate(
     result: Result,
     folder: RunFolder,
     source: "LaboratorySource",
     repeats: int,
     should_stop: Callable[[], bool] | None = None,
-) -> dict[str, Any]:
-    """Observe the models of the last generation `repeats` times; write and return what they are worth.
+) -> None:
+    """Observe the models of the last generation `repeats` times; write what they are worth, see `PostEvaluation`.
 
     What is written already is not observed again.
-
-    Returns
-    -------
-    dict
-        What `post_evaluation.json` holds: "repeats" asked for, "fitness" (repeats, M) as in equation 1, and when all are
-        done "best_model", by name, that of the highest mean fitness, and its "absolute_error".
 
     Source
     ------
@@ -41,13 +96,13 @@ def post_evaluate(
     """
     last = result.history.isel(generation=-1)
     models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
-    fitness = _stored_fitness(folder)
+    stored = read_post_evaluation(folder.path)
+    fitness = [] if stored is None else stored.fitness.tolist()
     while len(fitness) < repeats and not (should_stop is not None and should_stop()):
-        samples = source.observe(models, f"post-evaluation-{len(fitness) + 1}")
+        samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
         fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
         with folder.storage():
             write_json(folder.post_evaluation_path, _summary(result, models, fitness, repeats))
-    return _summary(result, models, fitness, repeats)
 
 
 def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:
@@ -55,13 +110,6 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
     classifier, genomes = classifier_of(configuration), np.asarray(classifiers, dtype=np.float64)
     judged = classifier.judge(genomes, samples.counterfeit[:, 0])[..., None]
     return model_reward(Judgments(classifier.judge(genomes, samples.genuine), judged))
-
-
-def _stored_fitness(folder: RunFolder) -> list[list[float]]:
-    if not folder.post_evaluation_path.exists():
-        return []
-    stored: list[list[float]] = json.loads(folder.post_evaluation_path.read_text(encoding="utf-8"))["fitness"]
-    return stored
 
 
 def _summary(result: Result, models: np.ndarray, fitness: list[list[float]], repeats: int) -> dict[str, Any]:

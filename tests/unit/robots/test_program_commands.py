@@ -87,6 +87,34 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
     assert call(*command)[0] == 0
 
 
+@pytest.fixture
+def evaluated(laboratory):
+    """A laboratory whose last models are observed again, twice."""
+    (laboratory / "lab.toml").write_text(FILE.replace("repeats = 0", "repeats = 2"))
+    return laboratory
+
+
+def test_the_best_of_the_last_models_is_told_when_they_have_been_observed_again(evaluated, call):
+    code, out, _ = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
+    assert code == 0
+    assert "last models observed again, 1/2\nlast models observed again, 2/2\n" in out
+    best = re.compile(r"the last models, observed again 2 times; the best: vl0 \S+ vr0 .*; absolute errors: vl0 \d")
+    assert best.search(out)
+    assert best.search(call("show", "run")[1])
+
+
+def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes_on(evaluated, call, monkeypatch):
+    answers = iter([False, False, True])
+    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    code, out, err = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
+    assert code == 130
+    assert "the last models have been observed again 1 of 2 times" in out
+    assert "stopped before the last models had been observed again; go on with: turing-learning resume run" in err
+    code, out, _ = call("resume", "run")
+    assert code == 0
+    assert "last models observed again, 2/2" in out
+
+
 def test_a_run_with_real_robots_does_not_go_on_with_emulated_ones(laboratory, call):
     assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
     stored = laboratory / "run" / "laboratory.json"

@@ -17,6 +17,7 @@ from turing_learning.runs import (
     is_laboratory_run,
     load_run,
     read_events,
+    read_post_evaluation,
     resume,
     resume_laboratory,
     start_laboratory,
@@ -180,25 +181,37 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
 def test_the_last_models_are_observed_again_and_the_best_is_named(folder):
     path = folder / "evaluated"
     result = begin(folder, path, file="evaluated.toml")
-    summary = json.loads((path / "post_evaluation.json").read_text())
-    fitness = np.array(summary["fitness"])
-    assert fitness.shape == (2, 4)
-    best = result.history["model"].to_numpy()[-1][np.argmax(fitness.mean(axis=0))]
-    assert list(summary["best_model"].values()) == best.tolist()
-    assert summary["absolute_error"]["vl0"] == pytest.approx(abs(best[0] + 0.7))
+    found = read_post_evaluation(path)
+    assert found.complete
+    assert found.fitness.shape == (2, 4)
+    best = result.history["model"].to_numpy()[-1][np.argmax(found.fitness.mean(axis=0))]
+    assert list(found.best_model.values()) == best.tolist()
+    assert found.absolute_error["vl0"] == pytest.approx(abs(best[0] + 0.7))
     assert len(list((path / "trials").glob("post-evaluation-*/attempt-1/*.npz"))) == 4
 
 
 def test_a_post_evaluation_that_was_interrupted_goes_on(folder):
     path, asked = folder / "interrupted", iter([False, False, True])
     begin(folder, path, file="evaluated.toml", should_stop=lambda: next(asked))
-    first = json.loads((path / "post_evaluation.json").read_text())
-    assert (len(first["fitness"]), first["best_model"]) == (1, None)
+    first = read_post_evaluation(path)
+    assert (first.complete, len(first.fitness), first.best_model) == (False, 1, None)
     resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
-    second = json.loads((path / "post_evaluation.json").read_text())
-    assert second["fitness"][0] == first["fitness"][0]
-    assert len(second["fitness"]) == 2
-    assert second["best_model"] is not None
+    second = read_post_evaluation(path)
+    np.testing.assert_array_equal(second.fitness[0], first.fitness[0])
+    assert len(second.fitness) == 2
+    assert second.best_model is not None
+
+
+@pytest.mark.parametrize("content", ["{", "[]", "{}", '{"fitness": 1}', '{"fitness": [["a"]], "repeats": 1}'])
+def test_a_post_evaluation_that_cannot_be_read_is_refused(tmp_path, content):
+    assert read_post_evaluation(tmp_path) is None
+    file = tmp_path / "post_evaluation.json"
+    file.write_text(content)
+    with pytest.raises(
+        RunFolderError, match=r"`run` must have a readable post_evaluation.json; got .*, which holds"
+    ) as told:
+        read_post_evaluation(tmp_path)
+    assert str(told.value).endswith("Restore the file, or remove it and resume.")
 
 
 def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):

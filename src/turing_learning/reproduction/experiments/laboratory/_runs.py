@@ -1,6 +1,5 @@
 """Runs in the emulated laboratory, and the same runs in plain simulation: what the figures of section 5 need of them."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -140,16 +139,17 @@ def _emulated(
     should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: tuple[int, ...]
 ) -> dict[str, np.ndarray] | None:
     from turing_learning.robots import load_laboratory
+    from turing_learning.runs import read_post_evaluation
 
     result = _conducted(load_laboratory(path, overrides), out, should_stop)
-    evaluation = json.loads((out / "post_evaluation.json").read_text(encoding="utf-8")) if result.complete else {}
-    if evaluation.get("best_model") is None:
+    evaluation = read_post_evaluation(out)
+    if evaluation is None or not evaluation.complete:
         return None
     history, chosen = result.history, list(kept)
     return {
         "models": history["model"].to_numpy(),
         "fitness": history["model_fitness"].to_numpy(),
-        "again": np.array(evaluation["fitness"]),
+        "again": evaluation.fitness,
         "classifiers": history["classifier"].isel(generation=chosen).to_numpy(),
         "classifier_fitness": history["classifier_fitness"].isel(generation=chosen).to_numpy(),
     }
