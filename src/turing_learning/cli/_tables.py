@@ -10,7 +10,7 @@ from rich.table import Table
 from turing_learning.report import counted, describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
-    from turing_learning.runs import PostEvaluation, Result
+    from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
 
 
@@ -49,7 +49,7 @@ def print_result(console: Console, result: "Result") -> None:
         _print_places(console, result)
 
 
-def print_post_evaluation(console: Console, found: "PostEvaluation") -> None:
+def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
     """Print the best of the last models of a run in a laboratory, or how many times they have been observed again."""
     if found.best_model is None:
         text = f"the last models have been observed again {len(found.fitness)} of {counted(found.repeats, 'time')}"

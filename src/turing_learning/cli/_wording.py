@@ -78,10 +78,11 @@ _SENTENCES = (
     ),
     (
         r"`run` must be on simulated robots for individuals to be simulated; got .*",
-        "`--simulate` must be left out for a run on recorded motion, whose individuals are no simulated robots; got one. Give "
-        "MOTION, a file of observed motion.",
+        "`--simulate` must be left out for a run on recorded motion or in a laboratory, whose individuals are no simulated "
+        "robots; got one. Give MOTION, a file of observed motion.",
     ),
     (r" Resume it first, or give `genuine` and `abnormal`\.", " Resume it first, or give --genuine and --abnormal."),
+    (r"laboratory\.json, or give `genuine` and `abnormal`\.", "laboratory.json, or give --genuine and --abnormal."),
     (
         r" Run again with a larger share, or shorter windows\.",
         " Infer again with a shorter --window, or record for longer.",

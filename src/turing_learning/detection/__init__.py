@@ -17,8 +17,8 @@ Detection:
     Motion samples of named individuals, from a file or from long recordings.
 `RecordedMotion`, `recorded_motion`, `TimedVerdict`
     Windows of recorded motion as a run wants them, and what a detector says of them over time.
-`keep_calibration`
-    What a run on a system of one's own keeps to calibrate detectors with.
+`keep_calibration`, `keep_observed`
+    What a run on a system of one's own, or in a laboratory, keeps to calibrate detectors with.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
 `run_classifiers`, `RunClassifiers`, `StoredRun`
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ._compare import RuleComparison, compare_detectors, compare_rules
     from ._detector import RULES, Detector
     from ._generations import GenerationAccuracies, accuracy_over_generations, sampled_generations
+    from ._kept import keep_observed
     from ._motion import Motion, cut_recordings, holds_motion, load_motion
     from ._own import keep_calibration
     from ._post_evaluation import PostEvaluation, count_agents, grid_models, post_evaluate
@@ -70,6 +71,7 @@ __all__ = [
     "grid_models",
     "holds_motion",
     "keep_calibration",
+    "keep_observed",
     "load_motion",
     "plant_abnormal",
     "post_evaluate",
@@ -87,6 +89,7 @@ _HOMES = {
     "_generations": ("GenerationAccuracies", "accuracy_over_generations", "sampled_generations"),
     "_motion": ("Motion", "cut_recordings", "holds_motion", "load_motion"),
     "_post_evaluation": ("PostEvaluation", "count_agents", "grid_models", "post_evaluate"),
+    "_kept": ("keep_observed",),
     "_own": ("keep_calibration",),
     "_recorded": ("RecordedMotion", "recorded_motion"),
     "_roc": ("RocCurve", "roc_curve"),

@@ -1,4 +1,4 @@
-"""Motion by which detectors of a run on a system of one's own are calibrated; it is kept in the run folder."""
+"""Motion by which detectors of a run on a system of one's own are calibrated."""
 
 import logging
 from pathlib import Path
@@ -7,11 +7,9 @@ import numpy as np
 
 from turing_learning.sources import OwnSource, OwnSystemError, cut_samples
 
+from ._kept import MODELS, MOST, write_calibration
 from ._simulated import NEAR, OWN_CALIBRATION, stream
 
-CALIBRATION_FILE = "calibration.npz"
-MOST = 1000  # samples of each kind
-MODELS = 200
 _LOGGER = logging.getLogger("turing_learning")
 
 
@@ -47,20 +45,7 @@ def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: 
     except (OwnSystemError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None
-    target, temporary = path / CALIBRATION_FILE, path / f".{CALIBRATION_FILE}.part"
-    with temporary.open("wb") as file:
-        np.savez_compressed(file, genuine=genuine, abnormal=samples[~source.failed][:, 0])
-    temporary.replace(target)
-    return target
-
-
-def stored_calibration(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return genuine and abnormal motion (individuals, 1, T, D) of a run folder; None if there is none."""
-    try:
-        with np.load(path / CALIBRATION_FILE, allow_pickle=False) as archive:
-            return archive["genuine"][:, None], archive["abnormal"][:, None]
-    except (OSError, KeyError, ValueError):
-        return None
+    return write_calibration(path, genuine, samples[~source.failed][:, 0])
 
 
 def _genuine(source: OwnSource, rng: np.random.Generator) -> np.ndarray:

@@ -18,7 +18,7 @@ from turing_learning.config import (
 from turing_learning.sources import CenteredClassifier, OwnSystem
 from turing_learning.swarm import Scenario
 
-from ._own import stored_calibration
+from ._kept import stored_calibration
 from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -32,6 +32,10 @@ class StoredRun(Protocol):
     @property
     def path(self) -> Path | None:
         """The run folder, with ``config.toml``; None for a run that is kept in memory."""
+
+    @property
+    def in_laboratory(self) -> bool:
+        """Whether robots in a laboratory are observed, real or emulated ones."""
 
     @property
     def history(self) -> Any:
@@ -53,7 +57,7 @@ class RunClassifiers:
     steps, signals
         Steps T and signals D of a sample.
     scenario
-        The simulated swarm of the run; None for a run on a system of one's own.
+        The simulated swarm of the run; None for a run in a laboratory, or on a system of one's own.
     names
         Of the D signals.
     interval_s
@@ -64,6 +68,8 @@ class RunClassifiers:
         Genuine and abnormal motion (individuals, 1, T, D) that the run has kept; None if there is none.
     complete
         Whether the run has come to its end.
+    in_laboratory
+        Whether robots in a laboratory were observed.
     """
 
     classifier: Classifier
@@ -77,6 +83,12 @@ class RunClassifiers:
     headings: str
     calibration: tuple[np.ndarray, np.ndarray] | None = None
     complete: bool = True
+    in_laboratory: bool = False
+
+    @property
+    def kind(self) -> str:
+        """What the run is, in messages, where its system cannot be simulated."""
+        return "one in a laboratory" if self.in_laboratory else "one on a system of one's own"
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -94,8 +106,8 @@ class RunClassifiers:
         """
         if self.scenario is None:
             raise ConfigurationError(
-                "`run` must be on simulated robots for individuals to be simulated; got one on a system of one's own. Give motion "
-                "that was observed."
+                f"`run` must be on simulated robots for individuals to be simulated; got {self.kind}. Give motion that was "
+                "observed."
             )
         return self.scenario
 
@@ -130,12 +142,13 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         best=_best_of_generations(history["classifier"], history["classifier_fitness"]),
         steps=system.steps if isinstance(system, OwnSystem) else system.control_steps,
         signals=network.inputs,
-        scenario=system if isinstance(system, Scenario) else None,
+        scenario=system if isinstance(system, Scenario) and not result.in_laboratory else None,
         names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
         interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
         headings=system.headings if isinstance(system, OwnSystem) else "with",
         calibration=stored_calibration(result.path),
         complete=len(history["classifier"]) == configuration.run.generations,
+        in_laboratory=result.in_laboratory,
     )
 
 
@@ -159,6 +172,11 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
         raise ConfigurationError(
             "`run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
             "first, or give `genuine` and `abnormal`."
+        )
+    if run.in_laboratory:
+        raise ConfigurationError(
+            "`run` must have observed its last models again to have kept motion to calibrate with; got one that has not. Resume "
+            "it, with `evaluation.repeats` of at least 1 in its laboratory.json, or give `genuine` and `abnormal`."
         )
     raise ConfigurationError(
         "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "

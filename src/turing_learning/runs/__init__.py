@@ -6,8 +6,8 @@
     Run a resolved configuration in a folder; go on with a run; open one.
 `start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
     The same with real robots; what has happened in the laboratory.
-`read_post_evaluation`, `PostEvaluation`
-    What its last models are worth when they are observed again.
+`read_trials`, `ObservedTrials`, `read_post_evaluation`, `ModelEvaluation`
+    Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
 `Result`
@@ -55,14 +55,14 @@ if TYPE_CHECKING:
         stored_laboratory,
     )
     from ._open import load_run
-    from ._post_evaluation import POST_EVALUATION, PostEvaluation, read_post_evaluation
+    from ._post_evaluation import POST_EVALUATION, ModelEvaluation, read_post_evaluation
     from ._session import Progress
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
     from .folder._checkpoints import stored_generations, stored_traces
     from .folder._folder import RunFolder, resume_command
     from .folder._manifest import new_manifest
     from .folder._target import refuse_target
-    from .folder._trial_store import read_events
+    from .folder._trial_store import ObservedTrials, read_events, read_trials
     from .results._paper import paper_absolute_errors
     from .results._pool import Pooled, pool
     from .results._present import run_table, swarm_replay
@@ -71,8 +71,9 @@ if TYPE_CHECKING:
 __all__ = [
     "POST_EVALUATION",
     "TIMINGS",
+    "ModelEvaluation",
+    "ObservedTrials",
     "Pooled",
-    "PostEvaluation",
     "Progress",
     "Result",
     "RunFolder",
@@ -89,6 +90,7 @@ __all__ = [
     "pool",
     "read_events",
     "read_post_evaluation",
+    "read_trials",
     "refuse_film_path",
     "refuse_future_format",
     "refuse_target",
@@ -117,7 +119,8 @@ _LAZY = {
     "TIMINGS": "results._result",
     "Pooled": "results._pool",
     "POST_EVALUATION": "_post_evaluation",
-    "PostEvaluation": "_post_evaluation",
+    "ModelEvaluation": "_post_evaluation",
+    "ObservedTrials": "folder._trial_store",
     "Progress": "_session",
     "Result": "results._result",
     "RunFolder": "folder._folder",
@@ -134,6 +137,7 @@ _LAZY = {
     "pool": "results._pool",
     "read_events": "folder._trial_store",
     "read_post_evaluation": "_post_evaluation",
+    "read_trials": "folder._trial_store",
     "refuse_film_path": "_trial",
     "refuse_target": "folder._target",
     "resume": "_infer",

@@ -91,6 +91,7 @@ def check_run(
             f"`effort` must be an Effort; got {type(effort).__name__}. For example "
             "turing_learning.identifiability.Effort(samples=100)."
         )
+    _refuse_laboratory(result)
     _refuse_other_than_reactive(configuration)
     folder = None if result.path is None else RunFolder(result.path)
     options: OwnOptions = {}
@@ -149,6 +150,15 @@ def _refuse_other_rate(recording: "Trajectories | None", system: OwnSystem) -> N
         raise ConfigurationError(
             f"`recording` must have the frame rate of the samples, {1 / system.interval_s:.6g} per second; got "
             f"{recording.fps:.6g}. Give the recording that the samples are from."
+        )
+
+
+def _refuse_laboratory(result: Result) -> None:
+    """Raise ConfigurationError for robots that nobody can simulate: a check would compare two simulations."""
+    if result.in_laboratory:
+        raise ConfigurationError(
+            f"`run` must be of a system that can be simulated; got one in a laboratory [{result.path}]. What its models are worth "
+            "there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` says what its setup could infer at all."
         )
 
 

@@ -21,6 +21,7 @@ from turing_learning.robots import (
 )
 
 from ._execute import go_on, in_memory, start
+from ._observed import keep_observed_motion
 from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate
 from ._session import Observer, Progress
 from .folder._errors import RunFolderError, told
@@ -265,3 +266,4 @@ def _evaluate(
         return
     with folder.locked():
         post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
+        keep_observed_motion(result, folder)

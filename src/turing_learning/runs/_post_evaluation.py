@@ -26,7 +26,7 @@ POST_EVALUATION = "post-evaluation-"
 
 
 @dataclass(frozen=True, eq=False)
-class PostEvaluation:
+class ModelEvaluation:
     """What the models of a run's last generation are worth when they are observed again.
 
     Attributes
@@ -56,7 +56,7 @@ class PostEvaluation:
         return len(self.fitness) == self.repeats
 
 
-def read_post_evaluation(path: str | Path) -> PostEvaluation | None:
+def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     """Return what is known of a run's last models from observing them again; None if they have not been observed again yet.
 
     Raises
@@ -74,7 +74,7 @@ def read_post_evaluation(path: str | Path) -> PostEvaluation | None:
     try:
         stored = json.loads(text)
         fitness = np.array(stored.pop("fitness"), dtype=np.float64)
-        return PostEvaluation(fitness=fitness, **stored)
+        return ModelEvaluation(fitness=fitness, **stored)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise RunFolderError(f"{what}, which holds something else. {remedy}") from error
 
@@ -86,7 +86,7 @@ def post_evaluate(
     repeats: int,
     should_stop: Callable[[], bool] | None = None,
 ) -> None:
-    """Observe the models of the last generation `repeats` times; write what they are worth, see `PostEvaluation`.
+    """Observe the models of the last generation `repeats` times; write what they are worth, see `ModelEvaluation`.
 
     What is written already is not observed again.
 

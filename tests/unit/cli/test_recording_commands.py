@@ -239,8 +239,8 @@ def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
         "first, or give --genuine and --abnormal.\n"
     )
     assert call("detect", "run", "--simulate", "1")[2] == (
-        "error: `--simulate` must be left out for a run on recorded motion, whose individuals are no simulated robots; got one. "
-        "Give MOTION, a file of observed motion.\n"
+        "error: `--simulate` must be left out for a run on recorded motion or in a laboratory, whose individuals are no simulated "
+        "robots; got one. Give MOTION, a file of observed motion.\n"
     )
 
 

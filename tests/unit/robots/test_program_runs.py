@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from program_laboratory import CALIBRATION, FILE, NAMES, ScriptedLaboratory
 
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import Detector, run_classifiers
 from turing_learning.robots import load_laboratory
 from turing_learning.runs import (
     RunFolder,
@@ -18,6 +20,7 @@ from turing_learning.runs import (
     load_run,
     read_events,
     read_post_evaluation,
+    read_trials,
     resume,
     resume_laboratory,
     start_laboratory,
@@ -214,9 +217,62 @@ def test_a_post_evaluation_that_cannot_be_read_is_refused(tmp_path, content):
     assert str(told.value).endswith("Restore the file, or remove it and resume.")
 
 
-def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):
-    from turing_learning.config import ConfigurationError
+def test_detectors_are_calibrated_with_what_was_observed(folder, monkeypatch):
+    path = folder / "observed"
+    result = begin(folder, path, file="evaluated.toml")
+    assert result.in_laboratory
+    monkeypatch.setattr("turing_learning.detection._run.simulate_behaviors", lambda *_: pytest.fail("simulated"))
+    with np.load(path / "calibration.npz") as kept:
+        genuine, abnormal = kept["genuine"], kept["abnormal"]
+    learned = read_trials(path, "generation-0000").speeds()[:, :-2].reshape(-1, 5, 2)
+    held_out = np.concatenate([read_trials(path, f"post-evaluation-{k}").speeds()[:, :-2] for k in (1, 2)])
+    assert len(genuine) == 2 * len(learned)  # one generation, two post-evaluations
+    np.testing.assert_array_equal(genuine[: len(learned)], learned)
+    assert all((sample == held_out.reshape(-1, 5, 2)).all(axis=(1, 2)).any() for sample in genuine[len(learned) :])
+    models = result.history["model"].to_numpy()[0]
+    far = np.abs(models - list(result.estimate.values())).mean(axis=1) >= 0.2
+    assert len(abnormal) == np.count_nonzero(far)
+    run = run_classifiers(result)
+    np.testing.assert_array_equal(run.calibration[0][:, 0], genuine)
+    with pytest.raises(ConfigurationError, match="for individuals to be simulated; got one in a laboratory"):
+        run.simulated_scenario()
 
+
+def test_a_run_that_was_not_observed_again_has_nothing_to_calibrate_detectors_with(finished):
+    assert not (finished / "calibration.npz").exists()
+    with pytest.raises(
+        ConfigurationError, match=r"must have observed its last models again .* Resume it, with `evaluation"
+    ):
+        Detector.from_run(load_run(finished))
+
+
+def test_a_run_in_a_laboratory_is_not_checked_by_simulations(finished):
+    with pytest.raises(
+        ConfigurationError, match="`run` must be of a system that can be simulated; got one in a laboratory"
+    ):
+        load_run(finished).check()
+    assert not (finished / "check").exists()
+
+
+def test_trials_can_be_read_as_they_were_observed(finished, tmp_path):
+    trials = read_trials(finished, "generation-0001")
+    rounds, replicas, _ = trials.models.shape
+    assert trials.poses.shape == (rounds, 6, len(trials.labels), 3)
+    assert trials.interval_s == pytest.approx(0.1)
+    sent = trials.models.reshape(rounds * replicas, 4)
+    np.testing.assert_allclose(sent, load_run(finished).history["model"][1], atol=5e-5)  # four digits go over the lines
+    with pytest.raises(RunFolderError, match=r"`stage` must be one of which the run has trials; got 'generation-9'"):
+        read_trials(finished, "generation-9")
+    damaged = tmp_path / "trials" / "generation-0000" / "attempt-1"
+    damaged.mkdir(parents=True)
+    (damaged / "trial-01.npz").write_bytes(b"PK")
+    with pytest.raises(
+        RunFolderError, match=r"`run` must have trials that can be read; got .*trial-01.npz, which holds"
+    ):
+        read_trials(tmp_path, "generation-0000")
+
+
+def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):
     (tmp_path / "lab.toml").write_text(SHORT)
     with pytest.raises(ConfigurationError, match=r"`camera\.calibration` must be a readable file; got .*camera\.json"):
         begin(tmp_path, tmp_path / "run")

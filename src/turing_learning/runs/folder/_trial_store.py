@@ -5,11 +5,14 @@ import json
 import logging
 import os
 import re
-from dataclasses import asdict
+import zipfile
+from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ._errors import RunFolderError, told
 from ._files import write_atomically
 from ._folder import RunFolder
 from ._manifest import now
@@ -66,6 +69,75 @@ class TrialStore:
         folder = self._folder.trials_path / stage
         found = (_ATTEMPT.fullmatch(path.name) for path in folder.iterdir()) if folder.is_dir() else ()
         return max((int(match[1]) for match in found if match), default=0)
+
+
+@dataclass(frozen=True, eq=False)
+class ObservedTrials:
+    """What was observed of a laboratory's robots in the R trials of a generation, or of a post-evaluation.
+
+    Attributes
+    ----------
+    poses : (R, T + 1, A, 3)
+        x, y (cm), heading (rad, anticlockwise); agents first, then replicas.
+    models : (R, n, P)
+        What the n replicas executed, in wheel speeds, with the digits that were sent.
+    labels
+        Of the A robots' markers.
+    interval_s
+        Time between poses (s).
+    """
+
+    poses: np.ndarray
+    models: np.ndarray
+    labels: tuple[str, ...]
+    interval_s: float
+
+    def speeds(self) -> np.ndarray:
+        """Return the samples (R, A, T, 2): linear speed (cm/s), angular speed (rad/s); see `robots.signed_speeds`."""
+        from turing_learning.robots import signed_speeds
+
+        return np.array([signed_speeds(poses, self.interval_s) for poses in self.poses])
+
+
+def read_trials(path: str | Path, stage: str) -> ObservedTrials:
+    """Return the trials of a stage of a run in a laboratory, those of its last attempt.
+
+    Parameters
+    ----------
+    path
+        The run folder.
+    stage
+        Name of a folder in ``trials``: "generation-0012", "post-evaluation-1".
+
+    Raises
+    ------
+    RunFolderError
+        If there are none, or one cannot be read.
+    """
+    folder = RunFolder(Path(path))
+    attempt = TrialStore(folder).last_attempt(stage)
+    files = sorted((folder.trials_path / stage / f"attempt-{attempt}").glob("trial-*.npz"))
+    if not files:
+        raise RunFolderError(
+            f"`stage` must be one of which the run has trials; got {stage!r} [{folder.trials_path}]. Name a folder in it."
+        )
+    trials = [_read_trial(file) for file in files]
+    return ObservedTrials(
+        poses=np.array([trial["poses"] for trial in trials]),
+        models=np.array([trial["models"] for trial in trials]),
+        labels=tuple(str(label) for label in trials[0]["labels"]),
+        interval_s=float(trials[0]["interval_s"]),
+    )
+
+
+def _read_trial(file: Path) -> dict[str, np.ndarray]:
+    what = f"`run` must have trials that can be read; got {file}"
+    with told(RunFolderError, what, "Restore the file."):
+        try:
+            with np.load(file, allow_pickle=False) as stored:
+                return {name: stored[name] for name in ("poses", "models", "labels", "interval_s")}
+        except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise RunFolderError(f"{what}, which holds something else. Restore the file.") from error
 
 
 class EventLog:

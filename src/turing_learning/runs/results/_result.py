@@ -11,6 +11,7 @@ import numpy as np
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.config import Configuration
 from turing_learning.report import counted, describe_unknown, is_page, short_number, shown
+from turing_learning.runs.folder._folder import RunFolder
 from turing_learning.runs.folder._target import refuse_target, writing
 from turing_learning.runs.folder._traces import SELECTION_CODES, Traces
 
@@ -120,6 +121,11 @@ class Result:
     attachments: Attachments | None = field(default=None, compare=False, repr=False)
     failed_simulations: dict[str, Any] | None = None
     networks: dict[str, dict[str, float]] | None = None
+
+    @property
+    def in_laboratory(self) -> bool:
+        """Whether robots in a laboratory were observed, real or emulated ones: the run folder says so."""
+        return self.path is not None and RunFolder(self.path).laboratory_path.exists()
 
     @property
     def history(self) -> "xarray.Dataset":

@@ -1,0 +1,48 @@
+"""What a run in a laboratory keeps of the motion that it has observed, for detectors."""
+
+import logging
+from collections.abc import Sequence
+
+import numpy as np
+
+from turing_learning.detection import keep_observed
+
+from ._post_evaluation import POST_EVALUATION, read_post_evaluation
+from .folder._folder import RunFolder
+from .folder._trial_store import read_trials
+from .results._result import Result
+
+_LOGGER = logging.getLogger("turing_learning")
+
+
+def keep_observed_motion(result: Result, folder: RunFolder) -> None:
+    """Write ``calibration.npz``, see `detection.keep_observed`, once all last models have been observed again.
+
+    Agents were learned from in the generations, and are held out in the post-evaluations.
+    """
+    again = read_post_evaluation(folder.path)
+    if again is None or not again.complete:
+        return
+    learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
+    held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(again.repeats)])
+    estimate = np.array(list(result.estimate.values()))
+    with folder.storage():
+        kept = keep_observed(
+            folder.path, learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate
+        )
+    if kept is None:
+        _LOGGER.warning(
+            "Nothing is kept to calibrate detectors with: all models that were observed are near the estimate."
+        )
+
+
+def _motion(folder: RunFolder, stages: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return samples of agents (S, T, 2) and of replicas (M, T, 2), and their models (M, P), of all trials of some stages."""
+    agents, replicas, models = [], [], []
+    for stage in stages:
+        trials = read_trials(folder.path, stage)
+        speeds, count = trials.speeds(), trials.models.shape[1]
+        agents.append(speeds[:, :-count].reshape(-1, *speeds.shape[2:]))
+        replicas.append(speeds[:, -count:].reshape(-1, *speeds.shape[2:]))
+        models.append(trials.models.reshape(-1, trials.models.shape[2]))
+    return np.concatenate(agents), np.concatenate(replicas), np.concatenate(models)
