@@ -221,7 +221,7 @@ class Checker:
         system: dict[str, Any] = {}
         configuration = self.configuration
         if self.given is None:
-            scenario = replace(configuration.scenario, controller=tuple(self._estimate.tolist()))
+            scenario = replace(configuration.scenario, controller=tuple(self._estimate.tolist()), known=True)
         else:
             scenario, system = configuration.scenario, self._known_system(k, evidence)
         found = self.recover(

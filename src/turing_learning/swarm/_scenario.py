@@ -235,6 +235,9 @@ class Scenario:
     representation
         What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
         `models.REPRESENTATIONS`. Models of which the agents are none, networks, are up to the configuration.
+    known
+        Whether `controller` is what the agents execute, so that models are compared with it. False for robots in a laboratory
+        whose rule nobody knows: then it is that of a rehearsal's agents only.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -252,6 +255,7 @@ class Scenario:
     sensor: Sensor = field(default_factory=Sensor)
     trial: Trial = field(default_factory=Trial)
     representation: str = "reactive"
+    known: bool = True
 
     def __post_init__(self) -> None:
         _require(
@@ -338,9 +342,9 @@ class Scenario:
         return tuple(f"{name} ({unit})" if unit else name for name, unit in pairs)
 
     @property
-    def truth(self) -> tuple[float, ...]:
-        """The agents' parameters."""
-        return self.model.truth(self.controller, self.sensor.field_of_view)
+    def truth(self) -> tuple[float, ...] | None:
+        """The agents' parameters; None if they are not known."""
+        return self.model.truth(self.controller, self.sensor.field_of_view) if self.known else None
 
     @property
     def control_steps(self) -> int:

@@ -186,6 +186,16 @@ def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
     assert not any((path / "check").exists() for path in (result.path, few.path))
 
 
+def test_agents_that_nobody_knows_are_compared_with_nothing(tmp_path):
+    settings = {"scenario.known": False, "models.population": 8, "classifiers.population": 8, "run.threads": 1}
+    result = tl.infer("aggregation", generations=3, seed=1, settings=settings, out=tmp_path / "run")
+    assert (result.truth, result.absolute_error, result.estimate_mae) == (None, None, None)
+    assert "there is no truth to compare it with" in (tmp_path / "run/report.html").read_text()
+    (recovery,) = result.check(effort=QUICK, recovery_generations=3).recoveries  # whose truth is the estimate
+    assert recovery.truth == result.estimate
+    assert np.isfinite(list(recovery.error_share.values())).all()
+
+
 def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
     full = SETTINGS | {"run.history": "full"}
     tl.infer(genuine=recorded(), simulate=walk, parameters=RANGES, generations=3, settings=full, out=tmp_path / "run")

@@ -26,6 +26,17 @@ def test_the_replay_shows_agents_beside_replicas_from_common_initial_poses(small
     assert np.count_nonzero(moved) < np.count_nonzero(np.diff(agents.poses[:, :, :2], axis=0))
 
 
+def test_a_replay_where_nobody_knows_the_agents_shows_replicas_alone(small):
+    known = small()
+    unknown = known.model_copy(update={"scenario": replace(known.scenario, known=False)})
+    shown = replay(unknown, np.array([0.5, 0.5, 0.5, 0.5]))
+    assert [swarm.label for swarm in shown.swarms] == ["Replicas of the inferred model"]
+    assert shown.swarms[0].replica_mask.all()
+    beside = replay(known, np.array([0.5, 0.5, 0.5, 0.5]))
+    np.testing.assert_array_equal(shown.swarms[0].poses[0], beside.swarms[1].poses[0])
+    assert np.linalg.norm(shown.swarms[0].poses[-1] - shown.swarms[0].poses[0], axis=1).max() > 1
+
+
 def test_the_replay_shows_as_many_as_the_walls_have_room_for():
     tight = replace(tl.swarm.AGGREGATION, agents=3, arena=tl.swarm.Arena(25.0, 25.0))
     shown = replay(load_configuration(scenario=tight), np.zeros(4))

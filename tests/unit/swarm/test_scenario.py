@@ -32,6 +32,11 @@ def test_a_sensor_reads_kinds_by_their_place_and_passes_through_others():
     assert AGGREGATION.sensor.reading_of("object") == 0
 
 
+def test_agents_that_nobody_knows_have_no_truth():
+    assert AGGREGATION.truth == AGGREGATION.controller
+    assert replace(AGGREGATION, known=False).truth is None
+
+
 def test_scenarios_are_frozen():
     with pytest.raises(FrozenInstanceError):
         AGGREGATION.agents = 3

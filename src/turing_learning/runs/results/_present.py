@@ -224,7 +224,7 @@ def run_table(result: Result) -> report.RunTable:
 
 
 def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
-    """Let a swarm of agents and a swarm of replicas move from common initial poses.
+    """Let a swarm of agents, where they are known, and a swarm of replicas move from common initial poses.
 
     Parameters
     ----------
@@ -236,17 +236,20 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     scenario = configuration.scenario
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     individuals = scenario.individuals if scenario.start(REPLAY_ROBOTS).crowd else REPLAY_ROBOTS
-    poses = np.repeat(initial_poses(scenario, 1, rng, robots=individuals), 2, axis=0)
-    twins = np.repeat([[-1], [0]], individuals, axis=1)  # agents, and replicas of the one model
-    robots = execution_of(scenario, configuration.representation.behavior(estimate[None]), twins)
+    labels = (*(["Agents"] if scenario.known else []), "Replicas of the inferred model")
+    poses = np.repeat(initial_poses(scenario, 1, rng, robots=individuals), len(labels), axis=0)
+    executed = [[-1], [0]][-len(labels) :]  # by agents, and by replicas of the one model
+    robots = execution_of(
+        scenario, configuration.representation.behavior(estimate[None]), np.repeat(executed, individuals, axis=1)
+    )
     return swarm_replay(
         scenario,
         np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED),
         poses,
         fields_of_view=robots.fields_of_view,
-        labels=("Agents", "Replicas of the inferred model"),
-        replicas=(False, True),
-        title=f"{scenario.title}: agents beside replicas",
+        labels=labels,
+        replicas=(False, True)[-len(labels) :],
+        title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
         duration_s=REPLAY_DURATION_S,
         seed=configuration.run.seed,
         threads=configuration.threads,
