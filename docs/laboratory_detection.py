@@ -10,20 +10,22 @@ import numpy as np
 
 from turing_learning.detection import Detector, Motion, random_controllers, simulate_behaviors
 from turing_learning.robots import rehearse
-from turing_learning.runs import load_run, read_trials, resume_laboratory, stored_laboratory
+from turing_learning.runs import load_run, read_post_evaluation, read_trials, resume_laboratory, stored_laboratory
 
 PIECES = Path(__file__).parents[1] / "experiments" / "5" / "pieces"
-TEN, NEAR, MODELS = 10, 0.2, 200
+TEN, FIRST, NEAR, MODELS = 10, 20, 0.2, 200
 
 
 def motion(run: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return agents by one sample and by ten, and the replicas of the first models, far from the estimate, by one."""
-    again = [read_trials(run, f"post-evaluation-{k}") for k in range(1, 6)]
-    agents = np.concatenate([trials.speeds()[:, :-2] for trials in again])  # (50, 8, T, 2)
-    first = [read_trials(run, f"generation-{g:04d}") for g in range(20)]
-    replicas = np.concatenate([trials.speeds()[:, -2:].reshape(-1, *agents.shape[2:]) for trials in first])
+    result, again = load_run(run), read_post_evaluation(run)
+    replicas_each = read_trials(run, "generation-0000").models.shape[1]
+    held_out = [read_trials(run, f"post-evaluation-{k + 1}") for k in range(again.repeats)]
+    agents = np.concatenate([trials.speeds()[:, :-replicas_each] for trials in held_out])  # (trials, agents, T, 2)
+    first = [read_trials(run, f"generation-{g:04d}") for g in range(min(FIRST, result.generations))]
+    replicas = np.concatenate([trials.speeds()[:, -replicas_each:].reshape(-1, *agents.shape[2:]) for trials in first])
     models = np.concatenate([trials.models.reshape(-1, 4) for trials in first])
-    estimate = np.array(list(load_run(run).estimate.values()))
+    estimate = np.array(list(result.estimate.values()))
     far = replicas[np.abs(models - estimate).mean(axis=1) >= NEAR][:MODELS]
     by_ten = agents.swapaxes(0, 1).reshape(-1, TEN, *agents.shape[2:])
     return agents.reshape(-1, 1, *agents.shape[2:]), by_ten, far[:, None]

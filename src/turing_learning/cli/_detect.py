@@ -63,7 +63,9 @@ def detect(
     ] = None,
     abnormal: Annotated[
         Path | None,
-        typer.Option("--abnormal", metavar="FILE", help="Motion of others to calibrate with; simulated by default."),
+        typer.Option(
+            "--abnormal", metavar="FILE", help="Motion of others to calibrate with; as for --genuine by default."
+        ),
     ] = None,
     rule: Annotated[
         str,

@@ -94,7 +94,7 @@ def run(
 def go_on(path: Path, *, emulated: bool = False) -> None:
     """Go on with a run in a laboratory; a rehearsal goes on with emulated robots, unasked."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.runs import resume_laboratory, stored_laboratory
+    from turing_learning.runs import awaits_robots, resume_laboratory, stored_laboratory
 
     stored = stored_laboratory(path)
     if emulated and not stored.setup.emulated:
@@ -107,6 +107,7 @@ def go_on(path: Path, *, emulated: bool = False) -> None:
             equipment,
             path,
             lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
+            needed=awaits_robots(path),
         )
 
 
@@ -179,8 +180,10 @@ def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipme
     return fine
 
 
-def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]") -> None:
-    """Look at the laboratory, run, and print the result, or how to go on."""
+def _execute(
+    laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]", *, needed: bool = True
+) -> None:
+    """Look at the laboratory, if its robots are needed, run, and print the result, or how to go on."""
     from rich.console import Console
 
     from turing_learning.runs import read_post_evaluation, resume_command
@@ -189,7 +192,7 @@ def _execute(laboratory: "Laboratory", equipment: "Equipment", path: Path, run: 
     from ._tables import print_post_evaluation, print_result
 
     console = Console()
-    if not _inspected(console, laboratory, equipment):
+    if needed and not _inspected(console, laboratory, equipment):
         raise typer.Exit(REFUSED)
     ahead, repeats = f"go on with: {resume_command(path)}", laboratory.setup.evaluation.repeats
     try:
@@ -220,12 +223,11 @@ def _show(console: "Console", progress: "Progress") -> None:
 
 
 def _tell(console: "Console", event: "Event", repeats: int) -> None:
-    from turing_learning.runs import POST_EVALUATION
-
+    stage, _, number = event.stage.rpartition("-")
     if event.kind != "complete":
         text = f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}"
-    elif event.stage.startswith(POST_EVALUATION):
-        text = f"last models observed again, {event.stage.removeprefix(POST_EVALUATION)}/{repeats}"
+    elif stage == "post-evaluation":
+        text = f"last models observed again, {number}/{repeats}"
     else:
         return
     console.print(text, highlight=False, markup=False, soft_wrap=True)

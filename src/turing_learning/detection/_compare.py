@@ -95,6 +95,7 @@ def compare_rules(
     """
     rules = check_rules(rules)
     run = run_classifiers(result)
+    scenario = run.simulated_scenario()
     genuine, abnormal = calibration_motion(run, None, None, behaviors=100, trials=10, seed=seed, threads=threads)
     detectors = {
         rule: Detector.calibrate(
@@ -102,7 +103,7 @@ def compare_rules(
         )
         for rule in rules
     }
-    scenario, rng = run.simulated_scenario(), stream(seed, COMPARISON)
+    rng = stream(seed, COMPARISON)
     controllers = random_controllers(scenario, behaviors, rng)
     held_out = simulate_behaviors(scenario, controllers, trials=samples, rng=rng, threads=threads)
     return compare_detectors(detectors, genuine=held_out.genuine, abnormal=held_out.abnormal)

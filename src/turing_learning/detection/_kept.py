@@ -1,5 +1,7 @@
 """Motion that a run has kept to calibrate detectors with."""
 
+import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -83,5 +85,5 @@ def stored_calibration(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
     try:
         with np.load(path / CALIBRATION_FILE, allow_pickle=False) as archive:
             return archive["genuine"][:, None], archive["abnormal"][:, None]
-    except (OSError, KeyError, ValueError):
+    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         return None

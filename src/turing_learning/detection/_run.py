@@ -132,7 +132,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     if "classifier" not in history:
         raise ConfigurationError(
             f'`run` must have a full history; got {result.path} with run.history = "thin", which keeps no classifiers. '
-            f"{_again(configuration, path)}"
+            f"{_again(configuration, path, result.in_laboratory)}"
         )
     system: Scenario | OwnSystem = configuration.scenario
     network = classifier_of(configuration)
@@ -152,7 +152,9 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     )
 
 
-def _again(configuration: Configuration, path: Path) -> str:
+def _again(configuration: Configuration, path: Path, in_laboratory: bool) -> str:
+    if in_laboratory:
+        return 'Run it again in the laboratory, with run.history = "full".'
     if isinstance(configuration, OwnConfiguration):
         return 'Infer again as before, with the setting run.history = "full".'
     return f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
@@ -175,8 +177,9 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
         )
     if run.in_laboratory:
         raise ConfigurationError(
-            "`run` must have observed its last models again to have kept motion to calibrate with; got one that has not. Resume "
-            "it, with `evaluation.repeats` of at least 1 in its laboratory.json, or give `genuine` and `abnormal`."
+            "`run` must have kept motion to calibrate with; got one in a laboratory that has not. It does once its last models "
+            "have been observed again: resume it, with `evaluation.repeats` of at least 1 in its laboratory.json, or give "
+            "`genuine` and `abnormal`."
         )
     raise ConfigurationError(
         "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "

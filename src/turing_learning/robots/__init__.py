@@ -52,7 +52,13 @@ if TYPE_CHECKING:
     from .links._messages import Model, Signal, Status
     from .program._equipment import Camera, Equipment, Operator, TerminalOperator, laboratory_tracker, real_equipment
     from .program._inspection import Finding, inspect
-    from .program._laboratory_config import Laboratory, LaboratorySetup, load_laboratory, read_setup
+    from .program._laboratory_config import (
+        Laboratory,
+        LaboratorySetup,
+        load_laboratory,
+        read_setup,
+        refuse_without_history,
+    )
     from .program._program import Event, LaboratorySource
     from .program._states import Disturbance, ObservedTrial, PcProgram
     from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
@@ -124,6 +130,7 @@ __all__ = [
     "read_setup",
     "real_equipment",
     "refuse_taken_table",
+    "refuse_without_history",
     "rehearse",
     "serve_tcp",
     "serve_terminal",
@@ -157,7 +164,13 @@ _HOMES = {
         "real_equipment",
     ),
     "program._inspection": ("Finding", "inspect"),
-    "program._laboratory_config": ("Laboratory", "LaboratorySetup", "load_laboratory", "read_setup"),
+    "program._laboratory_config": (
+        "Laboratory",
+        "LaboratorySetup",
+        "load_laboratory",
+        "read_setup",
+        "refuse_without_history",
+    ),
     "program._program": ("Event", "LaboratorySource"),
     "program._states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),

@@ -4,8 +4,8 @@
     One run from Python or the command line, kept in memory or in a run folder.
 `start`, `resume`, `load_run`
     Run a resolved configuration in a folder; go on with a run; open one.
-`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `read_events`
-    The same with real robots; what has happened in the laboratory.
+`start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
+    The same with real robots; whether they are still needed; what has happened in the laboratory.
 `read_trials`, `ObservedTrials`, `read_post_evaluation`, `ModelEvaluation`
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from ._infer import infer, new_run_path, resume
     from ._laboratory import (
         SimulatedRun,
+        awaits_robots,
         is_laboratory_run,
         resume_laboratory,
         simulate_laboratory,
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
         stored_laboratory,
     )
     from ._open import load_run
-    from ._post_evaluation import POST_EVALUATION, ModelEvaluation, read_post_evaluation
+    from ._post_evaluation import ModelEvaluation, read_post_evaluation
     from ._session import Progress
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
     from .folder._checkpoints import stored_generations, stored_traces
@@ -69,7 +70,6 @@ if TYPE_CHECKING:
     from .results._result import TIMINGS, Result
 
 __all__ = [
-    "POST_EVALUATION",
     "TIMINGS",
     "ModelEvaluation",
     "ObservedTrials",
@@ -80,6 +80,7 @@ __all__ = [
     "RunFolderError",
     "RunStorageError",
     "SimulatedRun",
+    "awaits_robots",
     "check_run",
     "infer",
     "is_laboratory_run",
@@ -118,7 +119,6 @@ __all__ = [
 _LAZY = {
     "TIMINGS": "results._result",
     "Pooled": "results._pool",
-    "POST_EVALUATION": "_post_evaluation",
     "ModelEvaluation": "_post_evaluation",
     "ObservedTrials": "folder._trial_store",
     "Progress": "_session",
@@ -127,6 +127,7 @@ _LAZY = {
     "resume_command": "folder._folder",
     "resume_laboratory": "_laboratory",
     "SimulatedRun": "_laboratory",
+    "awaits_robots": "_laboratory",
     "check_run": "_check_run",
     "infer": "_infer",
     "is_laboratory_run": "_laboratory",

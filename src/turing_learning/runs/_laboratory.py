@@ -18,14 +18,16 @@ from turing_learning.robots import (
     laboratory_tracker,
     read_setup,
     real_equipment,
+    refuse_without_history,
 )
 
 from ._execute import go_on, in_memory, start
 from ._observed import keep_observed_motion
-from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate
+from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate, read_post_evaluation
 from ._session import Observer, Progress
+from .folder._checkpoints import stored_generations
 from .folder._errors import RunFolderError, told
-from .folder._folder import CALIBRATION, LABORATORY, RunFolder, resume_command
+from .folder._folder import CAMERA, LABORATORY, RunFolder, resume_command
 from .folder._trial_store import EventLog, TrialStore
 from .results._result import Result
 
@@ -71,11 +73,11 @@ def start_laboratory(
     Paper, section 5.
     """
     folder, setup = RunFolder(Path(out)), laboratory.setup
-    stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CALIBRATION})})
+    stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
     with _source(setup, laboratory.configuration, folder, equipment, on_event, on_state) as source:
         files = {
             LABORATORY: (stored.model_dump_json(indent=1) + "\n").encode(),
-            CALIBRATION: Path(setup.camera.calibration).read_bytes(),
+            CAMERA: Path(setup.camera.calibration).read_bytes(),
         }
         result = start(
             laboratory.configuration,
@@ -105,13 +107,14 @@ def resume_laboratory(
     without `equipment`.
     """
     folder = RunFolder(Path(path))
-    setup = stored_setup(folder)
+    setup, configuration = stored_setup(folder), folder.configuration()
+    refuse_without_history(setup, configuration, f" [{folder.laboratory_path}]")
     if setup.emulated and equipment is None:
         raise ConfigurationError(
             f"`equipment` must be given for a rehearsal, which must not meet real robots; got none [{folder.path}]. Give "
             "robots.rehearse(runs.stored_laboratory(path))."
         )
-    with _source(setup, folder.configuration(), folder, equipment, on_event, on_state) as source:
+    with _source(setup, configuration, folder, equipment, on_event, on_state) as source:
         result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
@@ -227,6 +230,21 @@ def stored_laboratory(path: str | Path) -> Laboratory:
     return Laboratory(stored_setup(folder), folder.configuration())
 
 
+def awaits_robots(path: str | Path) -> bool:
+    """Return whether robots are needed to go on with a run in a laboratory: for generations, or to observe its last models again.
+
+    Raises
+    ------
+    RunFolderError
+        If the run cannot be read.
+    """
+    folder = RunFolder(Path(path))
+    setup, again = stored_setup(folder), read_post_evaluation(path)
+    if stored_generations(folder.checkpoints_path) < folder.configuration().run.generations:
+        return True
+    return setup.evaluation.repeats > (0 if again is None else len(again.fitness))
+
+
 def _source(
     setup: LaboratorySetup,
     configuration: Configuration,
@@ -261,9 +279,10 @@ def _evaluate(
     source: LaboratorySource,
     should_stop: Callable[[], bool] | None,
 ) -> None:
-    """Observe the last models again, if the run is complete and that is not done."""
+    """Observe the last models again, if the run is complete and that is not done, and keep what detectors need."""
     if not (result.complete and setup.evaluation.repeats):
         return
     with folder.locked():
-        post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
-        keep_observed_motion(result, folder)
+        observed = post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
+        if observed or not folder.motion_path.exists():
+            keep_observed_motion(result, folder)

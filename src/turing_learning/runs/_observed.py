@@ -8,6 +8,7 @@ import numpy as np
 from turing_learning.detection import keep_observed
 
 from ._post_evaluation import POST_EVALUATION, read_post_evaluation
+from .folder._errors import RunFolderError
 from .folder._folder import RunFolder
 from .folder._trial_store import read_trials
 from .results._result import Result
@@ -23,8 +24,12 @@ def keep_observed_motion(result: Result, folder: RunFolder) -> None:
     again = read_post_evaluation(folder.path)
     if again is None or not again.complete:
         return
-    learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
-    held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(again.repeats)])
+    try:
+        learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
+        held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(again.repeats)])
+    except RunFolderError as error:
+        _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
+        return
     estimate = np.array(list(result.estimate.values()))
     with folder.storage():
         kept = keep_observed(
@@ -32,7 +37,7 @@ def keep_observed_motion(result: Result, folder: RunFolder) -> None:
         )
     if kept is None:
         _LOGGER.warning(
-            "Nothing is kept to calibrate detectors with: all models that were observed are near the estimate."
+            "Nothing is kept to calibrate detectors with: too few samples, or all models are near the estimate."
         )
 
 

@@ -40,6 +40,11 @@ class ModelEvaluation:
     absolute_error
         Name -> its absolute error; None also where there is no truth.
 
+    Raises
+    ------
+    ValueError
+        If `repeats` or the shape of `fitness` is another.
+
     Source
     ------
     Paper, section 5.4.
@@ -49,6 +54,12 @@ class ModelEvaluation:
     fitness: np.ndarray
     best_model: dict[str, float] | None
     absolute_error: dict[str, float] | None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.repeats, int) or self.fitness.ndim != 2:
+            raise ValueError(
+                f"`fitness` must be of shape (observed, M); got {self.fitness.shape}, {self.repeats!r} repeats."
+            )
 
     @property
     def complete(self) -> bool:
@@ -64,8 +75,7 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     RunFolderError
         If the file cannot be read.
     """
-    folder = RunFolder(Path(path))
-    file = folder.post_evaluation_path
+    file = RunFolder(Path(path)).post_evaluation_path
     if not file.exists():
         return None
     what, remedy = f"`run` must have a readable {file.name}; got {file}", "Restore the file, or remove it and resume."
@@ -85,10 +95,15 @@ def post_evaluate(
     source: "LaboratorySource",
     repeats: int,
     should_stop: Callable[[], bool] | None = None,
-) -> None:
+) -> bool:
     """Observe the models of the last generation `repeats` times; write what they are worth, see `ModelEvaluation`.
 
-    What is written already is not observed again.
+    What is written already is not observed again, and what was observed more often is left out.
+
+    Returns
+    -------
+    bool
+        Whether anything has changed.
 
     Source
     ------
@@ -97,12 +112,21 @@ def post_evaluate(
     last = result.history.isel(generation=-1)
     models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
     stored = read_post_evaluation(folder.path)
-    fitness = [] if stored is None else stored.fitness.tolist()
+    fitness = [] if stored is None else stored.fitness[:repeats].tolist()
+    changed = stored is not None and stored.repeats != repeats
+    if changed:
+        _write(folder, _summary(result, models, fitness, repeats))
     while len(fitness) < repeats and not (should_stop is not None and should_stop()):
         samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
         fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
-        with folder.storage():
-            write_json(folder.post_evaluation_path, _summary(result, models, fitness, repeats))
+        _write(folder, _summary(result, models, fitness, repeats))
+        changed = True
+    return changed
+
+
+def _write(folder: RunFolder, summary: dict[str, Any]) -> None:
+    with folder.storage():
+        write_json(folder.post_evaluation_path, summary)
 
 
 def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:

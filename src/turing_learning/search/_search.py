@@ -5,7 +5,7 @@ import io
 import json
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import MISSING, asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -157,10 +157,17 @@ def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
         raise RunFolderError(
             f"`out` must be a new folder, or that of a search; got {folder}, without a readable {path.name}. Choose another folder."
         ) from error
+    if isinstance(held, dict) and isinstance(held.get("scenario"), dict):
+        held["scenario"] = _later_defaults() | held["scenario"]
     if _without_prose(held) != _without_prose(content):
         raise RunFolderError(
             f"`out` must be the folder of the same search; got one of other settings [{path}]. Choose another folder."
         )
+
+
+def _later_defaults() -> dict[str, Any]:
+    """Return the simple settings of a scenario that have a default: folders of before they came do not name them."""
+    return {each.name: each.default for each in fields(Scenario) if each.default is not MISSING}
 
 
 def _without_prose(content: Any) -> Any:

@@ -137,6 +137,10 @@ def _check_variants(variants: Sequence[Variant], runs: int) -> None:
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
         require_seen(variant.configuration)
+        if not variant.configuration.scenario.known:
+            raise ConfigurationError(
+                "`scenario.known` must be true in a study, whose agents are simulated; got False. Leave it out."
+            )
         other = variant.configuration.scenario.parameter_names
         if other != names:
             raise ConfigurationError(

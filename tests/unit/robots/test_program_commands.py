@@ -103,6 +103,17 @@ def test_the_best_of_the_last_models_is_told_when_they_have_been_observed_again(
     assert best.search(call("show", "run")[1])
 
 
+def test_a_finished_run_is_resumed_without_robots(evaluated, doors, call):
+    given = ("robots", "run", "--generations", "1", "--out", "run", *BRIEF)
+    assert call(*given)[0] == 0
+    doors.wires["r-orange"].cut = True
+    code, out, _ = call("resume", "run")
+    assert code == 0
+    assert "BAD" not in out
+    assert "the last models, observed again 2 times; the best: " in out
+    assert call(*given, "--force")[0] == 2  # begins anew, and needs them
+
+
 def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes_on(evaluated, call, monkeypatch):
     answers = iter([False, False, True])
     monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))

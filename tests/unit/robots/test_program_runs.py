@@ -2,6 +2,8 @@
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,11 +13,13 @@ import pytest
 from program_laboratory import CALIBRATION, FILE, NAMES, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import Detector, run_classifiers
+from turing_learning.detection import Detector, compare_rules, run_classifiers
+from turing_learning.detection._run import calibration_motion
 from turing_learning.robots import load_laboratory
 from turing_learning.runs import (
     RunFolder,
     RunFolderError,
+    awaits_robots,
     is_laboratory_run,
     load_run,
     read_events,
@@ -95,7 +99,7 @@ def test_every_trial_is_stored_as_it_was_observed(finished):
 
 
 def test_the_log_names_what_happened(finished):
-    events = read_events(RunFolder(finished))
+    events = read_events(finished)
     assert [event["kind"] for event in events] == ["disturbed", "complete", "complete", "complete"]
     assert events[0]["fault"] == "replica r1 has not begun"
     assert events[0]["asked"] == "Put all robots in their places, and press the remote control."
@@ -108,7 +112,7 @@ def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
     folder = RunFolder(tmp_path)
     folder.events_path.write_text('{"kind": "complete"}\n{"kind": "dist')
     EventLog(folder).note(Event("batteries", "generation-0025", 0, "P0"))
-    assert [event["kind"] for event in read_events(folder)] == ["complete", "batteries"]
+    assert [event["kind"] for event in read_events(folder.path)] == ["complete", "batteries"]
 
 
 def test_the_laboratory_lies_in_the_run_folder(finished):
@@ -148,7 +152,7 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
 
     result = begin(folder, folder / "disturbed", lab=lab, on_state=disturb)
     assert result.complete
-    events = read_events(RunFolder(folder / "disturbed"))
+    events = read_events(folder / "disturbed")
     assert [event["stage"] for event in events if event["kind"] == "complete"] == [
         "generation-0000", "generation-0001", "generation-0002",
     ]  # fmt: skip
@@ -176,7 +180,7 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
     result = resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
     assert result.complete
     require_same_state(path, finished)
-    completed = [event["stage"] for event in read_events(RunFolder(path)) if event["kind"] == "complete"]
+    completed = [event["stage"] for event in read_events(path) if event["kind"] == "complete"]
     assert sorted(set(completed)) == ["generation-0000", "generation-0001", "generation-0002"]
     assert not list(path.rglob("*.partial"))
 
@@ -205,7 +209,23 @@ def test_a_post_evaluation_that_was_interrupted_goes_on(folder):
     assert second.best_model is not None
 
 
-@pytest.mark.parametrize("content", ["{", "[]", "{}", '{"fitness": 1}', '{"fitness": [["a"]], "repeats": 1}'])
+def document(fitness, repeats=1):
+    return f'{{"repeats": {repeats}, "fitness": {fitness}, "best_model": null, "absolute_error": null}}'
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "{",
+        "[]",
+        "{}",
+        document("1"),
+        document("[[]", 2),
+        document('[["a"]]'),
+        document("[1]"),
+        document("[[1]]", '"x"'),
+    ],
+)
 def test_a_post_evaluation_that_cannot_be_read_is_refused(tmp_path, content):
     assert read_post_evaluation(tmp_path) is None
     file = tmp_path / "post_evaluation.json"
@@ -234,14 +254,76 @@ def test_detectors_are_calibrated_with_what_was_observed(folder, monkeypatch):
     assert len(abnormal) == np.count_nonzero(far)
     run = run_classifiers(result)
     np.testing.assert_array_equal(run.calibration[0][:, 0], genuine)
-    with pytest.raises(ConfigurationError, match="for individuals to be simulated; got one in a laboratory"):
-        run.simulated_scenario()
+    used = calibration_motion(run, None, None, behaviors=1, trials=1, seed=0, threads=1)
+    for found, written in zip(used, (genuine, abnormal), strict=True):
+        np.testing.assert_array_equal(found[:, 0], written)
+    for refused in (run.simulated_scenario, lambda: compare_rules(result)):
+        with pytest.raises(ConfigurationError, match="for individuals to be simulated; got one in a laboratory"):
+            refused()
+
+
+def with_repeats(path, repeats):
+    """Change how often the last models are to be observed again, as one does between sessions."""
+    file = path / "laboratory.json"
+    file.write_text(re.sub(r'"repeats": \d', f'"repeats": {repeats}', file.read_text()))
+
+
+def test_repeats_may_be_changed_between_sessions(folder):
+    path, asked = folder / "changed", iter([False, False, True])
+    begin(folder, path, file="evaluated.toml", should_stop=lambda: next(asked))
+    assert awaits_robots(path)
+    with_repeats(path, 1)
+    assert not awaits_robots(path)
+    resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
+    fewer = read_post_evaluation(path)
+    assert (fewer.complete, fewer.repeats, fewer.fitness.shape) == (True, 1, (1, 4))
+    assert (path / "calibration.npz").exists()
+    with_repeats(path, 3)
+    assert awaits_robots(path)
+    resume_laboratory(path, equipment=ScriptedLaboratory().equipment(), should_stop=iter([False, True]).__next__)
+    more = read_post_evaluation(path)
+    assert (more.complete, more.repeats, more.best_model, len(more.fitness)) == (False, 3, None, 2)
+    np.testing.assert_array_equal(more.fitness[0], fewer.fitness[0])
+
+
+def test_a_finished_run_goes_without_its_trials(folder, caplog):
+    path = folder / "tidied"
+    begin(folder, path, file="evaluated.toml")
+    shutil.rmtree(path / "trials")
+    kept = (path / "calibration.npz").read_bytes()
+    assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment()).complete
+    assert (path / "calibration.npz").read_bytes() == kept
+    assert caplog.text == ""
+    (path / "calibration.npz").write_bytes(b"PK")
+    with pytest.raises(
+        ConfigurationError, match="`run` must have kept motion to calibrate with; got one in a laboratory that"
+    ):
+        Detector.from_run(load_run(path))
+    (path / "calibration.npz").unlink()
+    assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment()).complete
+    assert "Nothing is kept to calibrate detectors with: `stage` must be one of which the run has trials" in caplog.text
+
+
+def test_the_last_models_of_a_thin_history_cannot_be_observed_again(folder):
+    path = folder / "thin"
+    lab = ScriptedLaboratory()
+    thin = load_laboratory(folder / "lab.toml", {"run.history": "thin", "run.generations": 1})
+    start_laboratory(thin, path, equipment=lab.equipment())
+    with pytest.raises(
+        ConfigurationError, match=r"got .* with run.history = \"thin\".* Run it again in the laboratory"
+    ):
+        run_classifiers(load_run(path))
+    with_repeats(path, 2)
+    with pytest.raises(
+        ConfigurationError, match=r'`run.history` must be "full" for a post-evaluation; got "thin" \[.*laboratory'
+    ):
+        resume_laboratory(path, equipment=lab.equipment())
 
 
 def test_a_run_that_was_not_observed_again_has_nothing_to_calibrate_detectors_with(finished):
     assert not (finished / "calibration.npz").exists()
     with pytest.raises(
-        ConfigurationError, match=r"must have observed its last models again .* Resume it, with `evaluation"
+        ConfigurationError, match=r"must have kept motion .* resume it, with `evaluation.repeats` of at least 1"
     ):
         Detector.from_run(load_run(finished))
 
@@ -263,13 +345,17 @@ def test_trials_can_be_read_as_they_were_observed(finished, tmp_path):
     np.testing.assert_allclose(sent, load_run(finished).history["model"][1], atol=5e-5)  # four digits go over the lines
     with pytest.raises(RunFolderError, match=r"`stage` must be one of which the run has trials; got 'generation-9'"):
         read_trials(finished, "generation-9")
-    damaged = tmp_path / "trials" / "generation-0000" / "attempt-1"
-    damaged.mkdir(parents=True)
-    (damaged / "trial-01.npz").write_bytes(b"PK")
+    with pytest.raises(RunFolderError, match=r"`run` must be a run folder; got"):
+        read_trials(tmp_path, "generation-0001")
+    copy = shutil.copytree(finished, tmp_path / "copy")
+    (first, *_) = sorted((copy / "trials" / "generation-0001" / "attempt-1").iterdir())
+    shutil.copy(first, first.with_name("trial-100.npz"))
+    np.testing.assert_array_equal(read_trials(copy, "generation-0001").poses[-1], trials.poses[0])
+    first.write_bytes(b"PK")
     with pytest.raises(
-        RunFolderError, match=r"`run` must have trials that can be read; got .*trial-01.npz, which holds"
+        RunFolderError, match=r"`run` must have trials that can be read; got .*npz, which holds something"
     ):
-        read_trials(tmp_path, "generation-0000")
+        read_trials(copy, "generation-0001")
 
 
 def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):

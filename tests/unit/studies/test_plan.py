@@ -121,6 +121,13 @@ def test_a_sensor_for_objects_that_are_not_there_is_refused():
         plan_study("object-clustering", grid={"scenario.objects.count": [10, 0]})
 
 
+def test_agents_of_a_study_are_known():
+    with pytest.raises(
+        ConfigurationError, match=r"^`scenario.known` must be true in a study, whose agents are simulated"
+    ):
+        plan_study("aggregation", settings={"scenario.known": False})
+
+
 def test_the_controller_of_random_behaviors_cannot_be_given():
     with pytest.raises(
         ConfigurationError, match=r"^`scenario.controller` must be left out of a study of random behaviors"

@@ -339,6 +339,14 @@ def _configuration(
     return load_configuration(None, preset, base | derived | given, labels=told)
 
 
+def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, where: str = "") -> None:
+    """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
+    if setup.evaluation.repeats and configuration.run.history == "thin":
+        raise ConfigurationError(
+            f'`run.history` must be "full" for a post-evaluation; got "thin"{where}. Or set evaluation.repeats = 0.'
+        )
+
+
 def _check_together(setup: LaboratorySetup, configuration: Configuration, place: _Place) -> None:
     """Refuse what fits each part and not the whole."""
     models = configuration.models.parents + configuration.models.offspring
@@ -353,11 +361,7 @@ def _check_together(setup: LaboratorySetup, configuration: Configuration, place:
             f"`scenario.trial.duration_s` must be at most timing.execute_s, {setup.timing.execute_s}; got {trial}"
             f"{place.where('scenario.trial.duration_s')}."
         )
-    if setup.evaluation.repeats and configuration.run.history == "thin":
-        raise ConfigurationError(
-            f'`run.history` must be "full" for a post-evaluation; got "thin"{place.where("run.history")}. Or set '
-            "evaluation.repeats = 0."
-        )
+    refuse_without_history(setup, configuration, place.where("run.history"))
     for key, value, needed in (
         ("models.hidden", configuration.models.hidden, 0),
         ("scenario.representation", configuration.scenario.representation, "reactive"),

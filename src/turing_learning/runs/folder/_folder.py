@@ -14,10 +14,10 @@ from ._errors import RunFolderError, refuse_future_format, storage
 from ._files import PARTIAL, remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
-LABORATORY, CALIBRATION = "laboratory.json", "camera.json"
+LABORATORY, CAMERA = "laboratory.json", "camera.json"
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", "calibration.npz", "trials",
-    "events.jsonl", "post_evaluation.json", LABORATORY, CALIBRATION,
+    "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 
 
@@ -85,9 +85,14 @@ class RunFolder:
         return self.path / LABORATORY
 
     @property
-    def calibration_path(self) -> Path:
-        """That of the laboratory's camera (JSON)."""
-        return self.path / CALIBRATION
+    def camera_path(self) -> Path:
+        """The calibration of the laboratory's camera (JSON)."""
+        return self.path / CAMERA
+
+    @property
+    def motion_path(self) -> Path:
+        """Motion to calibrate detectors with (NumPy)."""
+        return self.path / "calibration.npz"
 
     @property
     def trials_path(self) -> Path:
@@ -229,7 +234,7 @@ class RunFolder:
     def _foreign_names(self) -> list[str]:
         if not self.path.exists():
             return []
-        begun = {self.lock_path.name, self.configuration_path.name, LABORATORY, CALIBRATION}
+        begun = {self.lock_path.name, self.configuration_path.name, LABORATORY, CAMERA}
         started = begun if self.lock_path.exists() else set()
         names = (path.name for path in self.path.iterdir())
         return sorted(name for name in names if name not in started and not name.endswith(PARTIAL))

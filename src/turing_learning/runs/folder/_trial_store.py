@@ -107,7 +107,8 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     path
         The run folder.
     stage
-        Name of a folder in ``trials``: "generation-0012", "post-evaluation-1".
+        Name of a folder in ``trials``: "generation-0012", "post-evaluation-1". Of a stage that is not complete, see `read_events`,
+        what there is.
 
     Raises
     ------
@@ -115,13 +116,17 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
         If there are none, or one cannot be read.
     """
     folder = RunFolder(Path(path))
+    folder.manifest()
     attempt = TrialStore(folder).last_attempt(stage)
-    files = sorted((folder.trials_path / stage / f"attempt-{attempt}").glob("trial-*.npz"))
+    place = folder.trials_path / stage / f"attempt-{attempt}"
+    files = sorted(place.glob("trial-*.npz"), key=lambda file: (len(file.name), file.name))
     if not files:
         raise RunFolderError(
             f"`stage` must be one of which the run has trials; got {stage!r} [{folder.trials_path}]. Name a folder in it."
         )
     trials = [_read_trial(file) for file in files]
+    if len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) > 1:
+        raise RunFolderError(f"`stage` must have trials of one shape; got others [{place}]. Restore the files.")
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),
@@ -177,8 +182,12 @@ def _ends_with_line(file: io.BufferedRandom) -> bool:
     return file.read(1) == b"\n"
 
 
-def read_events(folder: RunFolder) -> list[dict[str, object]]:
-    """Return the events of a run, without a line that a kill has cut."""
+def read_events(path: str | Path) -> list[dict[str, object]]:
+    """Return the events of a run in a laboratory, without a line that a kill has cut.
+
+    Each has "time", and what `robots.Event` has.
+    """
+    folder = RunFolder(Path(path))
     if not folder.events_path.exists():
         return []
     events = []
