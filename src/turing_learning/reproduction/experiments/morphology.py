@@ -17,6 +17,8 @@ from ._variants import KINDS, PRESETS, values_of, variant_of
 
 CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
 """Claim -> scenario."""
+OFF = 0.1
+"""Mean absolute error above which a run is off."""
 
 
 @dataclass(frozen=True)
@@ -75,10 +77,21 @@ def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdi
         outcome.claim,
         not_worse(observed, printed),
         listed(names, printed, 2),
-        listed(names, observed),
+        listed(names, observed) + _those_off(outcome, kind),
         "absolute errors",
         variant_of(outcome.preset, kind),
     )
+
+
+def _those_off(outcome: _Outcome, kind: str) -> str:
+    """Say which runs are off, which a mean hides, and what the errors of the others are."""
+    errors, names = outcome.errors[kind], outcome.scenario.parameter_labels
+    off = errors.mean(axis=1) > OFF
+    if not off.any():
+        return f"; the mean error is at most {OFF} in every run"
+    seeds = ", ".join(str(outcome.seeds[k]) for k in np.flatnonzero(off))
+    text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds})"
+    return text if off.all() else f"{text}, without them {listed(names, [Spread.of(each) for each in errors[~off].T])}"
 
 
 def _errors_table(outcomes: list[_Outcome], claims: Mapping[str, Claim]) -> Table:

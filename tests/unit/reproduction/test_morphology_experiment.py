@@ -1,0 +1,38 @@
+"""What is said of runs that infer a field of view, too."""
+
+import numpy as np
+import pytest
+
+from turing_learning.reproduction import load_claims
+from turing_learning.reproduction.experiments.morphology import _Outcome, _verdict
+from turing_learning.swarm import AGGREGATION_VIEW_0
+
+SEEDS = (2001, 2002, 2003)
+
+
+def verdict(errors):
+    errors = np.array(errors, dtype=float)
+    outcome = _Outcome("4.6.1-morphology-0", AGGREGATION_VIEW_0, "default", SEEDS, {}, {"best_model": errors})
+    return _verdict(outcome, "best_model", load_claims())
+
+
+def test_one_run_that_is_off_is_named_and_the_claim_differs():
+    found = verdict([[0.01] * 5, [0.02] * 5, [0.9] * 5])
+    assert not found.agrees
+    said = "the mean error exceeds 0.1 in 1 of 3 runs (seeds 2003), without them vl0 0.015 (0.007), vr0 0.015 (0.007), "
+    assert said in found.observed
+
+
+def test_runs_that_are_all_near_agree_and_are_said_to_be():
+    found = verdict([[0.01] * 5, [0.02] * 5, [0.01] * 5])
+    assert found.agrees
+    assert found.observed.endswith("; the mean error is at most 0.1 in every run")
+
+
+def test_runs_that_are_all_off_leave_no_others():
+    assert verdict([[1.0] * 5] * 3).observed.endswith("in 3 of 3 runs (seeds 2001, 2002, 2003)")
+
+
+@pytest.mark.parametrize("theta", [0.0, 0.1])
+def test_the_field_of_view_counts_as_any_parameter(theta):
+    assert verdict([[0.01, 0.01, 0.01, 0.01, theta]] * 3).agrees == (theta == 0.0)
