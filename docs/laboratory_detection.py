@@ -19,11 +19,11 @@ TEN, FIRST, NEAR, MODELS = 10, 20, 0.2, 200
 def motion(run: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return agents by one sample and by ten, and the replicas of the first models, far from the estimate, by one."""
     result, again = load_run(run), read_post_evaluation(run)
-    replicas_each = read_trials(run, "generation-0000").models.shape[1]
     held_out = [read_trials(run, f"post-evaluation-{k + 1}") for k in range(again.repeats)]
-    agents = np.concatenate([trials.speeds()[:, :-replicas_each] for trials in held_out])  # (trials, agents, T, 2)
+    agents = np.concatenate([trials.samples().genuine for trials in held_out])
+    agents = agents.reshape(-1, result.configuration.scenario.agents, *agents.shape[1:])  # (trials, agents, T, 2)
     first = [read_trials(run, f"generation-{g:04d}") for g in range(min(FIRST, result.generations))]
-    replicas = np.concatenate([trials.speeds()[:, -replicas_each:].reshape(-1, *agents.shape[2:]) for trials in first])
+    replicas = np.concatenate([trials.samples().counterfeit[:, 0] for trials in first])
     models = np.concatenate([trials.models.reshape(-1, 4) for trials in first])
     estimate = np.array(list(result.estimate.values()))
     far = replicas[np.abs(models - estimate).mean(axis=1) >= NEAR][:MODELS]

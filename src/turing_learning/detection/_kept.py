@@ -51,11 +51,11 @@ def keep_observed(
     count = min(len(learned), len(held_out), MOST)
     if count < 2 or len(far) == 0:
         return None
-    genuine = np.concatenate((_spread(learned, count), _spread(held_out, count)))
+    genuine = np.concatenate((spread(learned, count), spread(held_out, count)))
     return write_calibration(path, genuine, far)
 
 
-def _spread(samples: np.ndarray, count: int) -> np.ndarray:
+def spread(samples: np.ndarray, count: int) -> np.ndarray:
     """Return `count` of the samples, evenly spread."""
     return samples[np.linspace(0, len(samples) - 1, count).round().astype(int)]
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from turing_learning.sources import OwnSource, OwnSystemError, cut_samples
 
-from ._kept import MODELS, MOST, write_calibration
+from ._kept import MODELS, MOST, spread, write_calibration
 from ._simulated import NEAR, OWN_CALIBRATION, stream
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -53,8 +53,7 @@ def _genuine(source: OwnSource, rng: np.random.Generator) -> np.ndarray:
     if data.live is not None:
         return cut_samples(data.live(rng), source.system.steps)[: 2 * MOST]
     held_out = data.testing[:MOST]
-    chosen = np.linspace(0, len(data.learning) - 1, len(held_out)).round().astype(int)
-    return np.concatenate((data.learning[chosen], held_out))
+    return np.concatenate((spread(data.learning, len(held_out)), held_out))
 
 
 def _random_numbers(source: OwnSource, estimate: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -11,6 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -222,11 +223,21 @@ class Work:
         self._count(name, sum(run.seconds or 0.0 for run in result.runs), commits)
         return result
 
-    def runs(self, name: str, scenario: str, preset: str, **settings: Any) -> "StudyResult":
+    def runs(
+        self,
+        name: str,
+        scenario: str,
+        preset: str,
+        *,
+        runs: int | None = None,
+        settings: Mapping[str, Any] = MappingProxyType({}),
+    ) -> "StudyResult":
         """Return the study of as many runs and generations as the sizes say, from their first seed on; see `study`.
 
         Parameters
         ----------
+        runs
+            Another number of runs.
         settings
             Dotted keys with values, beside those of the sizes.
         """
@@ -234,7 +245,7 @@ class Work:
         return self.study(
             name,
             scenario,
-            runs=sizes.runs,
+            runs=sizes.runs if runs is None else runs,
             first_seed=sizes.first_seed,
             generations=sizes.generations,
             preset=preset,

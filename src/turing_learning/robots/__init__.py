@@ -15,8 +15,8 @@ The robots
     longer answers. docs/robots/protocol.md describes what is said.
 The laboratory
     `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes
-    through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials and starts a
-    generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
+    through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials (`trial_samples`) and
+    starts a generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
     are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
     do. `rehearse` opens the doors to an emulated one; `as_emulated` leaves out what that lacks. `write_table`
     exports tracks, `refuse_taken_table` asks before.
@@ -59,7 +59,7 @@ if TYPE_CHECKING:
         read_setup,
         refuse_without_history,
     )
-    from .program._program import Event, LaboratorySource
+    from .program._program import Event, LaboratorySource, trial_samples
     from .program._states import Disturbance, ObservedTrial, PcProgram
     from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
     from .tracking._capture import CameraError, Capture
@@ -135,6 +135,7 @@ __all__ = [
     "serve_tcp",
     "serve_terminal",
     "signed_speeds",
+    "trial_samples",
     "usage",
     "write_table",
 ]
@@ -171,7 +172,7 @@ _HOMES = {
         "read_setup",
         "refuse_without_history",
     ),
-    "program._program": ("Event", "LaboratorySource"),
+    "program._program": ("Event", "LaboratorySource", "trial_samples"),
     "program._states": ("Disturbance", "ObservedTrial", "PcProgram"),
     "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
     "tracking._capture": ("CameraError", "Capture"),

@@ -43,11 +43,10 @@ def keep_observed_motion(result: Result, folder: RunFolder) -> None:
 
 def _motion(folder: RunFolder, stages: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return samples of agents (S, T, 2) and of replicas (M, T, 2), and their models (M, P), of all trials of some stages."""
-    agents, replicas, models = [], [], []
-    for stage in stages:
-        trials = read_trials(folder.path, stage)
-        speeds, count = trials.speeds(), trials.models.shape[1]
-        agents.append(speeds[:, :-count].reshape(-1, *speeds.shape[2:]))
-        replicas.append(speeds[:, -count:].reshape(-1, *speeds.shape[2:]))
-        models.append(trials.models.reshape(-1, trials.models.shape[2]))
-    return np.concatenate(agents), np.concatenate(replicas), np.concatenate(models)
+    trials = [read_trials(folder.path, stage) for stage in stages]
+    samples = [each.samples() for each in trials]
+    return (
+        np.concatenate([each.genuine for each in samples]),
+        np.concatenate([each.counterfeit[:, 0] for each in samples]),
+        np.concatenate([each.models.reshape(-1, each.models.shape[2]) for each in trials]),
+    )

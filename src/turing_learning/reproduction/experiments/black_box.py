@@ -103,7 +103,7 @@ def conduct(work: Work) -> Findings:
 
 
 def _outcome(work: Work, preset: str, hidden: int) -> _Outcome:
-    result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, **{"models.hidden": hidden})
+    result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings={"models.hidden": hidden})
     networks = [list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None]
     return _Outcome(
         preset=preset,

@@ -60,15 +60,8 @@ def conduct(work: Work) -> Findings:
 def _outcome(work: Work, claim: str, preset: str) -> _Outcome:
     scenario = CASES[claim]
     sizes: MorphologySizes = work.sizes
-    result = work.study(
-        f"study-{scenario.name}-{preset}",
-        scenario.name,
-        runs=sizes.runs if preset == PRESETS[0] else sizes.beside,
-        first_seed=sizes.first_seed,
-        generations=sizes.generations,
-        preset=preset,
-        settings=sizes.settings,
-    )
+    runs = sizes.runs if preset == PRESETS[0] else sizes.beside
+    result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=runs)
     return _Outcome(
         claim=claim,
         scenario=scenario,

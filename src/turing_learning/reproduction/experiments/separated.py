@@ -56,7 +56,9 @@ def conduct(work: Work) -> Findings:
 
 def _outcome(work: Work, preset: str) -> _Outcome:
     results = {
-        grouping: work.runs(f"study-{grouping}-{preset}", AGGREGATION.name, preset, **{"scenario.grouping": grouping})
+        grouping: work.runs(
+            f"study-{grouping}-{preset}", AGGREGATION.name, preset, settings={"scenario.grouping": grouping}
+        )
         for grouping in GROUPINGS
     }
     return _Outcome(

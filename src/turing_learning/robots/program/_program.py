@@ -173,9 +173,20 @@ class LaboratorySource:
         self._note(Event(kind, self._stage, self._attempt, state, fault, asked))
 
     def _samples(self, trials: list[ObservedTrial]) -> Samples:
-        speeds = np.array([trial.track.speeds() for trial in trials])  # (trials, robots, T, 2)
-        agents, shape = len(self._setup.agents), speeds.shape[2:]
-        return Samples(
-            genuine=speeds[:, :agents].reshape(-1, *shape),
-            counterfeit=speeds[:, agents:].reshape(-1, 1, *shape),
-        )
+        return trial_samples(np.array([trial.track.speeds() for trial in trials]), len(self._setup.replicas))
+
+
+def trial_samples(speeds: np.ndarray, replicas: int) -> Samples:
+    """Return what was observed in R trials as samples of agents (R x agents, T, 2), and of each model (R x replicas, 1, T, 2).
+
+    Parameters
+    ----------
+    speeds : (R, A, T, 2)
+        Of all robots, agents first.
+    replicas
+        Their number.
+    """
+    shape = speeds.shape[2:]
+    return Samples(
+        genuine=speeds[:, :-replicas].reshape(-1, *shape), counterfeit=speeds[:, -replicas:].reshape(-1, 1, *shape)
+    )

@@ -18,6 +18,7 @@ from ._folder import RunFolder
 from ._manifest import now
 
 if TYPE_CHECKING:
+    from turing_learning.coevolution import Samples
     from turing_learning.robots import Event, ObservedTrial
 
 _LOGGER = logging.getLogger("turing_learning")
@@ -97,6 +98,12 @@ class ObservedTrials:
         from turing_learning.robots import signed_speeds
 
         return np.array([signed_speeds(poses, self.interval_s) for poses in self.poses])
+
+    def samples(self) -> "Samples":
+        """Return the samples of agents (R x agents, T, 2), and one of each model (R x n, 1, T, 2); see `robots.trial_samples`."""
+        from turing_learning.robots import trial_samples
+
+        return trial_samples(self.speeds(), self.models.shape[1])
 
 
 def read_trials(path: str | Path, stage: str) -> ObservedTrials:
