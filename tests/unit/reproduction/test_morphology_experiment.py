@@ -8,11 +8,19 @@ from turing_learning.reproduction.experiments.morphology import _Outcome, _verdi
 from turing_learning.swarm import AGGREGATION_VIEW_0
 
 SEEDS = (2001, 2002, 2003)
+TRUTH = np.array(AGGREGATION_VIEW_0.truth)
 
 
 def verdict(errors):
-    errors = np.array(errors, dtype=float)
-    outcome = _Outcome("4.6.1-morphology-0", AGGREGATION_VIEW_0, "default", SEEDS, {}, {"best_model": errors})
+    return verdict_of(TRUTH + errors)
+
+
+def verdict_of(models):
+    models = np.array(models, dtype=float)
+    errors = np.abs(models - TRUTH)
+    outcome = _Outcome(
+        "4.6.1-morphology-0", AGGREGATION_VIEW_0, "default", SEEDS, {"best_model": models}, {"best_model": errors}
+    )
     return _verdict(outcome, "best_model", load_claims())
 
 
@@ -36,3 +44,15 @@ def test_runs_that_are_all_off_leave_no_others():
 @pytest.mark.parametrize("theta", [0.0, 0.1])
 def test_the_field_of_view_counts_as_any_parameter(theta):
     assert verdict([[0.01, 0.01, 0.01, 0.01, theta]] * 3).agrees == (theta == 0.0)
+
+
+def test_runs_in_a_mirror_image_of_the_truth_are_the_reason_why_a_claim_differs():
+    found = verdict_of([TRUTH, [0.97, -1.13, -0.68, -0.98, 6.21], TRUTH + np.array([0, 0, -0.6, 0, 0])])
+    assert "in 2 of 3 runs (seeds 2002, 2003)" in found.observed
+    assert found.reason.startswith("a mirror image of the truth")
+    assert found.reason.endswith("seeds 2002; docs/decisions/0016")
+
+
+@pytest.mark.parametrize("error", [0.01, 0.9])
+def test_runs_that_only_are_off_have_no_such_reason(error):
+    assert not verdict([[0.01] * 5, [0.02] * 5, [error] * 5]).reason

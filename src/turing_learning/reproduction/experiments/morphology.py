@@ -44,6 +44,21 @@ class _Outcome:
     models: dict[str, np.ndarray]
     errors: dict[str, np.ndarray]
 
+    def off(self, kind: str) -> np.ndarray:
+        """Return which runs are off (R,)."""
+        return self.errors[kind].mean(axis=1) > OFF
+
+    def mirrored(self, kind: str) -> np.ndarray:
+        """Return which runs' wheel speeds are nearer to the truth with both readings exchanged than to the truth (R,)."""
+        truth = np.array(self.scenario.controller)
+        speeds = self.models[kind][:, : len(truth)]
+        exchanged = np.abs(speeds - np.roll(truth, 2)).sum(axis=1)
+        return exchanged < np.abs(speeds - truth).sum(axis=1)
+
+    def seeds_of(self, runs: np.ndarray) -> str:
+        """Name the seeds of some runs (R,)."""
+        return ", ".join(str(self.seeds[k]) for k in np.flatnonzero(runs))
+
 
 def conduct(work: Work) -> Findings:
     """Conduct a study for each field of view and preset."""
@@ -75,26 +90,39 @@ def _outcome(work: Work, claim: str, preset: str) -> _Outcome:
 def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdict:
     printed = printed_spreads(claims[outcome.claim].values)
     observed = [Spread.of(errors) for errors in outcome.errors[kind].T]
-    names = outcome.scenario.parameter_labels
+    names, agrees = outcome.scenario.parameter_labels, not_worse(observed, printed)
     return Verdict(
         outcome.claim,
-        not_worse(observed, printed),
+        agrees,
         listed(names, printed, 2),
         listed(names, observed) + _those_off(outcome, kind),
         "absolute errors",
         variant_of(outcome.preset, kind),
+        reason="" if agrees else _mirror_image(outcome, kind),
     )
 
 
 def _those_off(outcome: _Outcome, kind: str) -> str:
     """Say which runs are off, which a mean hides, and what the errors of the others are."""
     errors, names = outcome.errors[kind], outcome.scenario.parameter_labels
-    off = errors.mean(axis=1) > OFF
+    off = outcome.off(kind)
     if not off.any():
         return f"; the mean error is at most {OFF} in every run"
-    seeds = ", ".join(str(outcome.seeds[k]) for k in np.flatnonzero(off))
-    text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds})"
+    text = (
+        f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {outcome.seeds_of(off)})"
+    )
     return text if off.all() else f"{text}, without them {listed(names, [Spread.of(each) for each in errors[~off].T])}"
+
+
+def _mirror_image(outcome: _Outcome, kind: str) -> str:
+    """Say which of the runs that are off are in a mirror image of the truth."""
+    mirrored = outcome.off(kind) & outcome.mirrored(kind)
+    if not mirrored.any():
+        return ""
+    return (
+        f"a mirror image of the truth, in which a model takes one reading of the sensor for the other and exchanges their wheel "
+        f"speeds: seeds {outcome.seeds_of(mirrored)}; docs/decisions/0016"
+    )
 
 
 def _errors_table(outcomes: list[_Outcome], claims: Mapping[str, Claim]) -> Table:
