@@ -80,6 +80,12 @@ def test_a_file_that_is_wrong_is_refused_with_its_line(content, message, tmp_pat
         load(tmp_path, content)
 
 
+@pytest.mark.parametrize("step_s", [1 / 29.97, 0.04, 30.0, 600.0, 3600.0])
+def test_times_state_the_frame_rate_of_slow_recordings_too(step_s, tmp_path):
+    rows = "".join(f"{k * step_s:.6f},{k},2\n" for k in range(200))
+    assert load(tmp_path, "time,x1,y1\n" + rows, fps=None).fps == pytest.approx(1 / step_s, rel=1e-4)
+
+
 def test_a_zero_byte_in_the_data_is_refused_with_its_line(tmp_path):
     content = (TIDY + "".join(f"{k},a,1,2\n" for k in range(9))).encode() + b"9,a,\0,2\n"
     with pytest.raises(ValueError, match=r"`path` must be a text file; got a zero byte \[.*file.txt:11\]"):

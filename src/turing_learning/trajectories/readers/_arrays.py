@@ -5,6 +5,9 @@ import numpy as np
 from turing_learning.trajectories._assemble import LARGEST, check_positions
 from turing_learning.trajectories._recording import Recording, YAxis, refusal
 
+RATE_DIGITS = 5
+"""Of a frame rate that times state: 29.97, or 0.0016667 with a frame every ten minutes."""
+
 
 def from_array(
     positions: np.ndarray,
@@ -55,7 +58,7 @@ def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
         return None
     fps = float((frames[-1] - frames[0]) / span)
     late = (seconds - seconds[0]) * fps - (frames - frames[0])
-    return round(fps, 3) if np.abs(late).max() < 0.1 else None
+    return float(f"{fps:.{RATE_DIGITS}g}") if np.abs(late).max() < 0.1 else None
 
 
 def check_rate(value: object, path: object) -> float:
