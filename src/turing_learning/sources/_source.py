@@ -150,7 +150,7 @@ class OwnSource:
         self, parameters: np.ndarray, again: list[tuple[np.ndarray, np.random.Generator]]
     ) -> Iterator[tuple[np.ndarray, Answer]]:
         singles = [np.array([k]) for group, _ in again for k in group]
-        generators = [one for group, rng in again for one in rng.spawn(len(group))]
+        generators = [one for group, rng in again for one in _untouched(rng).spawn(len(group))]
         yield from zip(singles, self._run(parameters, singles, generators), strict=True)
         if again and self.generation == 0:
             raise OwnSystemError(
@@ -255,6 +255,14 @@ class _Simulated:
                 f"`simulate` must not fail for more than half of the {len(self.parameters)} models{of}; got "
                 f"{len(self.reasons)} failures or more{place}, the first with {self.first_failure()}. {remedy}"
             )
+
+
+def _untouched(rng: np.random.Generator) -> np.random.Generator:
+    """Return a generator as it was before a simulator had it, which may have spawned from it, or from a copy in a worker."""
+    given = rng.bit_generator.seed_seq
+    assert isinstance(given, np.random.SeedSequence)  # what it was spawned from has one
+    seeds = np.random.SeedSequence(given.entropy, spawn_key=given.spawn_key, pool_size=given.pool_size)
+    return np.random.Generator(type(rng.bit_generator)(seeds))
 
 
 def _refusal(system: OwnSystem, reason: str, models: str) -> str:

@@ -18,6 +18,14 @@ def noise_of_one(parameters, rng):
     return parameters + rng.normal(size=(STEPS, SIGNALS))
 
 
+def spawning(parameters, rng):
+    """Spawn generators of its own, and fail for several models of which one is above a half."""
+    generators = rng.spawn(len(parameters))
+    if len(parameters) > 1 and (parameters[:, 0] > 0.5).any():
+        raise ArithmeticError("too fast")
+    return np.stack([noise_of_one(one, each) for one, each in zip(parameters, generators, strict=True)])
+
+
 def hang_above_half(parameters, rng):
     if parameters[0] > 0.5:
         time.sleep(600)

@@ -12,6 +12,7 @@ from simulators import (
     hang_above_half,
     noise,
     noise_of_one,
+    spawning,
 )
 
 from turing_learning import Parameter
@@ -166,6 +167,12 @@ def test_workers_yield_what_this_process_yields(simulate, batches, workers):
     here = collect(source(simulate, batches=batches)).counterfeit
     with source(simulate, batches=batches, workers=workers) as one:
         np.testing.assert_array_equal(collect(one).counterfeit, here)
+
+
+def test_workers_yield_what_this_process_yields_also_of_a_group_that_failed_after_it_spawned_generators():
+    here = collect(source(spawning, batches=1), generation=1).counterfeit
+    with source(spawning, batches=1, workers=1) as one:
+        np.testing.assert_array_equal(collect(one, generation=1).counterfeit, here)
 
 
 @pytest.mark.parametrize(
