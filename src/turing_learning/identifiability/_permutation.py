@@ -19,7 +19,7 @@ class Permutation:
     p_value
         Share of the permutations with a difference as large, in units of its standard error; one-sided.
     critical
-        The difference from which on the p-value is at most 0.05, at the standard error that was found.
+        The difference above which the p-value is at most 0.05, at the standard error that was found.
     """
 
     difference: float
@@ -66,7 +66,7 @@ def permutation_test(
     return Permutation(
         difference=float(genuine.mean() - counterfeit.mean()),
         p_value=(1 + int(np.count_nonzero(drawn >= found - 1e-9))) / (permutations + 1),
-        critical=float(np.quantile(drawn, 1 - LEVEL)) * error,
+        critical=float(np.sort(drawn)[-int(LEVEL * (permutations + 1))]) * error,
     )
 
 

@@ -34,6 +34,17 @@ def test_the_p_value_is_at_most_a_twentieth_from_the_critical_difference_on():
     assert above <= 0.06 < below
 
 
+def test_the_p_value_and_the_critical_difference_say_the_same():
+    """Also next to it, where one permutation more or less decides."""
+    near = 0
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        found = permutation_test(rng.normal(0.6, size=10), rng.normal(size=15), rng)
+        assert (found.p_value <= 0.05) == (found.difference > found.critical)
+        near += abs(found.p_value - 0.05) < 0.002
+    assert near >= 3
+
+
 def test_false_alarms_stay_near_the_nominal_rate_where_few_genuine_groups_vary_more():
     alarms = 0
     for seed in range(300):
