@@ -19,7 +19,8 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are independent, every choice of
     S of the n + S is equally likely to be the individual's, so that p-values of at most a share q are no more frequent than q, for
     any n and S. Equal means count as lower ones. With a single sample it is the place of its score among the n. All choices are
-    tried where that is no more than `DRAWS`, else as many, and the one that is observed.
+    tried where that is no more than `DRAWS`, else as many, and the one that is observed. Where no sample of an individual has a
+    higher score than any of the n, the choices are counted.
 
     Parameters
     ----------
@@ -47,7 +48,19 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
         some = scores[begin : begin + AT_ONCE].T
         low = sums[:, None] + own @ some <= some.sum(axis=0) + 10.0**-DIGITS / 2
         found[begin : begin + AT_ONCE] = low.mean(axis=0)
+    lowest = genuine.min(initial=np.inf)
+    below = scores.max(axis=1) <= lowest
+    found[below] = _counted(known, int((genuine == lowest).sum()), (scores[below] == lowest).sum(axis=1), samples)
     return found
+
+
+def _counted(known: int, ties: int, tied: np.ndarray, samples: int) -> np.ndarray:
+    """Return the share of the choices with so low a mean, where the lowest of the n scores is the highest of the S, or above it.
+
+    Such choices hold all of the S that are lower, and in place of the tied ones (individuals,) any of these and of the ties.
+    """
+    choices = comb(known + samples, samples)
+    return np.array([comb(ties + int(k), int(k)) / choices for k in tied])
 
 
 def known_needed(share: float, samples: int) -> int:

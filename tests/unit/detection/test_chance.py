@@ -43,6 +43,14 @@ def test_many_choices_are_drawn():
     assert p_values(genuine, own)[0] == pytest.approx(exact, abs=4 * np.sqrt(exact * (1 - exact) / DRAWS))
 
 
+def test_choices_are_counted_where_nothing_is_lower():
+    """However rare they are, where drawing does not see them."""
+    genuine = np.repeat([0.1, 0.2, 0.8], [1, 1, 198])
+    own = np.array([np.zeros(10), np.repeat([0.0, 0.1], [8, 2]), np.full(10, 0.1)])
+    expected = np.array([1, comb(3, 2), comb(11, 10)]) / comb(210, 10)
+    np.testing.assert_allclose(p_values(genuine, own), expected)
+
+
 @pytest.mark.parametrize("share", [0.2, 0.05, 0.01, 1e-3])
 @pytest.mark.parametrize("samples", [1, 2, 10])
 def test_the_number_that_is_needed_is_enough_and_no_less_is(share, samples):
