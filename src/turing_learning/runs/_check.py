@@ -11,7 +11,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import Genuine, OwnSource, OwnSystemError
+from turing_learning.sources import Genuine, OwnSource, OwnSystemError, cut_samples
 
 from .folder._errors import RunFolderError, storage
 from .folder._files import write_json
@@ -241,15 +241,12 @@ class Checker:
         """Return as many samples as the run learned from, simulated at the estimate, in place of the genuine ones."""
         given = self.given
         assert given is not None
-        rng = np.random.default_rng((self.seed, k))
-        truth = np.tile(self._estimate, (len(given.data.learning), 1))
+        rng, live = np.random.default_rng((self.seed, k)), given.data.live
         system = given.source.system
-        genuine: Any = evidence.simulate(truth, rng)[:, 0]
-        if system.live:
-            count = max(1, len(genuine))
+        count = len(given.data.learning if live is None else cut_samples(live(rng), system.steps))
 
-            def genuine(rng: np.random.Generator) -> np.ndarray:
-                return evidence.simulate(np.tile(self._estimate, (count, 1)), rng)[:, 0]
+        def simulated(rng: np.random.Generator) -> np.ndarray:
+            return evidence.simulate(np.tile(self._estimate, (count, 1)), rng)[:, 0]
 
         options = {
             "name": system.name,
@@ -261,7 +258,7 @@ class Checker:
             **({} if system.live else {"held_out": 0.0}),
         }
         return {
-            "genuine": genuine,
+            "genuine": simulated(rng) if live is None else simulated,
             "simulate": given.simulate,
             "parameters": system.parameters,
             **options,

@@ -37,6 +37,23 @@ def infer(generations=6, **options):
     )
 
 
+def live(rng):
+    return walk(np.tile([6.0, 0.6], (40, 1)), rng)
+
+
+@pytest.fixture
+def recoveries(monkeypatch):
+    """What the recoveries of a check are run on."""
+    systems = []
+
+    def spied(**system):
+        systems.append(system)
+        return tl.infer(**system)
+
+    monkeypatch.setattr("turing_learning.runs._check_run.infer", spied)
+    return systems
+
+
 def content(path):
     return json.loads((path / "check" / "check.json").read_text())
 
@@ -61,6 +78,14 @@ def test_a_check_says_something_of_everything(stored):
 
 def test_a_run_in_memory_finds_the_same_as_one_in_a_folder(stored):
     assert infer().check(effort=QUICK) == stored[1]
+
+
+def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed(recoveries):
+    given = {"simulate": walk, "parameters": RANGES, "settings": SETTINGS, "seed": 1}
+    result = tl.infer(genuine=live, generations=3, **given)
+    (recovery,) = result.check(effort=QUICK).recoveries
+    assert recovery.truth == result.estimate
+    assert recoveries[0]["genuine"](np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
 
 
 def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
