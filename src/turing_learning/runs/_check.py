@@ -102,7 +102,7 @@ class Checker:
         self._quantities(content, path, evidence)
         self._profiles(content, path, evidence)
         self._recoveries(content, path, evidence)
-        content["parameters"] = self._pinned_down(content)
+        content["parameters"] = self._pinned_down(content, evidence)
         _keep(content, path)
         return check_from_json(content)
 
@@ -265,11 +265,11 @@ class Checker:
             **given.options,
         }
 
-    def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
+    def _pinned_down(self, content: dict[str, Any], evidence: "Evidence") -> list[dict[str, Any]]:
         from turing_learning.identifiability import PinnedDown
         from turing_learning.identifiability._profile import Profile
 
-        evidence, interval = self._evidence(), self.result.interval
+        interval = self.result.interval
         ends = [self._numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors = [each["error_share"] for each in content["recoveries"]]

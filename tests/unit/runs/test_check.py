@@ -88,6 +88,18 @@ def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed
     assert recoveries[0]["genuine"](np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
 
 
+def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_them():
+    calls = []
+
+    def observed(rng):
+        calls.append(rng)
+        return live(rng)
+
+    result = tl.infer(genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1)
+    result.check(genuine=observed, effort=replace(QUICK, points=0), recoveries=0)
+    assert len(calls) == 2
+
+
 def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
     loaded = tl.load_run(stored[0].path)
     with pytest.raises(ConfigurationError, match="`genuine` must be given to check a run on a system of one's own"):
