@@ -239,9 +239,11 @@ class Checker:
 
     def _known_system(self, k: int, evidence: "Evidence") -> dict[str, Any]:
         """Return as many samples as the run learned from, simulated at the estimate, in place of the genuine ones."""
+        from turing_learning.identifiability._evidence import RECOVERING, stream
+
         given = self.given
         assert given is not None
-        rng, live = np.random.default_rng((self.seed, k)), given.data.live
+        rng, live = stream(self.seed, RECOVERING, k), given.data.live
         system = given.source.system
         count = len(given.data.learning if live is None else cut_samples(live(rng), system.steps))
 

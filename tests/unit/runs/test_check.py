@@ -16,7 +16,9 @@ from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
+from turing_learning.identifiability._evidence import CHECK
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs._purposes import INTERROGATION
 from turing_learning.runs.results._check_present import check_listing, draw_check
 from turing_learning.sources import OwnSystemError
 
@@ -98,6 +100,17 @@ def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_th
     result = tl.infer(genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1)
     result.check(genuine=observed, effort=replace(QUICK, points=0), recoveries=0)
     assert len(calls) == 2
+
+
+def test_the_random_numbers_of_a_check_are_those_of_its_purpose_and_of_the_run_in_it():
+    purposes = set()
+
+    def noted(parameters, rng):
+        purposes.add(rng.bit_generator.seed_seq.entropy[0])
+        return walk(parameters, rng)
+
+    infer().check(simulate=noted, effort=replace(QUICK, points=0), recovery_generations=1)
+    assert purposes == {CHECK, INTERROGATION}
 
 
 def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
