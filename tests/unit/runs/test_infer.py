@@ -230,7 +230,7 @@ def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, capl
     assert untimed(stopped) == untimed(whole)
 
 
-@pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0"])
+@pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0", "selection/1"])
 def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(name, stopped, whole, caplog):
     chunk = stopped / "history.zarr" / name
     chunk.write_bytes(chunk.read_bytes()[:-5])
