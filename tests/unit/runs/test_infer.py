@@ -22,11 +22,11 @@ from turing_learning.runs import (
     RunFolderError,
     RunStorageError,
     new_run_path,
-    paper_absolute_errors,
     resume,
     resume_command,
     start,
 )
+from turing_learning.runs.results._paper import paper_absolute_errors
 
 
 def untimed(folder):

@@ -19,10 +19,8 @@ from ._laboratory_config import LaboratorySetup, RobotSection
 from ._punctual import punctual_images
 from ._stuck import stuck_robots
 
-STATES = ("P1", "P2", "P3", "P4", "P5")
-"""Wait for STOP; send models; wait for START; track; update."""
 BEGIN = "P0"
-"""Before the states: connecting."""
+"""Before the states P1 to P5: connecting."""
 _POLL_S = 0.05
 _SHOWN = 3
 """Faults of a trial that the operator is told."""

@@ -86,11 +86,6 @@ class RunFolder:
         return self.path / LABORATORY
 
     @property
-    def camera_path(self) -> Path:
-        """The calibration of the laboratory's camera (JSON)."""
-        return self.path / CAMERA
-
-    @property
     def motion_path(self) -> Path:
         """Motion to calibrate detectors with (NumPy)."""
         return self.path / "calibration.npz"
