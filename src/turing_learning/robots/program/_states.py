@@ -216,8 +216,8 @@ class PcProgram:
         """P2: put a model into the buffer of each replica."""
         self._enter("P2")
         for (name, robot), parameters in zip(self._robots.items(), self._queue[0], strict=True):
-            model = Model(self._sequence, tuple(np.round(parameters, 4).tolist()))
-            self._sequence = (self._sequence + 1) % (LARGEST_SEQUENCE + 1)
+            model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(parameters, 4).tolist()))
+            self._sequence = model.sequence + 1
             self._guard(name, partial(robot.send_model, model))
             status = self._guard(name, robot.status)
             if not status.battery_ok:
