@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from turing_learning._files import whole
 from turing_learning.analysis import mean_absolute_error
 
 from ._simulated import NEAR
@@ -73,10 +74,9 @@ def write_calibration(path: Path, genuine: np.ndarray, abnormal: np.ndarray) -> 
     abnormal : (S, T, D)
         Samples of what is not the system.
     """
-    target, temporary = path / CALIBRATION_FILE, path / f".{CALIBRATION_FILE}.part"
-    with temporary.open("wb") as file:
+    target = path / CALIBRATION_FILE
+    with whole(target) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, genuine=genuine, abnormal=abnormal)
-    temporary.replace(target)
     return target
 
 

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from turing_learning._files import whole
+
 from ._svg import SALT
 
 if TYPE_CHECKING:
@@ -55,11 +57,6 @@ def _write(figure: "Figure", path: Path) -> Path:
     import matplotlib as mpl
 
     kind = path.suffix[1:]
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        with mpl.rc_context({"svg.hashsalt": SALT}):
-            figure.savefig(temporary, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=_METADATA[kind])
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole(path) as temporary, mpl.rc_context({"svg.hashsalt": SALT}):
+        figure.savefig(temporary, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=_METADATA[kind])
     return path

@@ -13,7 +13,7 @@ from turing_learning.swarm import Scenario, initial_poses, observe
 
 CHECK = 8
 """Purpose of the room's random numbers: the entropy of each stream is (purpose, seed, use, ...); docs/decisions/0005."""
-OBSERVING, TESTING, PROFILING, COMPARING = range(4)
+OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
 """Genuine samples that must be kept out for a test."""
 LEAST_POINTS = 6

@@ -1,11 +1,13 @@
 """A replay as film: drawn with Pillow, written as GIF or MP4."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from turing_learning._files import whole
 
 from ._replay import Replay, Swarm
 
@@ -51,7 +53,9 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
         If the file cannot be written.
     """
     _check(speed, frames_per_second, most=50)
-    return _whole(path, lambda file: _write_gif(replay, file, speed, frames_per_second))
+    with whole(Path(path)) as temporary:
+        _write_gif(replay, temporary, speed, frames_per_second)
+    return Path(path)
 
 
 def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 30) -> Path:
@@ -88,7 +92,9 @@ def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
         raise ImportError(
             "`av` must be installed to write MP4; got no such module. Run: pip install 'turing-learning[video]'."
         ) from error
-    return _whole(path, lambda file: _write_mp4(replay, file, speed, frames_per_second))
+    with whole(Path(path)) as temporary:
+        _write_mp4(replay, temporary, speed, frames_per_second)
+    return Path(path)
 
 
 def _check(speed: float, frames_per_second: int, most: int) -> None:
@@ -96,17 +102,6 @@ def _check(speed: float, frames_per_second: int, most: int) -> None:
         raise ValueError(f"`speed` must be positive and finite; got {speed}.")
     if not 1 <= frames_per_second <= most:
         raise ValueError(f"`frames_per_second` must be between 1 and {most}; got {frames_per_second}.")
-
-
-def _whole(path: str | Path, write: Callable[[Path], None]) -> Path:
-    path = Path(path)
-    temporary = path.with_name(f".{path.name}.part")
-    try:
-        write(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return path
 
 
 def _write_gif(replay: Replay, file: Path, speed: float, frames_per_second: int) -> None:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning._files import whole
 from turing_learning.analysis import is_known
 
 from ._listing import NOTHING, listing_markup, number_markup, section
@@ -87,12 +88,8 @@ def write_page(page: str, path: str | Path) -> Path:
         If the file cannot be written.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.part")
-    try:
+    with whole(path) as temporary:
         temporary.write_text(page, encoding="utf-8", errors="xmlcharrefreplace")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
     return path
 
 

@@ -64,9 +64,7 @@ if TYPE_CHECKING:
     from .folder._manifest import new_manifest
     from .folder._target import refuse_target
     from .folder._trial_store import ObservedTrials, read_events, read_trials
-    from .results._paper import paper_absolute_errors
     from .results._pool import Pooled, pool
-    from .results._present import run_table, swarm_replay
     from .results._result import TIMINGS, Result
 
 __all__ = [
@@ -87,7 +85,6 @@ __all__ = [
     "load_run",
     "new_manifest",
     "new_run_path",
-    "paper_absolute_errors",
     "pool",
     "read_events",
     "read_post_evaluation",
@@ -98,7 +95,6 @@ __all__ = [
     "resume",
     "resume_command",
     "resume_laboratory",
-    "run_table",
     "scenario_named",
     "simulate_laboratory",
     "start",
@@ -107,7 +103,6 @@ __all__ = [
     "stored_generations",
     "stored_laboratory",
     "stored_traces",
-    "swarm_replay",
     "told",
     "trial_replay",
     "writable",
@@ -134,7 +129,6 @@ _LAZY = {
     "load_run": "_open",
     "new_manifest": "folder._manifest",
     "new_run_path": "_infer",
-    "paper_absolute_errors": "results._paper",
     "pool": "results._pool",
     "read_events": "folder._trial_store",
     "read_post_evaluation": "_post_evaluation",
@@ -142,7 +136,6 @@ _LAZY = {
     "refuse_film_path": "_trial",
     "refuse_target": "folder._target",
     "resume": "_infer",
-    "run_table": "results._present",
     "scenario_named": "_trial",
     "simulate_laboratory": "_laboratory",
     "start": "_execute",
@@ -150,7 +143,6 @@ _LAZY = {
     "stored_generations": "folder._checkpoints",
     "stored_laboratory": "_laboratory",
     "stored_traces": "folder._checkpoints",
-    "swarm_replay": "results._present",
     "trial_replay": "_trial",
     "write_trial": "_trial",
 }

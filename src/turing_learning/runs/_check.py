@@ -11,7 +11,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import Genuine, OwnSource, OwnSystemError
+from turing_learning.sources import Genuine, OwnSource, OwnSystemError, cut_samples
 
 from .folder._errors import RunFolderError, storage
 from .folder._files import write_json
@@ -102,7 +102,7 @@ class Checker:
         self._quantities(content, path, evidence)
         self._profiles(content, path, evidence)
         self._recoveries(content, path, evidence)
-        content["parameters"] = self._pinned_down(content)
+        content["parameters"] = self._pinned_down(content, evidence)
         _keep(content, path)
         return check_from_json(content)
 
@@ -239,17 +239,16 @@ class Checker:
 
     def _known_system(self, k: int, evidence: "Evidence") -> dict[str, Any]:
         """Return as many samples as the run learned from, simulated at the estimate, in place of the genuine ones."""
+        from turing_learning.identifiability._evidence import RECOVERING, stream
+
         given = self.given
         assert given is not None
-        rng = np.random.default_rng((self.seed, k))
-        truth = np.tile(self._estimate, (len(given.data.learning), 1))
+        rng, live = stream(self.seed, RECOVERING, k), given.data.live
         system = given.source.system
-        genuine: Any = evidence.simulate(truth, rng)[:, 0]
-        if system.live:
-            count = max(1, len(genuine))
+        count = len(given.data.learning if live is None else cut_samples(live(rng), system.steps))
 
-            def genuine(rng: np.random.Generator) -> np.ndarray:
-                return evidence.simulate(np.tile(self._estimate, (count, 1)), rng)[:, 0]
+        def simulated(rng: np.random.Generator) -> np.ndarray:
+            return evidence.simulate(np.tile(self._estimate, (count, 1)), rng)[:, 0]
 
         options = {
             "name": system.name,
@@ -261,18 +260,18 @@ class Checker:
             **({} if system.live else {"held_out": 0.0}),
         }
         return {
-            "genuine": genuine,
+            "genuine": simulated(rng) if live is None else simulated,
             "simulate": given.simulate,
             "parameters": system.parameters,
             **options,
             **given.options,
         }
 
-    def _pinned_down(self, content: dict[str, Any]) -> list[dict[str, Any]]:
+    def _pinned_down(self, content: dict[str, Any], evidence: "Evidence") -> list[dict[str, Any]]:
         from turing_learning.identifiability import PinnedDown
         from turing_learning.identifiability._profile import Profile
 
-        evidence, interval = self._evidence(), self.result.interval
+        interval = self.result.interval
         ends = [self._numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors = [each["error_share"] for each in content["recoveries"]]

@@ -192,7 +192,8 @@ def simulate_laboratory(
 
 def is_laboratory_run(path: str | Path) -> bool:
     """Return whether a run takes place in a laboratory."""
-    return RunFolder(Path(path)).laboratory_path.exists()
+    folder = RunFolder(Path(path))
+    return folder.is_run() and folder.laboratory_path.exists()  # which one has before it is a run
 
 
 def stored_setup(folder: RunFolder) -> LaboratorySetup:

@@ -53,3 +53,14 @@ def test_the_first_of_many_models_are_kept(tmp_path):
 def test_nothing_is_kept_where_one_kind_is_missing(tmp_path, few):
     assert keep(tmp_path, **few) is None
     assert not list(tmp_path.iterdir())
+
+
+def test_nothing_is_left_where_the_disk_is_full(tmp_path, monkeypatch):
+    def fail(file, **_):
+        file.write(b"half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(np, "savez_compressed", fail)
+    with pytest.raises(OSError, match="No space left"):
+        keep(tmp_path)
+    assert not list(tmp_path.iterdir())

@@ -5,6 +5,7 @@ import pytest
 from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
 
 from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
+from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model
 from turing_learning.robots.program._states import _listed
 
 MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
@@ -107,6 +108,14 @@ def test_models_travel_as_their_tanh_in_the_order_of_the_trials(run):
     np.testing.assert_allclose(np.concatenate([trial.models for _, trial in run.trials]), np.tanh(MODELS), atol=5e-5)
     assert [trial.sequences for _, trial in run.trials] == [(0, 1), (2, 3)]
     assert [attempt for attempt, _ in run.trials] == [1, 1]
+
+
+def test_numbers_of_models_begin_again_after_the_largest(run):
+    for name, sequence in zip(NAMES, (LARGEST_SEQUENCE, LARGEST_SEQUENCE - 1), strict=True):
+        run.lab.wires[name].robot.executing = Model(sequence, (0.5, 0.2, 0.0, 0.0))
+    run.collect()
+    assert [trial.sequences for _, trial in run.trials] == [(0, 1), (2, 3)]
+    assert run.disturbed == []
 
 
 def test_the_next_generation_begins_with_the_loop_that_follows(run):

@@ -121,6 +121,21 @@ def test_the_laboratory_lies_in_the_run_folder(finished):
     assert (finished / "camera.json").read_bytes() == (finished.parent / "camera.json").read_bytes()
 
 
+def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(folder, monkeypatch):
+    def kill(*given):
+        raise KeyboardInterrupt
+
+    path = folder / "unborn"
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.runs.folder._folder.new_manifest", kill)
+        with pytest.raises(KeyboardInterrupt):
+            begin(folder, path)
+    assert (path / "laboratory.json").exists()
+    assert not is_laboratory_run(path)
+    begin(folder, path, should_stop=lambda: True)
+    assert is_laboratory_run(path)
+
+
 def test_the_computer_alone_does_not_go_on_with_it(folder):
     begin(folder, folder / "stopped", should_stop=lambda: True)
     with pytest.raises(RunFolderError, match=r"which takes place in a laboratory\. Go on with"):

@@ -16,7 +16,9 @@ from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
+from turing_learning.identifiability._evidence import CHECK
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs._purposes import INTERROGATION
 from turing_learning.runs.results._check_present import check_listing, draw_check
 from turing_learning.sources import OwnSystemError
 
@@ -35,6 +37,23 @@ def infer(generations=6, **options):
         seed=1,
         **options,
     )
+
+
+def live(rng):
+    return walk(np.tile([6.0, 0.6], (40, 1)), rng)
+
+
+@pytest.fixture
+def recoveries(monkeypatch):
+    """What the recoveries of a check are run on."""
+    systems = []
+
+    def spied(**system):
+        systems.append(system)
+        return tl.infer(**system)
+
+    monkeypatch.setattr("turing_learning.runs._check_run.infer", spied)
+    return systems
 
 
 def content(path):
@@ -61,6 +80,37 @@ def test_a_check_says_something_of_everything(stored):
 
 def test_a_run_in_memory_finds_the_same_as_one_in_a_folder(stored):
     assert infer().check(effort=QUICK) == stored[1]
+
+
+def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed(recoveries):
+    given = {"simulate": walk, "parameters": RANGES, "settings": SETTINGS, "seed": 1}
+    result = tl.infer(genuine=live, generations=3, **given)
+    (recovery,) = result.check(effort=QUICK).recoveries
+    assert recovery.truth == result.estimate
+    assert recoveries[0]["genuine"](np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
+
+
+def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_them():
+    calls = []
+
+    def observed(rng):
+        calls.append(rng)
+        return live(rng)
+
+    result = tl.infer(genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1)
+    result.check(genuine=observed, effort=replace(QUICK, points=0), recoveries=0)
+    assert len(calls) == 2
+
+
+def test_the_random_numbers_of_a_check_are_those_of_its_purpose_and_of_the_run_in_it():
+    purposes = set()
+
+    def noted(parameters, rng):
+        purposes.add(rng.bit_generator.seed_seq.entropy[0])
+        return walk(parameters, rng)
+
+    infer().check(simulate=noted, effort=replace(QUICK, points=0), recovery_generations=1)
+    assert purposes == {CHECK, INTERROGATION}
 
 
 def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):

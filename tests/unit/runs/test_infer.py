@@ -22,11 +22,11 @@ from turing_learning.runs import (
     RunFolderError,
     RunStorageError,
     new_run_path,
-    paper_absolute_errors,
     resume,
     resume_command,
     start,
 )
+from turing_learning.runs.results._paper import paper_absolute_errors
 
 
 def untimed(folder):
@@ -230,7 +230,7 @@ def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, capl
     assert untimed(stopped) == untimed(whole)
 
 
-@pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0"])
+@pytest.mark.parametrize("name", ["classifier/1.0.0", "model/1.0.0", "selection/1"])
 def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(name, stopped, whole, caplog):
     chunk = stopped / "history.zarr" / name
     chunk.write_bytes(chunk.read_bytes()[:-5])

@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from turing_learning.robots._files import whole
+from turing_learning._files import whole
 from turing_learning.swarm import Scenario
 
 from ._arena import EmulatedLaboratory

@@ -19,10 +19,8 @@ from ._laboratory_config import LaboratorySetup, RobotSection
 from ._punctual import punctual_images
 from ._stuck import stuck_robots
 
-STATES = ("P1", "P2", "P3", "P4", "P5")
-"""Wait for STOP; send models; wait for START; track; update."""
 BEGIN = "P0"
-"""Before the states: connecting."""
+"""Before the states P1 to P5: connecting."""
 _POLL_S = 0.05
 _SHOWN = 3
 """Faults of a trial that the operator is told."""
@@ -218,8 +216,8 @@ class PcProgram:
         """P2: put a model into the buffer of each replica."""
         self._enter("P2")
         for (name, robot), parameters in zip(self._robots.items(), self._queue[0], strict=True):
-            model = Model(self._sequence, tuple(np.round(parameters, 4).tolist()))
-            self._sequence = (self._sequence + 1) % (LARGEST_SEQUENCE + 1)
+            model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(parameters, 4).tolist()))
+            self._sequence = model.sequence + 1
             self._guard(name, partial(robot.send_model, model))
             status = self._guard(name, robot.status)
             if not status.battery_ok:

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.robots._files import refuse_taken, whole
+from turing_learning._files import whole
+from turing_learning.robots._files import refuse_taken
 
 from ._opencv import gray, require_image, vision
 

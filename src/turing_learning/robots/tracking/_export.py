@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from turing_learning.robots._files import refuse_taken, whole
+from turing_learning._files import whole
+from turing_learning.robots._files import refuse_taken
 
 from ._tracker import Track
 

@@ -1,12 +1,10 @@
 """Write files so that a reader sees the old or the new content, never half of it."""
 
-import contextlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
-PARTIAL = ".partial"
+from turing_learning._files import PARTIAL, whole
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -24,18 +22,8 @@ def write_atomically(path: Path, content: bytes) -> None:
     OSError
         If the disk is full or the folder cannot be written; an earlier file of that name is left as it was.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL}")
-    try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except BaseException:
-        with contextlib.suppress(OSError):  # a disk that cannot be written has nothing to remove either
-            temporary.unlink(missing_ok=True)
-        raise
-    _flush_folder(path.parent)
+    with whole(path) as temporary:
+        temporary.write_bytes(content)
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
@@ -45,16 +33,6 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 def remove_partial(folder: Path) -> None:
     """Remove what a killed process left under temporary names, anywhere below a folder that nobody else writes to."""
-    for pattern in (f"*{PARTIAL}", ".*.part"):  # those of this module and of the history, those of figures and report
+    for pattern in (f"*{PARTIAL}", ".*.part"):  # those of today and of the history, those of older versions
         for path in list(folder.rglob(pattern)):
             path.unlink(missing_ok=True)
-
-
-def _flush_folder(folder: Path) -> None:
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from turing_learning._files import PARTIAL
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
 
 from ._errors import RunFolderError, refuse_future_format, storage
-from ._files import PARTIAL, remove_partial, write_atomically, write_json
+from ._files import remove_partial, write_atomically, write_json
 from ._manifest import FORMAT_VERSION, RUNNING, digest, new_manifest, parse_manifest
 
 LABORATORY, CAMERA = "laboratory.json", "camera.json"
@@ -83,11 +84,6 @@ class RunFolder:
     def laboratory_path(self) -> Path:
         """The laboratory in which the run takes place (JSON); only such a run has one."""
         return self.path / LABORATORY
-
-    @property
-    def camera_path(self) -> Path:
-        """The calibration of the laboratory's camera (JSON)."""
-        return self.path / CAMERA
 
     @property
     def motion_path(self) -> Path:

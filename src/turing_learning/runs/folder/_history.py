@@ -171,11 +171,11 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
 def _create_array(group: Any, layout: Layout, name: str, dimensions: Sequence[str], kind: str) -> None:
     shape = layout.shape(dimensions)
-    codes = kind == "<i1"  # small, and no fill value, which xarray would turn into NaN
+    codes = kind == "<i1"  # have no fill value, which xarray would turn into NaN
     group.create_array(
         name,
         shape=(layout.generations, *shape),
-        chunks=(layout.generations if codes else min(layout.chunk, layout.generations), *shape),
+        chunks=(min(layout.chunk, layout.generations), *shape),
         dtype=kind,
         fill_value=None if codes else np.nan,
         compressors=None,
