@@ -145,6 +145,20 @@ def flushed(tmp_path):
     return path, recorder.seals()
 
 
+@pytest.mark.parametrize("name", ["model/1.0.0", "selection/1"])
+def test_a_damaged_chunk_is_written_over_also_by_part_of_its_generations(name, flushed):
+    path, seals = flushed
+    (path / name).write_bytes(b"")
+    recorder = HistoryRecorder(LAYOUT, open_store(path), {name: each[:1] for name, each in seals.items()})
+    record(recorder, 4, 5)
+    recorder.flush()
+    assert intact(path, LAYOUT, 5, recorder.seals())
+    dataset = xr.open_zarr(path)
+    assert_holds(dataset, 5)
+    assert np.isnan(dataset["model"].to_numpy()[5:]).all()
+    assert (dataset["selection"].to_numpy()[5:] == -1).all()
+
+
 def test_a_history_that_was_not_touched_is_intact(flushed):
     path, seals = flushed
     assert intact(path, LAYOUT, 6, seals)

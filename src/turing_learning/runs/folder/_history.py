@@ -100,6 +100,7 @@ class HistoryRecorder:
     ) -> None:
         self._arrays = arrays
         self._chunk = layout.chunk
+        self._generations = layout.generations
         self._count = 0
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
@@ -118,11 +119,14 @@ class HistoryRecorder:
             self.flush()
 
     def flush(self) -> None:
-        """Write what has been collected since the last chunk."""
+        """Write what has been collected since the last chunk; a chunk that begins is written whole, over whatever is there."""
         if not self._count:
             return
+        begins = self._start % self._chunk == 0
+        size = min(self._chunk, self._generations - self._start) if begins else self._count
         for name, buffer in self._buffers.items():
-            self._arrays[name][self._start : self._start + self._count] = buffer[: self._count]
+            buffer[self._count : size] = _nothing(buffer.dtype)
+            self._arrays[name][self._start : self._start + size] = buffer[:size]
         self._start += self._count
         self._stops.append(self._start)
         self._checksums.append(_checksum({name: buffer[: self._count] for name, buffer in self._buffers.items()}))
@@ -241,6 +245,11 @@ def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.
     except (OSError, ValueError):  # zarr's words for a chunk that is cut short
         return False
     return found == seals["checksums"].tolist()
+
+
+def _nothing(kind: np.dtype[Any]) -> float:
+    """Return what stands for a generation that has not been run."""
+    return NOT_RUN if kind.kind == "i" else np.nan
 
 
 def _checksum(values: Mapping[str, np.ndarray]) -> int:
