@@ -12,7 +12,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import RunFolderError, start
+from turing_learning.runs import RunFolder, RunFolderError, start
 from turing_learning.studies import (
     ExecutorError,
     StudyFolder,
@@ -256,6 +256,27 @@ def test_a_study_of_full_histories_has_the_report_of_each_run(small, executor, t
     study("aggregation", runs=1, generations=3, settings=settings, executor=executor, out=tmp_path / "study")
     assert (tmp_path / "study" / "runs" / "0001" / "report.html").exists()
     assert tl.load_run(tmp_path / "study" / "runs" / "0001").history["model"].shape == (3, 8, 4)
+
+
+@pytest.mark.parametrize("history", ["thin", "full"])
+def test_a_run_killed_after_its_result_is_not_complete_and_is_finished_without_another_generation(
+    history, small, executor, tmp_path, monkeypatch
+):
+    def kill():
+        raise KeyboardInterrupt
+
+    path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 3, "run.history": history})
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.runs._execute.now", kill)
+        with pytest.raises(KeyboardInterrupt):
+            run_one(path, 1)
+    run = path / "runs" / "0001"
+    assert (run / "result.json").exists()
+    assert load_study(path).runs[0].state == "stopped"
+    monkeypatch.setattr("turing_learning.runs._session.Session._step", kill)
+    assert resume_study(path, executor=executor).complete
+    assert RunFolder(run).manifest()["state"] == "finished"
+    assert (run / "report.html").exists() == (history == "full")
 
 
 class Broken(ThreadPoolExecutor):
