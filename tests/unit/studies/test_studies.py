@@ -24,6 +24,7 @@ from turing_learning.studies import (
     run_one,
     study,
 )
+from turing_learning.studies._progress import ProgressCounter
 from turing_learning.studies._study import create_study
 from turing_learning.studies._table import _paper
 
@@ -237,6 +238,20 @@ def test_an_observer_is_told_of_every_run(small, executor, tmp_path):
     assert last.generations == last.generations_total == 12
     assert last.seconds_left == 0.0
     assert len(last.maes) == 3
+
+
+def test_generations_of_a_run_that_has_ended_count_once(tmp_path):
+    folder = StudyFolder(prepared(tmp_path / "study", runs=2, settings={"run.generations": 100}))
+    for number in (1, 2):
+        checkpoints = folder.run_path(number) / "checkpoints"
+        checkpoints.mkdir(parents=True)
+        (checkpoints / f"generation-000090-{number:016x}.npz").touch()
+    counter = ProgressCounter(folder, folder.plan(), [])
+    assert counter.progress(2).generations == 180
+    counter.end(1)
+    assert counter.progress(1).generations == 190
+    counter.end(2)
+    assert counter.progress(0).generations == counter.progress(0).generations_total == 200
 
 
 def test_a_run_of_a_study_is_executed_by_its_number(finished, small, tmp_path):
