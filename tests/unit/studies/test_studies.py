@@ -303,10 +303,11 @@ class Broken(ThreadPoolExecutor):
 
 def test_an_executor_that_breaks_ends_the_study_which_can_be_resumed(small, executor, tmp_path):
     with pytest.raises(
-        ExecutorError, match=r"stay alive until the study ends; got BrokenExecutor: a process died\. Go on"
+        ExecutorError,
+        match=r"stay alive until the study ends; got BrokenExecutor: a process died\. Go on .* resume '.*/my study'`\.$",
     ):
-        study("aggregation", runs=1, generations=3, settings=small, executor=Broken(), out=tmp_path / "study")
-    assert resume_study(tmp_path / "study", executor=executor).complete
+        study("aggregation", runs=1, generations=3, settings=small, executor=Broken(), out=tmp_path / "my study")
+    assert resume_study(tmp_path / "my study", executor=executor).complete
 
 
 def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
