@@ -28,7 +28,8 @@ BEHAVIORS = replace(
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 
 SEED, CONTROLLER = "run.seed", "scenario.controller"
-DRAWING = 5  # purpose of random numbers; those of a run are 1 to 4
+DRAWING = 5
+"""Purpose of random numbers; that of a run's archive, too, whose streams have their generation as spawn key; this one has none."""
 MOST_RUNS = 1_000_000
 
 
