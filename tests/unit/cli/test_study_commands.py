@@ -79,12 +79,12 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
     [
         (["study"], r"`SCENARIO` must be given, or a file .* random-behaviors"),
         (["study", "agregation"], r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
-        (["study", "aggregation", "--runs", "0"], r"`runs` must be at least 1; got 0"),
+        (["study", "aggregation", "--runs", "0"], r"`runs` must be an integer of at least 1; got 0"),
         (["study", "aggregation", "--runs", "x"], r"Invalid value for '--runs': must be an integer; got 'x'\."),
         (["study", "aggregation", "--first-seed", "1.5"], r"'--first-seed': must be an integer; got '1\.5'\."),
         (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with --runs and --first-seed\."),
         (["study", "aggregation", "--config", "empty.toml"], r"`grid` must name one setting .* \[empty.toml:1\]"),
-        (["study", "aggregation", "--workers", "0"], r"`workers` must be at least 1; got 0"),
+        (["study", "aggregation", "--workers", "0"], r"`workers` must be an integer of at least 1; got 0"),
         (["study", "aggregation", "--generations", "0"], r"`run.generations` must be .* got 0 \[--generations\]"),
         (["study", "aggregation", "--set", "models.parents=0"], r"got 0 \[--set models.parents\]"),
         (

@@ -321,7 +321,8 @@ def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"workers": 0}, r"^`workers` must be at least 1; got 0\.$"),
+        ({"workers": 0}, r"^`workers` must be an integer of at least 1; got 0\.$"),
+        ({"workers": 1.5}, r"^`workers` must be an integer of at least 1; got 1\.5\.$"),
         ({"workers": 2, "cluster": "tcp://x:1"}, r"^`workers` must be left out beside `cluster`; got both"),
     ],
 )
