@@ -57,6 +57,12 @@ def test_completion_offers_every_public_name(name):
     assert set(room.__all__) - set(dir(room)) == set()
 
 
+@pytest.mark.parametrize("name", [room for room in ROOMS if room != "kernels"])
+def test_the_map_of_a_room_names_every_public_name(name):
+    room = import_module(f"turing_learning.{name}")
+    assert [each for each in room.__all__ if f"`{each}`" not in room.__doc__] == []
+
+
 @needs_sphinx
 def test_the_site_loads_nothing_from_elsewhere(site):
     loaded = re.compile(r'<(?:script|link|img|iframe)[^>]+(?:src|href)="(?:https?:)?//[^"]+"')

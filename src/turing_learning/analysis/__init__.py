@@ -16,7 +16,7 @@
 `decision_accuracy`       How often a classifier decides rightly after several trials, section 4.4.
 `polarization`            How aligned a group moves.
 `steady_outputs`          What networks put out for each constant sensor reading, section 4.6.2.
-`dynamic_outputs`         The same for readings that change.
+`dynamic_outputs`         The same for readings that change, `DYNAMIC_READINGS`.
 `response_error`          How far both are from the agents' parameters; `median_place`: of which network it is the median.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
 ========================  ============================================================================

@@ -1,7 +1,7 @@
 """The commands."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -31,7 +31,7 @@ from ._recording import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from turing_learning.runs import Result
 
@@ -120,7 +120,7 @@ def infer(
         if scenario is not None:
             raise ConfigurationError(f"`SCENARIO` must be left out for recorded motion; got {scenario!r}.")
         system = recording.arguments()
-        path = out or new_run_path(system["name"], overrides.get("run.seed", 1))
+        path = out or new_run_path(system["name"], _seed(config, overrides))
         told = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
         _execute(lambda **watch: infer_run(**system | told | watch), path, recording)
         return
@@ -272,6 +272,14 @@ def scenarios() -> None:
     from ._tables import print_scenarios
 
     print_scenarios(Console(), SCENARIOS)
+
+
+def _seed(config: Path | None, overrides: "Mapping[str, Any]") -> Any:
+    """Return the seed of a run on recorded motion, whose other settings need the recording."""
+    from turing_learning.config import dotted, read_toml
+
+    _, document = ("", {}) if config is None else read_toml(config)
+    return (dotted(document) | dict(overrides)).get("run.seed", 1)
 
 
 def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | None = None) -> None:

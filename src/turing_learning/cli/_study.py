@@ -1,5 +1,6 @@
 """The commands of studies."""
 
+import shlex
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -147,16 +148,17 @@ def study_run(
 
     from ._signals import stop_on_signals
 
+    ahead = f"go on with: {shlex.join(['turing-learning', 'study-run', str(study), str(number)])}"
     try:
         with stop_on_signals() as should_stop:
             run = run_one(study, number, should_stop)
     except KeyboardInterrupt as error:
-        raise Interrupted(f"interrupted; go on with: turing-learning study-run {study} {number}") from error
+        raise Interrupted(f"interrupted; {ahead}") from error
     if run.reason:
         typer.echo(f"run {number} failed: {run.reason}", err=True)
         raise typer.Exit(1)
     if not run.complete:
-        raise Interrupted(f"stopped; go on with: turing-learning study-run {study} {number}")
+        raise Interrupted(f"stopped; {ahead}")
     typer.echo(f"run {number}: {run.verdict}")
 
 
@@ -175,12 +177,13 @@ def _execute(execute: "Callable[..., StudyResult]", path: Path) -> None:
     from rich.console import Console
 
     from turing_learning.report import counted
+    from turing_learning.runs import resume_command
 
     from ._signals import stop_on_signals
     from ._study_view import print_study, watching_study
 
     console = Console()
-    ahead = f"go on with: turing-learning resume {path}"
+    ahead = f"go on with: {resume_command(path)}"
     try:
         with stop_on_signals() as should_stop, watching_study(console, should_stop) as view:
             result = execute(observer=view, should_stop=should_stop)
@@ -191,7 +194,5 @@ def _execute(execute: "Callable[..., StudyResult]", path: Path) -> None:
         raise Interrupted(f"stopped after {done} of {len(result.runs)} runs; {ahead}")
     print_study(console, result)
     if result.failed:
-        typer.echo(
-            f"{counted(len(result.failed), 'run')} failed; try again with: turing-learning resume {path}", err=True
-        )
+        typer.echo(f"{counted(len(result.failed), 'run')} failed; try again with: {resume_command(path)}", err=True)
         raise typer.Exit(1)

@@ -16,7 +16,7 @@ In the order of the data:
 `Generation`                                   What a step leaves: both populations, scored.
 =============================================  ================================================================
 
-Other rewards are functions of `Judgments` that return an array with one number for each model or classifier.
+Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or classifier.
 """
 
 from ._archive import ClassifierArchive

@@ -1,9 +1,10 @@
 """The configuration of a run as validated, frozen data.
 
-`Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, `CoevolutionSection`, `RunSection`) hold every
-setting of a run, and `OwnConfiguration` those of a run with a system of one's own; `load_configuration` resolves one
-from a preset (`PRESETS`), a TOML file and single settings, and refuses what is wrong in one message
-(`ConfigurationError`); `to_toml` writes it back with every field explicit.
+`Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, both a `PopulationSection`, `CoevolutionSection`,
+`RunSection`) hold every setting of a run, with a seed up to `LARGEST_SEED`, and `OwnConfiguration` those of a run
+with a system of one's own; `load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and
+refuses what is wrong in one message (`ConfigurationError`; `nearest` says what may have been meant); `to_toml` writes it back
+with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
@@ -17,7 +18,7 @@ from ._classifier import classifier_of
 from ._errors import ConfigurationError, nearest
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
 from ._limits import require_seen, require_whole_cycles
-from ._load import DEFAULT_SCENARIO, PRESETS, load_configuration
+from ._load import PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
     PROSE,
@@ -34,7 +35,6 @@ from ._study import Variant, load_variants
 from ._toml import line_of, read_toml, to_toml
 
 __all__ = [
-    "DEFAULT_SCENARIO",
     "LARGEST_SEED",
     "PRESETS",
     "PROSE",

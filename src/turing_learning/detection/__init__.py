@@ -20,7 +20,7 @@ Detection:
 `keep_calibration`, `keep_observed`
     What a run on a system of one's own, or in a laboratory, keeps to calibrate detectors with.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
-    Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
+    Genuine and abnormal motion of a scenario (`SimulatedBehaviors`), to calibrate, to compare, and to show.
 `run_classifiers`, `RunClassifiers`, `StoredRun`
     What a run has learned to see: the classifiers of its last generation, and the best of all its generations.
 `compare_detectors`, `compare_rules`, `RuleComparison`

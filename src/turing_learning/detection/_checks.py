@@ -1,6 +1,7 @@
 """The rules of the room's doors that several of its files share."""
 
 from collections.abc import Callable
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,10 @@ from turing_learning.swarm import Scenario
 
 
 def require_at_least(least: int, **values: int) -> None:
-    """Refuse a number below `least`, by its name."""
+    """Refuse what is not an integer of at least `least`, by its name."""
     for name, value in values.items():
-        if value < least:
-            raise ConfigurationError(f"`{name}` must be at least {least}; got {value}.")
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            raise ConfigurationError(f"`{name}` must be an integer of at least {least}; got {value!r}.")
 
 
 def checked_models(name: str, models: Any, scenario: Scenario) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Motion of a scenario's agents beside individuals that do something else."""
 
 from dataclasses import dataclass, replace
+from numbers import Integral
 
 import numpy as np
 
@@ -168,8 +169,10 @@ def plant_abnormal(
     """
     require_at_least(1, samples=samples)
     size = scenario.individuals
-    if not 1 <= count < size:
-        raise ConfigurationError(f"`simulate` must be from 1 to {size - 1}, in a swarm of {size}; got {count}.")
+    if not isinstance(count, Integral) or isinstance(count, bool) or not 1 <= count < size:
+        raise ConfigurationError(
+            f"`simulate` must be an integer from 1 to {size - 1}, in a swarm of {size}; got {count!r}."
+        )
     rng = stream(seed, PLANTING)
     swarm = replace(scenario, agents=size - count, replicas=count)
     controllers = np.tile(np.asarray(scenario.controller, dtype=float), (samples, size, 1))

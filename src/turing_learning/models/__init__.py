@@ -7,7 +7,7 @@
     how results describe it, and which `Jumps` the optimizer may make.
 `ReactiveModel`, `MorphologyModel`
     Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field of view.
-    `REPRESENTATIONS` names them.
+    Each is an `AgentsRepresentation`; `REPRESENTATIONS` names them. `FULL_VIEW` is the largest field of view.
 `ElmanModel`
     Black boxes: networks from the sensor reading to the wheel speeds, described by what they put out.
 """

@@ -17,8 +17,9 @@
     In words, in which generations selection stopped.
 `describe_unknown`
     In words, of which parameters an interval is not known, and why.
-`short_number`, `shown`
-    A number in a few characters, with significant digits where it is small; a number in a table, or a dash where there is none.
+`short_number`, `shown`, `counted`
+    A number in a few characters, with significant digits where it is small; a number in a table, or a dash where there is none;
+    a number of things, in words.
 """
 
 from ._film import write_gif, write_mp4

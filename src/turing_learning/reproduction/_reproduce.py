@@ -111,7 +111,7 @@ def reproduce(
     Raises
     ------
     ConfigurationError
-        If there is no such experiment, or packages that it needs are not installed.
+        If there is no such experiment, packages that it needs are not installed, or `workers` is no number of processes.
     RunFolderError
         If the folder cannot be written, or holds another form or other sizes of the experiment.
     RunStorageError
@@ -119,6 +119,9 @@ def reproduce(
     Stopped
         If a stop was asked for; the call can be repeated.
     """
+    from turing_learning.studies import Hands
+
+    Hands(workers)  # refuses a wrong number before anything is done
     chosen = _possible(experiments_named(experiment), experiment, say)
     path = _path(out, fast)
     folders = [ExperimentFolder(path / one.id) for one in chosen]

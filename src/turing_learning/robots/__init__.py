@@ -2,26 +2,29 @@
 
 The camera
     `Calibration` is a `Lens` at its place above the arena: `calibrate_lens` from views of a printed `Board`, `place_camera`
-    from markers on the floor. `TriangleMarkers`, `RoundMarkers` and `ArucoMarkers` are what robots wear. `Tracker` follows
-    them and gives a `Track`, whose `speeds` are motion samples and whose `Fault`s say what went wrong. `compare_labels`
-    tells which markers are missing or too many; `signed_speeds` turns any poses into samples. `Capture` takes images from a
-    camera or a recorded video, and raises `CameraError` when there are none.
+    from markers on the floor. `TriangleMarkers`, `RoundMarkers` and `ArucoMarkers` are what robots wear, each a kind of `Markers`
+    that makes `Detections`. `Tracker` follows them: a `Sighting` of each image, and a `Track`, whose `speeds` are motion samples
+    and whose `Fault`s say what went wrong. `compare_labels` tells which markers are missing or too many; `signed_speeds` turns
+    any poses into samples. `Capture`, a `Camera`, takes images from a camera or a recorded video, and raises `CameraError` when
+    there are none.
 The camera that is not there
     `EmulatedCamera` renders images of robots as the camera at `overhead_camera` would take them, through `Optics`.
 Time
     Whatever waits is given a `Clock`: `RealClock`, or the `VirtualClock` of an emulated laboratory, which passes while one waits.
 The robots
-    `open_link` opens a serial line or a TCP port; `EPuck` speaks with the robot at its end; `LinkError` is raised when it no
-    longer answers. docs/robots/protocol.md describes what is said.
+    `open_link` opens a `Link`, a serial line or a TCP port; `EPuck` speaks with the robot at its end: it sends a `Model` and hears
+    a `Signal` or `Status`; `LinkError` is raised when it no longer answers. docs/robots/protocol.md describes what is said.
 The laboratory
-    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `PcProgram` goes
-    through the states P1 to P5 in step with the replicas; `LaboratorySource` makes samples of its trials (`trial_samples`) and
-    starts a generation again when a trial is disturbed (`Disturbance`). `Equipment` holds the doors that both use; `real_equipment`
-    are real ones. `inspect` looks at everything before anything moves; each `Finding` is fine or says what to
-    do. `rehearse` opens the doors to an emulated one; `as_emulated` leaves out what that lacks. `write_table`
+    `load_laboratory` reads its file: a `Laboratory` is a `LaboratorySetup` and the run that it is to do. `read_setup` reads a setup
+    that was kept, `refuse_without_history` a run that keeps too little. `PcProgram` goes through the states P1 to P5 in step with
+    the replicas and gives an `ObservedTrial`; `LaboratorySource` makes samples of its trials (`trial_samples`), starts a generation
+    again when a trial is disturbed (`Disturbance`), and tells of every `Event`; `LaboratoryError` is raised when it cannot go on.
+    `Equipment` holds the doors that both use, with an `Operator` (`TerminalOperator`); `real_equipment` are real ones, and
+    `laboratory_tracker` a tracker of all robots. `inspect` looks at everything before anything moves; each `Finding` is fine or
+    says what to do. `rehearse` opens the doors to an emulated one; `as_emulated` leaves out what that lacks. `write_table`
     exports tracks, `refuse_taken_table` asks before.
 The robots that are not there
-    `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it.
+    `EmulatedRobot` speaks the same protocol for a `Body`, and `serve_tcp` and `serve_terminal` connect it by a `RobotServer`.
 The laboratory that is not there
     `EmulatedLaboratory`, by default that of the paper (`LABORATORY`), under `Conditions`: robots with their program in one arena, a
     camera, an operator, faults on demand, in virtual time. `ArenaService` serves it in real time at addresses; `obey` and `usage`
@@ -61,7 +64,7 @@ if TYPE_CHECKING:
     )
     from .program._program import Event, LaboratorySource, trial_samples
     from .program._states import Disturbance, ObservedTrial, PcProgram
-    from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, find_landmarks, place_camera
+    from .tracking._calibration import Board, Calibration, Lens, calibrate_lens, place_camera
     from .tracking._capture import CameraError, Capture
     from .tracking._export import refuse_taken_table, write_table
     from .tracking._markers import ArucoMarkers, Detections, Markers, RoundMarkers, TriangleMarkers
@@ -118,7 +121,6 @@ __all__ = [
     "as_emulated",
     "calibrate_lens",
     "compare_labels",
-    "find_landmarks",
     "inspect",
     "laboratory_tracker",
     "load_laboratory",
@@ -174,7 +176,7 @@ _HOMES = {
     ),
     "program._program": ("Event", "LaboratorySource", "trial_samples"),
     "program._states": ("Disturbance", "ObservedTrial", "PcProgram"),
-    "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "find_landmarks", "place_camera"),
+    "tracking._calibration": ("Board", "Calibration", "Lens", "calibrate_lens", "place_camera"),
     "tracking._capture": ("CameraError", "Capture"),
     "tracking._export": ("refuse_taken_table", "write_table"),
     "tracking._markers": ("ArucoMarkers", "Detections", "Markers", "RoundMarkers", "TriangleMarkers"),

@@ -2,24 +2,24 @@
 
 `infer`
     One run from Python or the command line, kept in memory or in a run folder.
-`start`, `resume`, `load_run`
-    Run a resolved configuration in a folder; go on with a run; open one.
+`start`, `resume`, `load_run`, `new_run_path`
+    Run a resolved configuration in a folder; go on with a run; open one; where a new one may be.
 `start_laboratory`, `resume_laboratory`, `stored_laboratory`, `is_laboratory_run`, `awaits_robots`, `read_events`
     The same with real robots; whether they are still needed; what has happened in the laboratory.
 `read_trials`, `ObservedTrials`, `read_post_evaluation`, `ModelEvaluation`
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
-`Result`
-    What a run has inferred, with its history and report.
+`Result`, `TIMINGS`, `paper_absolute_errors`
+    What a run has inferred, with its history and report; what of its file differs between equal runs; the paper's errors.
 `pool`, `Pooled`
     Several runs of one configuration, told as one.
 `check_run`
     Whether its estimate can be believed; `Result.check` calls it.
 `Progress`
     What an observer is told after every generation.
-`trial_replay`, `write_trial`
-    One trial of a scenario, as page or film.
+`trial_replay`, `write_trial`, `scenario_named`, `refuse_film_path`
+    One trial of a scenario, as page or film; a scenario by its name; where a film or page of one may be written.
 `RunFolder`, `resume_command`
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to go on with it.
 `stored_generations`, `stored_traces`
@@ -28,8 +28,8 @@
     When, where and with what a computation was begun.
 `write_atomically`, `write_json`
     Files that are there whole or not at all.
-`RunFolderError`, `RunStorageError`
-    A folder that is refused before anything runs; a run that cannot be written any further.
+`RunFolderError`, `RunStorageError`, `refuse_future_format`
+    A folder that is refused before anything runs, such as one of a later version; a run that cannot be written any further.
 `refuse_target`
     Where a page or film may be written that somebody asks for.
 `told`, `writable`, `storage`

@@ -1,7 +1,8 @@
 """Search the controller with which a swarm gathers best, on a grid: how the paper's agents got theirs.
 
 `search_controller`
-    The search, resumable; `SearchSettings` says how large it is, `SearchResult` holds the best, best first.
+    The search, resumable; `SearchSettings` says how large it is, `SearchResult` holds the best, best first;
+    an observer is told of `SearchProgress`.
 `grid_controllers`, `mirrored`
     All controllers on a grid, one of each mirror pair.
 `gathering_costs`

@@ -67,8 +67,8 @@ class SearchSettings:
             ("seed", 0, 2**63 - 1),
         ):
             value = getattr(self, name)
-            if not least <= value <= most:
-                raise ConfigurationError(f"`{name}` must be an integer from {least} to {most}; got {value}.")
+            if type(value) is not int or not least <= value <= most:
+                raise ConfigurationError(f"`{name}` must be an integer from {least} to {most}; got {value!r}.")
         if not 0 < self.duration_s <= LONGEST_S:
             raise ConfigurationError(
                 f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {self.duration_s:g}."

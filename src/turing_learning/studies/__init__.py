@@ -1,7 +1,7 @@
 """Studies: many runs, executed by workers, read as one table.
 
 `study`
-    Run a scenario with many seeds, with a grid or list of configurations, or with random behaviors.
+    Run a scenario with many seeds, with a grid or list of configurations, or with random behaviors (`BEHAVIORS`).
 `resume_study`, `load_study`
     Go on with a study; open one.
 `plan_study`, `Plan`
@@ -16,8 +16,8 @@
     The steps of a study: who executes the runs; the folder; the runs.
 `run_one`, `collect_study`, `write_slurm`, `refuse_script`
     The steps of a study on a Slurm cluster: one run by its number, the table at the end, the job script.
-`StudyFolder`
-    The files of a study.
+`StudyFolder`, `is_study`, `new_study_path`
+    The files of a study; whether a folder is one; where a new one may be.
 `ExecutorError`
     Workers that cannot go on; the study can be resumed.
 """

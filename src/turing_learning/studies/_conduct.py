@@ -7,6 +7,8 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from pathlib import Path
 from uuid import uuid4
 
+from turing_learning.runs import resume_command
+
 from ._backends import Backend
 from ._errors import ExecutorError
 from ._execute import FAILED, Outcome, Task, note_failure
@@ -113,7 +115,7 @@ def _broken(error: BaseException, task: Task) -> str:
     return (
         f"`executor` must stay alive until the study ends; got {type(error).__name__}"
         f"{': ' if str(error) else ''}{' '.join(str(error).split())}. "
-        f"Go on with `turing-learning resume {task.study}`."
+        f"Go on with `{resume_command(Path(task.study))}`."
     )
 
 

@@ -101,11 +101,13 @@ class StudyFolder:
 
     def refuse_if_taken(self, plan: "Plan", *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
+        from turing_learning.runs import resume_command
+
         if is_study(self.path):
             if not force and (difference := _difference(self.plan(), plan)):
                 raise RunFolderError(
                     f"{difference} [{self.path}]. Choose another folder, go on with the old study by "
-                    f"`turing-learning resume {self.path}`, or replace it with force=True."
+                    f"`{resume_command(self.path)}`, or replace it with force=True."
                 )
         elif others := self._foreign_names():
             raise RunFolderError(

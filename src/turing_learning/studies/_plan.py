@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,8 @@ BEHAVIORS = replace(
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 
 SEED, CONTROLLER = "run.seed", "scenario.controller"
-DRAWING = 5  # purpose of random numbers; those of a run are 1 to 4
+DRAWING = 5
+"""Purpose of random numbers; that of a run's archive, too, whose streams have their generation as spawn key; this one has none."""
 MOST_RUNS = 1_000_000
 
 
@@ -104,8 +106,7 @@ def plan_study(
         If anything is refused.
     """
     behaviors = scenario == BEHAVIORS.name
-    if runs < 1:
-        raise ConfigurationError(f"`runs` must be at least 1; got {runs}.")
+    require_counting(runs=runs)
     if behaviors and CONTROLLER in (settings or {}):
         raise ConfigurationError(
             f"`{CONTROLLER}` must be left out of a study of random behaviors, which draws it; got "
@@ -124,11 +125,23 @@ def plan_study(
     return _plan([_seeded(variant.configuration, seed, behaviors) for variant in variants for seed in seeds])
 
 
+def require_counting(**values: Any) -> None:
+    """Refuse what is not an integer of at least 1, by its name."""
+    for name, value in values.items():
+        if not is_integer(value) or value < 1:
+            raise ConfigurationError(f"`{name}` must be an integer of at least 1; got {value!r}.")
+
+
+def is_integer(value: object) -> bool:
+    """Return whether a value is an integer, of Python or NumPy."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
 def _seeds(first_seed: int, runs: int) -> range:
-    if not 0 <= first_seed <= LARGEST_SEED - runs + 1:
+    if not is_integer(first_seed) or not 0 <= first_seed <= LARGEST_SEED - runs + 1:
         raise ConfigurationError(
-            f"`first_seed` must be between 0 and {LARGEST_SEED - runs + 1}, so that {runs} seeds follow; "
-            f"got {first_seed}."
+            f"`first_seed` must be an integer between 0 and {LARGEST_SEED - runs + 1}, so that {runs} seeds follow; "
+            f"got {first_seed!r}."
         )
     return range(first_seed, first_seed + runs)
 

@@ -68,7 +68,7 @@ class ProgressCounter:
         self._new: list[StudyRun] = []
         self._begun = time.monotonic()
         self._next_look = 0.0
-        self._partial = 0
+        self._partial: dict[int, int] = {}
         self._look()
         self._before = self._generations()
 
@@ -76,6 +76,7 @@ class ProgressCounter:
         """Take note that a run has ended, one way or the other."""
         run = read_run(self._folder, self._plan, number)
         self._runs[number] = run
+        self._partial.pop(number, None)
         self._new.append(run)
 
     def progress(self, running: int) -> StudyProgress:
@@ -101,10 +102,10 @@ class ProgressCounter:
     def _look(self) -> None:
         self._next_look = time.monotonic() + LOOK_EVERY_S
         going = [number for number in self._plan.numbers if number not in self._runs]
-        self._partial = sum(stored_generations(self._folder.run_path(number) / "checkpoints") for number in going)
+        self._partial = {n: stored_generations(self._folder.run_path(n) / "checkpoints") for n in going}
 
     def _generations(self) -> int:
-        return self._partial + sum(self._asked[number] for number in self._runs)
+        return sum(self._partial.values()) + sum(self._asked[number] for number in self._runs)
 
     def _seconds_left(self, seconds: float) -> float | None:
         made = self._generations() - self._before

@@ -20,7 +20,7 @@ SCRIPT = """#!/bin/bash
 #SBATCH --mem=1G
 #SBATCH --time={minutes}
 #SBATCH --output={log}
-#SBATCH --signal=TERM@60
+#SBATCH --signal=B:TERM@60
 #SBATCH --requeue
 # A run that is stopped or killed goes on from its checkpoint when it is submitted again.
 set -eu

@@ -17,7 +17,7 @@ from ._backends import Backend, DaskBackend, ExecutorBackend, dask_cluster, requ
 from ._conduct import conduct
 from ._execute import Task, execute
 from ._folder import StudyFolder
-from ._plan import Plan, plan_study
+from ._plan import Plan, plan_study, require_counting
 from ._progress import StudyObserver
 from ._table import StudyResult, StudyRun, read_run, read_study
 from ._workers import Workers
@@ -51,8 +51,8 @@ class Hands:
         given = [name for name in names if getattr(self, name) is not None]
         if len(given) > 1:
             raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
-        if self.workers is not None and self.workers < 1:
-            raise ConfigurationError(f"`workers` must be at least 1; got {self.workers}.")
+        if self.workers is not None:
+            require_counting(workers=self.workers)
 
 
 def study(

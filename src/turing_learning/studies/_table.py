@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.report import shown
-from turing_learning.runs import TIMINGS
+from turing_learning.runs import TIMINGS, RunFolder
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
@@ -205,13 +205,18 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     """Read how a run stands."""
     path, settings = folder.run_path(number), plan.settings[number - 1]
     result = _json(path / "result.json")
-    if result is not None and result.get("complete"):
+    if result is not None and result.get("complete") and not _goes_on(path):
         untimed = {name: value for name, value in result.items() if name not in TIMINGS}
         return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
     failure = _json(path / FAILURE)
     if failure is not None:
         return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
+
+
+def _goes_on(path: Path) -> bool:
+    """Return whether a run that has its result is still drawing, or was killed while it did."""
+    return (_json(RunFolder(path).manifest_path) or {}).get("state") == "running"
 
 
 def _json(path: Path) -> dict[str, Any] | None:

@@ -91,8 +91,8 @@ class Workers:
             slot.start()
             if first and self._warm_up:
                 slot.ask({"study": self._study, WARM_UP: self._warm_up})
-        except (_Gone, OSError):
-            pass  # the tasks will say why
+        except Exception:
+            slot.drop()  # the tasks will say why
         finally:
             if first:
                 self._warm.set()
@@ -103,14 +103,15 @@ class Workers:
         for _ in range(ATTEMPTS):
             try:
                 slot.start()
-                answer = slot.ask(asdict(task))
+                outcome = Outcome(**slot.ask(asdict(task)))  # type: ignore[arg-type]
             except _Gone as gone:
                 end = str(gone)
                 continue
-            except OSError as error:  # no process can be started
+            except Exception as error:  # no process can be started, or what it says is no answer
+                slot.drop()
                 future.set_exception(error)
                 return
-            future.set_result(Outcome(**answer))  # type: ignore[arg-type]
+            future.set_result(outcome)
             return
         future.set_exception(WorkerDied(f"{ATTEMPTS} workers died while they executed it ({end})"))
 
@@ -134,6 +135,7 @@ class _Slot:
             stdout=subprocess.PIPE,
             text=True,
             encoding="utf-8",
+            errors="replace",
             start_new_session=True,  # Ctrl-C is for the study, which tells its workers
         )
 
@@ -144,6 +146,8 @@ class _Slot:
         ------
         _Gone
             If the worker dies.
+        ValueError
+            If it says something else.
         """
         process = self._process
         assert process is not None
@@ -158,7 +162,7 @@ class _Slot:
         if not answer.endswith("\n"):
             self.end()
             raise _Gone(f"exit status {process.returncode}")
-        return json.loads(answer)
+        return _parsed(answer)
 
     def end(self) -> None:
         """Let the worker end, and wait for it."""
@@ -173,9 +177,28 @@ class _Slot:
                     continue  # what was written last can no longer be sent
         process.wait()
 
+    def drop(self) -> None:
+        """End the worker at once; the next task gets another one."""
+        if self._process is not None:
+            self._process.kill()
+        self.end()
+
     def kill(self) -> None:
         """End the worker at once, and start no other."""
         self._killed = True
         process = self._process
         if process is not None:
             process.kill()
+
+
+def _parsed(answer: str) -> dict[str, object]:
+    try:
+        content = json.loads(answer)
+    except ValueError:
+        content = None
+    if isinstance(content, dict):
+        return content
+    raise ValueError(
+        f"a worker must print nothing but its answers, lines of JSON; got {answer.rstrip()!r}. "
+        "Look for what prints when Python starts, such as a sitecustomize."
+    )

@@ -3,7 +3,8 @@
 `Scenario` (with `Robot`, `Objects`, `Arena`, `Sensor`, `Trial`) says what moves and what it senses; `AGGREGATION` and
 `OBJECT_CLUSTERING` are the paper's case studies, `AGGREGATION_VIEW_0` and `AGGREGATION_VIEW_60` those of section 4.6.1, where
 the field of view is inferred too; `SCENARIOS` names them all. `initial_poses` places a swarm (`Start` says where), `simulate`
-runs trials of it, with networks as `Drivers` of robots that are not reactive, and `observe` only measures speeds;
+runs trials of it (a `Simulation` comes out), with networks as `Drivers` of robots that are not reactive, and `observe` only
+measures speeds;
 `execution_of` says what agents and replicas execute (an `Execution`). `MixedSwarm` is the sample source of the paper's main setup,
 replicas mixed into a group of agents; `SeparatedSwarm` never mixes them. `ObservedSwarm` is a scenario as genuine motion for any
 other simulator.

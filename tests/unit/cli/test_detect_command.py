@@ -125,9 +125,9 @@ def test_the_same_seed_gives_the_same_output(run, call):
         (["good.npy", "--rule", "grup"], "`rule` must be one of the rules; got 'grup'. Did you mean `group`?"),
         (["good.npy", "--false-alarms", "1"], "`false_alarms` must be above 0 and below 1; got 1.0"),
         (["good.npy", "--false-alarms", "few"], "must be a number; got 'few'"),
-        (["--simulate", "3"], "`simulate` must be from 1 to 2, in a swarm of 3; got 3"),
-        (["--simulate", "1", "--samples", "0"], "`samples` must be at least 1; got 0"),
-        (["--simulate", "1", "--seed", "-1"], "`seed` must be at least 0; got -1"),
+        (["--simulate", "3"], "`simulate` must be an integer from 1 to 2, in a swarm of 3; got 3"),
+        (["--simulate", "1", "--samples", "0"], "`samples` must be an integer of at least 1; got 0"),
+        (["--simulate", "1", "--seed", "-1"], "`seed` must be an integer of at least 0; got -1"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_one_line(arguments, message, run, call):

@@ -44,6 +44,15 @@ def test_a_recording_and_a_family_of_models_make_a_run(call):
     assert set(result["interval"]) == {"speed", "kick_interval", "glide_time", "turn"}
 
 
+def test_the_folder_of_a_run_is_named_after_the_seed_of_the_file_unless_one_is_given(call):
+    Path("c.toml").write_text("[run]\nseed = 7\n")
+    command = ("infer", *RECORDED, *SMALL, "--config", "c.toml", "--generations", "1")
+    assert call(*command)[0] == call(*command, "--seed", "8")[0] == 0
+    folders = sorted(Path("runs").iterdir(), key=lambda path: path.name[-1])
+    assert [path.name[-6:] for path in folders] == ["-seed7", "-seed8"]
+    assert [json.loads((path / "result.json").read_text())["seed"] for path in folders] == [7, 8]
+
+
 def given(table, fps):
     """Return the options for a plain table in cm, y upwards."""
     return ["--trajectories", table, "--fps", str(fps), "--scale", "1", "--y-axis", "up", "--model", "burst-and-coast"]

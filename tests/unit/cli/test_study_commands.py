@@ -2,6 +2,7 @@
 
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +10,7 @@ from rich.console import Console
 
 from turing_learning.cli import main
 from turing_learning.cli._study_view import StudyLines, study_picture
-from turing_learning.studies import StudyProgress, StudyRun
+from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
 pytestmark = pytest.mark.usefixtures("wide")
 
@@ -78,12 +79,12 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
     [
         (["study"], r"`SCENARIO` must be given, or a file .* random-behaviors"),
         (["study", "agregation"], r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
-        (["study", "aggregation", "--runs", "0"], r"`runs` must be at least 1; got 0"),
+        (["study", "aggregation", "--runs", "0"], r"`runs` must be an integer of at least 1; got 0"),
         (["study", "aggregation", "--runs", "x"], r"Invalid value for '--runs': must be an integer; got 'x'\."),
         (["study", "aggregation", "--first-seed", "1.5"], r"'--first-seed': must be an integer; got '1\.5'\."),
         (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with --runs and --first-seed\."),
         (["study", "aggregation", "--config", "empty.toml"], r"`grid` must name one setting .* \[empty.toml:1\]"),
-        (["study", "aggregation", "--workers", "0"], r"`workers` must be at least 1; got 0"),
+        (["study", "aggregation", "--workers", "0"], r"`workers` must be an integer of at least 1; got 0"),
         (["study", "aggregation", "--generations", "0"], r"`run.generations` must be .* got 0 \[--generations\]"),
         (["study", "aggregation", "--set", "models.parents=0"], r"got 0 \[--set models.parents\]"),
         (
@@ -154,6 +155,32 @@ def test_a_run_that_fails_ends_the_command_of_an_array_with_code_1(call, tmp_pat
     assert code == 1
     assert err.startswith("run 1 failed: RunFolderError: `out` must be a new or empty folder")
     assert "kind" in json.loads((tmp_path / "study" / "runs" / "0001" / "failure.json").read_text())
+
+
+def interrupt(*arguments, **options):
+    raise KeyboardInterrupt
+
+
+def test_how_to_go_on_can_be_pasted_into_a_shell(call, monkeypatch):
+    def ended(state):
+        run = StudyRun(1, {"run.seed": 1}, state, "OSError: disk" if state == "failed" else "")
+        monkeypatch.setattr("turing_learning.studies.run_one", lambda *given, **options: run)
+        result = StudyResult("aggregation", "Aggregation", (run,), (), Path("my study"))
+        monkeypatch.setattr("turing_learning.studies.resume_study", lambda *given, **options: result)
+
+    one = ("study", "aggregation", *SMALL, "--runs", 1, "--out", "my study")
+    assert call(*one, "--write-slurm", "job.sh")[0] == 0
+    assert "old study by `turing-learning resume 'my study'`, or" in call(*one, "--generations", 4)[2]
+    ended("stopped")
+    alone, all_of_them = "turing-learning study-run 'my study' 1\n", "turing-learning resume 'my study'\n"
+    assert call("study-run", "my study", 1)[2] == f"stopped; go on with: {alone}"
+    assert call("resume", "my study")[2] == f"stopped after 0 of 1 runs; go on with: {all_of_them}"
+    ended("failed")
+    assert call("resume", "my study")[2] == f"1 run failed; try again with: {all_of_them}"
+    for name in ("run_one", "resume_study"):
+        monkeypatch.setattr(f"turing_learning.studies.{name}", interrupt)
+    assert call("study-run", "my study", 1)[2] == f"interrupted; go on with: {alone}"
+    assert call("resume", "my study")[2] == f"interrupted; go on with: {all_of_them}"
 
 
 def progress(**changes):

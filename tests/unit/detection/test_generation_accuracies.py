@@ -56,7 +56,10 @@ def test_generations_that_do_not_fit_are_refused(changes, message, scenario, spe
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [((0,), "^`generations` must be at least 1; got 0"), ((5, 1), "^`points` must be at least 2; got 1")],
+    [
+        ((0,), "^`generations` must be an integer of at least 1; got 0"),
+        ((5, 1), "^`points` must be an integer of at least 2; got 1"),
+    ],
 )
 def test_a_sample_of_generations_that_is_none_is_refused(arguments, message):
     with pytest.raises(ConfigurationError, match=message):

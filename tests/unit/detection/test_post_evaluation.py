@@ -167,8 +167,8 @@ def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkey
         ({"models": np.zeros((0, 4))}, r"^`models` must have the shape \(M, P\) = \(1 or more, 4\); got \(0, 4\)"),
         ({"models": np.full((2, 4), np.inf)}, r"^`models` must be finite; got \[inf, inf, inf, inf\] at 0"),
         ({"genomes": np.zeros(46)}, r"^`genomes` must have the shape \(N, Q\), N >= 1; got \(46,\)"),
-        ({"trials": 0}, "^`trials` must be at least 1; got 0"),
-        ({"seed": -1}, "^`seed` must be at least 0; got -1"),
+        ({"trials": 0}, "^`trials` must be an integer of at least 1; got 0"),
+        ({"seed": -1}, "^`seed` must be an integer of at least 0; got -1"),
     ],
 )
 def test_what_cannot_be_evaluated_is_refused(changes, message, scenario):
@@ -180,7 +180,7 @@ def test_what_cannot_be_evaluated_is_refused(changes, message, scenario):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((1,), "^`points` must be at least 2; got 1"),
+        ((1,), "^`points` must be an integer of at least 2; got 1"),
         ((100,), "^`points` must give at most 10000000 models; got 100"),
         ((3, 1.0, 1.0), "^`low` must be below `high`, both finite; got 1.0 and 1.0"),
     ],

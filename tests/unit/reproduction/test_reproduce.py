@@ -114,6 +114,12 @@ def test_an_unknown_experiment_is_refused(tmp_path):
         reproduce("9", out=tmp_path)
 
 
+def test_a_share_of_a_worker_is_refused_before_anything_is_done(tmp_path):
+    with pytest.raises(ConfigurationError, match=r"^`workers` must be an integer of at least 1; got 1\.5\.$"):
+        reproduce("4.5", fast=True, out=tmp_path / "all", workers=1.5)
+    assert not (tmp_path / "all").exists()
+
+
 def test_a_folder_of_the_fast_form_is_refused_for_the_full_one(conducted):
     with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same form, 'full'; got 'fast'"):
         reproduce("3.2", out=conducted)

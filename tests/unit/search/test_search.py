@@ -159,6 +159,8 @@ def test_a_full_disk_ends_a_search_that_can_go_on(tmp_path, monkeypatch):
     ("change", "message"),
     [
         ({"steps": 1}, "`steps` must be an integer from 2 to 1000000; got 1"),
+        ({"steps": 2.5}, r"`steps` must be an integer from 2 to 1000000; got 2\.5"),
+        ({"finalists": True}, "`finalists` must be an integer from 1 to 1000000; got True"),
         ({"trials": 0}, "`trials` must be an integer from 1 to 100000; got 0"),
         ({"finalists": 0}, "`finalists` must be an integer from 1 to 1000000; got 0"),
         ({"trials": 9}, "`final_trials` must be an integer from 9 to 100000; got 4"),

@@ -12,6 +12,12 @@ def test_seeds_follow_one_another():
     assert [plan.configuration(number).run.seed for number in plan.numbers] == [7, 8, 9]
 
 
+def test_numbers_of_numpy_are_integers_too():
+    assert plan_study("aggregation", runs=np.int64(2), first_seed=np.int64(4)) == plan_study(
+        "aggregation", runs=2, first_seed=4
+    )
+
+
 def test_the_first_seed_is_that_of_the_file_unless_it_is_given(tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text("scenario = 'aggregation'\n[run]\nseed = 7\n[grid]\nmodels.parents = [5, 6]\n")
@@ -70,10 +76,15 @@ def test_random_controllers_are_uniform():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"runs": 0}, r"^`runs` must be at least 1; got 0\.$"),
+        ({"runs": 0}, r"^`runs` must be an integer of at least 1; got 0\.$"),
+        ({"runs": 2.5}, r"^`runs` must be an integer of at least 1; got 2\.5\.$"),
+        (
+            {"first_seed": 1.5},
+            r"^`first_seed` must be an integer between 0 and \d+, so that 30 seeds follow; got 1\.5\.$",
+        ),
         ({"runs": 2_000_000}, r"^`runs` must be at most 1000000 in all; got 2000000\.$"),
-        ({"first_seed": -1}, r"^`first_seed` must be between 0 and \d+, so that 30 seeds follow; got -1\.$"),
-        ({"first_seed": LARGEST_SEED}, r"^`first_seed` must be between 0"),
+        ({"first_seed": -1}, r"^`first_seed` must be an integer between 0 and \d+, so that 30 seeds follow; got -1\.$"),
+        ({"first_seed": LARGEST_SEED}, r"^`first_seed` must be an integer between 0"),
         ({"settings": {"run.seed": 4}}, r"^`run.seed` must be left out of a study; got 4\. Give the seeds with"),
         (
             {"grid": {"models.parents": [5, 0]}},

@@ -14,6 +14,7 @@ def test_the_script_is_a_valid_one_that_names_study_and_runs(tmp_path):
     assert f"study-run '{tmp_path}/my study' \"$SLURM_ARRAY_TASK_ID\"" in text
     assert f"study-collect '{tmp_path}/my study'" in text
     assert "#SBATCH --cpus-per-task=1" in text
+    assert "#SBATCH --signal=B:TERM@60" in text  # without B the steps are signaled, of which there are none
     assert subprocess.run(["bash", "-n", script], check=False).returncode == 0
 
 

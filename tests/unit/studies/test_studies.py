@@ -12,7 +12,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import RunFolderError, start
+from turing_learning.runs import RunFolder, RunFolderError, start
 from turing_learning.studies import (
     ExecutorError,
     StudyFolder,
@@ -24,6 +24,7 @@ from turing_learning.studies import (
     run_one,
     study,
 )
+from turing_learning.studies._progress import ProgressCounter
 from turing_learning.studies._study import create_study
 from turing_learning.studies._table import _paper
 
@@ -239,6 +240,20 @@ def test_an_observer_is_told_of_every_run(small, executor, tmp_path):
     assert len(last.maes) == 3
 
 
+def test_generations_of_a_run_that_has_ended_count_once(tmp_path):
+    folder = StudyFolder(prepared(tmp_path / "study", runs=2, settings={"run.generations": 100}))
+    for number in (1, 2):
+        checkpoints = folder.run_path(number) / "checkpoints"
+        checkpoints.mkdir(parents=True)
+        (checkpoints / f"generation-000090-{number:016x}.npz").touch()
+    counter = ProgressCounter(folder, folder.plan(), [])
+    assert counter.progress(2).generations == 180
+    counter.end(1)
+    assert counter.progress(1).generations == 190
+    counter.end(2)
+    assert counter.progress(0).generations == counter.progress(0).generations_total == 200
+
+
 def test_a_run_of_a_study_is_executed_by_its_number(finished, small, tmp_path):
     path = prepared(tmp_path / "study", runs=3, first_seed=5, settings=small | {"run.generations": 7})
     for number in (3, 1):
@@ -258,6 +273,27 @@ def test_a_study_of_full_histories_has_the_report_of_each_run(small, executor, t
     assert tl.load_run(tmp_path / "study" / "runs" / "0001").history["model"].shape == (3, 8, 4)
 
 
+@pytest.mark.parametrize("history", ["thin", "full"])
+def test_a_run_killed_after_its_result_is_not_complete_and_is_finished_without_another_generation(
+    history, small, executor, tmp_path, monkeypatch
+):
+    def kill():
+        raise KeyboardInterrupt
+
+    path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 3, "run.history": history})
+    with monkeypatch.context() as patch:
+        patch.setattr("turing_learning.runs._execute.now", kill)
+        with pytest.raises(KeyboardInterrupt):
+            run_one(path, 1)
+    run = path / "runs" / "0001"
+    assert (run / "result.json").exists()
+    assert load_study(path).runs[0].state == "stopped"
+    monkeypatch.setattr("turing_learning.runs._session.Session._step", kill)
+    assert resume_study(path, executor=executor).complete
+    assert RunFolder(run).manifest()["state"] == "finished"
+    assert (run / "report.html").exists() == (history == "full")
+
+
 class Broken(ThreadPoolExecutor):
     def submit(self, *arguments):
         future = Future()
@@ -267,10 +303,11 @@ class Broken(ThreadPoolExecutor):
 
 def test_an_executor_that_breaks_ends_the_study_which_can_be_resumed(small, executor, tmp_path):
     with pytest.raises(
-        ExecutorError, match=r"stay alive until the study ends; got BrokenExecutor: a process died\. Go on"
+        ExecutorError,
+        match=r"stay alive until the study ends; got BrokenExecutor: a process died\. Go on .* resume '.*/my study'`\.$",
     ):
-        study("aggregation", runs=1, generations=3, settings=small, executor=Broken(), out=tmp_path / "study")
-    assert resume_study(tmp_path / "study", executor=executor).complete
+        study("aggregation", runs=1, generations=3, settings=small, executor=Broken(), out=tmp_path / "my study")
+    assert resume_study(tmp_path / "my study", executor=executor).complete
 
 
 def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
@@ -284,7 +321,8 @@ def test_an_executor_that_is_shut_down_is_named(small, executor, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"workers": 0}, r"^`workers` must be at least 1; got 0\.$"),
+        ({"workers": 0}, r"^`workers` must be an integer of at least 1; got 0\.$"),
+        ({"workers": 1.5}, r"^`workers` must be an integer of at least 1; got 1\.5\.$"),
         ({"workers": 2, "cluster": "tcp://x:1"}, r"^`workers` must be left out beside `cluster`; got both"),
     ],
 )

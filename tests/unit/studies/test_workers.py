@@ -106,6 +106,30 @@ def test_a_worker_that_cannot_be_started_is_said_by_the_task(monkeypatch, tmp_pa
     workers.close()
 
 
+@pytest.mark.parametrize("said", ["Welcome to node 7", "7", "caf\\xe9"])
+@pytest.mark.parametrize("warm_up", [[], [1]])
+def test_a_worker_that_says_something_else_is_quoted_by_every_task(said, warm_up, program, tmp_path):
+    program(f"import sys\nsys.stdout.buffer.write(b'{said}\\n')\nsys.stdout.flush()\n{LOOP}    {ANSWER}")
+    workers = Workers(1, str(tmp_path), warm_up)
+    for future in [workers.submit(Task(str(tmp_path), number)) for number in (1, 2)]:
+        with pytest.raises(
+            ValueError, match=r"^a worker must print nothing but its answers, lines of JSON; got '"
+        ) as caught:
+            future.result(timeout=20)
+        assert said.split("\\")[0] in str(caught.value)
+    workers.close()
+
+
+def test_an_answer_with_other_names_is_an_error_of_its_task_alone(program, tmp_path):
+    program(f"{LOOP}    if task['number'] == 1:\n        print('{{}}', flush=True)\n        continue\n    {ANSWER}")
+    workers = Workers(1, str(tmp_path))
+    bad, good = (workers.submit(Task(str(tmp_path), number)) for number in (1, 2))
+    with pytest.raises(TypeError, match="missing 2 required positional arguments"):
+        bad.result(timeout=20)
+    assert good.result(timeout=20) == Outcome(2, "complete")
+    workers.close()
+
+
 def test_a_worker_answers_line_by_line_and_survives_what_goes_wrong(tmp_path):
     requests = [
         {"study": str(tmp_path), WARM_UP: [1]},
