@@ -46,11 +46,14 @@ def test_the_field_of_view_counts_as_any_parameter(theta):
     assert verdict([[0.01, 0.01, 0.01, 0.01, theta]] * 3).agrees == (theta == 0.0)
 
 
-def test_runs_in_a_mirror_image_of_the_truth_are_the_reason_why_a_claim_differs():
+def test_runs_in_a_mirror_image_or_with_another_view_are_the_reason_why_a_claim_differs():
     found = verdict_of([TRUTH, [0.97, -1.13, -0.68, -0.98, 6.21], TRUTH + np.array([0, 0, -0.6, 0, 0])])
     assert "in 2 of 3 runs (seeds 2002, 2003)" in found.observed
     assert found.reason.startswith("a mirror image of the truth")
-    assert found.reason.endswith("seeds 2002; docs/decisions/0016")
+    assert found.reason.endswith("(seeds 2002); docs/decisions/0016")
+    assert verdict_of([TRUTH, TRUTH, TRUTH + np.array([0, 0, 0, 0, 4.6])]).reason == (
+        "a field of view that is far off beside the right wheel speeds (seeds 2003); docs/decisions/0016"
+    )
 
 
 @pytest.mark.parametrize("error", [0.01, 0.9])

@@ -1,5 +1,6 @@
 """Section 4.6.1: the field of view of the agents' sensor is inferred together with their controller."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -98,7 +99,7 @@ def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdi
         listed(names, observed) + _those_off(outcome, kind),
         "absolute errors",
         variant_of(outcome.preset, kind),
-        reason="" if agrees else _mirror_image(outcome, kind),
+        reason="" if agrees else _strayed(outcome, kind),
     )
 
 
@@ -114,15 +115,18 @@ def _those_off(outcome: _Outcome, kind: str) -> str:
     return text if off.all() else f"{text}, without them {listed(names, [Spread.of(each) for each in errors[~off].T])}"
 
 
-def _mirror_image(outcome: _Outcome, kind: str) -> str:
-    """Say which of the runs that are off are in a mirror image of the truth."""
-    mirrored = outcome.off(kind) & outcome.mirrored(kind)
-    if not mirrored.any():
-        return ""
-    return (
-        f"a mirror image of the truth, in which a model takes one reading of the sensor for the other and exchanges their wheel "
-        f"speeds: seeds {outcome.seeds_of(mirrored)}; docs/decisions/0016"
-    )
+def _strayed(outcome: _Outcome, kind: str) -> str:
+    """Say which of the runs that are off are in a mirror image of the truth, and which have the speeds right, and another view."""
+    off, mirrored = outcome.off(kind), outcome.mirrored(kind)
+    views = outcome.errors[kind][:, -1] > math.pi / 2
+    found = {
+        "a mirror image of the truth, which takes one reading of the sensor for the other and exchanges their wheel speeds": (
+            off & mirrored
+        ),
+        "a field of view that is far off beside the right wheel speeds": off & ~mirrored & views,
+    }
+    texts = [f"{what} (seeds {outcome.seeds_of(runs)})" for what, runs in found.items() if runs.any()]
+    return f"{'; '.join(texts)}; docs/decisions/0016" if texts else ""
 
 
 def _errors_table(outcomes: list[_Outcome], claims: Mapping[str, Claim]) -> Table:

@@ -1,0 +1,63 @@
+"""Measure how often the classifiers that a run of experiment 4.6.1 ends with take models and agents for genuine.
+
+Run with ``python docs/fittest_model.py RUN...`` after, for example,
+``turing-learning infer aggregation-field-of-view-60 --seed 2023 --out RUN``. Trials are fresh ones; decision 0016.
+"""
+
+import sys
+
+import numpy as np
+
+from turing_learning.coevolution import THRESHOLD
+from turing_learning.detection import run_classifiers
+from turing_learning.runs import Result, load_run
+from turing_learning.swarm import execution_of, initial_poses, simulate
+
+TRIALS, LAST, FAR, MUCH = 60, 100, 2.2, 0.3
+
+
+def shares(result: Result, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shares of replicas of a model (P,), and of the agents beside them, that each classifier takes for genuine."""
+    scenario, known = result.configuration.scenario, run_classifiers(result)
+    poses = initial_poses(scenario, TRIALS, np.random.default_rng(5))
+    executed = np.full(poses.shape[:2], -1)
+    executed[:, scenario.agents :] = 0
+    execution = execution_of(scenario, scenario.model.behavior(model[None]), executed)
+    motion = simulate(
+        scenario,
+        execution.controllers,
+        poses,
+        control_steps=scenario.control_steps,
+        seed=1,
+        fields_of_view=execution.fields_of_view,
+    )
+    kinds = motion.speeds[:, scenario.agents :], motion.speeds[:, : scenario.agents]
+    judged = [known.classifier.judge(known.last, each.reshape(-1, *each.shape[2:])) for each in kinds]
+    replicas, agents = (np.mean(outputs >= THRESHOLD, axis=1) for outputs in judged)
+    return replicas, agents
+
+
+def main() -> None:
+    """Print a row for each model of each run: taken for genuine, replicas / agents; and the views of the last models."""
+    for path in sys.argv[1:]:
+        result = load_run(path)
+        truth = np.array(result.configuration.scenario.truth)
+        models = {"truth": truth, "estimate": result.estimate, "best model": result.best_model}
+        for name, given in models.items():
+            model = np.array(list(given.values())) if isinstance(given, dict) else given
+            replicas, agents = shares(result, model)
+            more, less = np.sum(replicas > agents + MUCH), np.sum(replicas < agents - MUCH)
+            print(  # noqa: T201
+                f"{path}: {name} {np.round(model, 2)} {replicas.mean():.2f} / {agents.mean():.2f}; "
+                f"{more} classifiers take it for genuine much more often than agents, {less} much less often",
+                flush=True,
+            )
+        views = {name: result.history[name].to_numpy()[-LAST:, ..., -1] > FAR for name in ("model", "best_model")}
+        print(  # noqa: T201
+            f"{path}: of the last {LAST} generations {views['model'].mean():.1%} of the models have another view, "
+            f"and {views['best_model'].sum()} of the fittest"
+        )
+
+
+if __name__ == "__main__":
+    main()
