@@ -52,11 +52,15 @@ def main() -> None:
                 f"{more} classifiers take it for genuine much more often than agents, {less} much less often",
                 flush=True,
             )
-        views = {name: result.history[name].to_numpy()[-LAST:, ..., -1] > FAR for name in ("model", "best_model")}
-        print(  # noqa: T201
-            f"{path}: of the last {LAST} generations {views['model'].mean():.1%} of the models have another view, "
-            f"and {views['best_model'].sum()} of the fittest"
-        )
+        fittest = int((result.history["best_model"][-LAST:, -1] > FAR).sum())
+        print(f"{path}: the fittest has another view in {fittest} of the last {LAST} generations")  # noqa: T201
+        for generation in range(600, result.generations, LAST):
+            now = result.history.isel(generation=slice(generation, generation + LAST))
+            other, step = now["model"][..., -1] > FAR, now["model_step_size"][..., -1]
+            print(  # noqa: T201
+                f"{path}: generations {generation} to {generation + LAST - 1}: {float(other.mean()):.1%} of the models have "
+                f"another view; median step size of its number {float(step.median()):.2f}"
+            )
 
 
 if __name__ == "__main__":
