@@ -1,5 +1,6 @@
 """To and from datasets in the conventions of the `movement` package."""
 
+import math
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -63,7 +64,8 @@ def from_xarray(
         `position` (time, space, keypoints, individuals) in any order, in two dimensions; `confidence` if there is one.
         NaN is missing.
     fps, pixels_per_cm, y_axis
-        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it.
+        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it. Times in
+        seconds state the frame rate, too.
     keypoint
         Which point stands for the animal, where there are several.
 
@@ -73,7 +75,7 @@ def from_xarray(
         If dimensions are missing, or something is not stated, or stated twice and differently.
     """
     from ._load import finish
-    from .readers._arrays import check_rate, from_array
+    from .readers._arrays import from_array
     from .readers._keypoints import choose
 
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
@@ -81,6 +83,7 @@ def from_xarray(
     if list(dataset["space"].values) != ["x", "y"]:
         raise ValueError(f"`dataset` must have the coordinates x, y in space; got {list(dataset['space'].values)}.")
     _check_stated(dataset, y_axis)
+    rate = _rate(dataset, fps)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
         dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, "dataset")))
@@ -92,8 +95,8 @@ def from_xarray(
         "dataset, position",
         confidence=_plane(dataset, "confidence"),
         headings=_plane(dataset, "heading"),
-        fps=None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps"),
-        first_frame=int(dataset.attrs.get("first_frame", 0)),
+        fps=rate,
+        first_frame=round(float(dataset["time"].values[0]) * (1.0 if _in_frames(dataset) else rate or fps or 1.0)),
         in_cm=dataset.attrs.get("length_unit") == "cm",
         y_axis=dataset.attrs.get("y_axis"),
     )
@@ -108,11 +111,45 @@ def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
     return dataset[name].transpose("time", "individuals").values.astype(np.float64)
 
 
+def _rate(dataset: "xr.Dataset", fps: float | None) -> float | None:
+    """Return the frame rate that the dataset states, by its attribute and by times in seconds; `fps` decides between them."""
+    from .readers._arrays import RATE_DIGITS, check_rate
+
+    stated = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps")
+    times = dataset["time"].values
+    if _in_frames(dataset) or len(times) < 2:
+        return stated
+    by_times = float(f"{(len(times) - 1) / float(times[-1] - times[0]):.{RATE_DIGITS}g}")
+    if stated is not None and math.isclose(stated, by_times, rel_tol=1e-3):
+        return stated
+    if stated is not None and fps is None:
+        raise ValueError(
+            f"`dataset` must have the same frame rate in its times, {by_times:g}, and in its attribute fps; got {stated:g}. "
+            f"If the times are right, give fps={by_times:g}; if not, mend them."
+        )
+    return by_times
+
+
+def _in_frames(dataset: "xr.Dataset") -> bool:
+    """Whether times count frames: they say so, or there are none, or they are one apart and state no unit."""
+    unit = dataset.attrs.get("time_unit")
+    times = dataset["time"].values
+    return unit == "frames" or "time" not in dataset.coords or (unit is None and bool((np.diff(times) == 1).all()))
+
+
 def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
     times = np.asarray(dataset["time"].values)
     steps = np.diff(times.astype(np.float64)) if times.dtype.kind in "fiu" else np.full(1, np.nan)
     if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
         raise ValueError("`dataset` must have evenly spaced times as numbers; got others.")
+    unit = dataset.attrs.get("time_unit")
+    if unit not in (None, "seconds", "frames"):
+        raise ValueError(f"`time_unit` of `dataset` must be 'seconds' or 'frames'; got {unit!r}.")
+    if unit == "frames" and (steps != 1).any():
+        raise ValueError(
+            f"`dataset` must have times one frame apart, as their unit is frames; got {steps[0]:g}. Number the frames that are "
+            "there, and give the rate of those as `fps`."
+        )
     stated = dataset.attrs.get("y_axis")
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
         raise ValueError(f"`y_axis` must be 'up' or 'down', as the dataset states; got {y_axis!r} and {stated!r}.")

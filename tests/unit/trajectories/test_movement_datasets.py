@@ -93,6 +93,57 @@ def test_uneven_times_are_refused(recording):
         from_xarray(recording.to_xarray().isel(time=[0, 1, 5]))
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda dataset: dataset.isel(time=slice(None, None, 3)),
+        lambda dataset: dataset.coarsen(time=3, boundary="trim").mean(),
+        lambda dataset: dataset.interp(time=np.arange(4) * 0.12),
+    ],
+)
+def test_times_that_contradict_the_frame_rate_are_refused_until_it_is_said(change, recording):
+    changed = change(recording.to_xarray())
+    message = (
+        r"must have the same frame rate in its times, 8\.3333, and in its attribute fps; got 25\. .* give fps=8\.3333;"
+    )
+    with pytest.raises(ValueError, match=message):
+        from_xarray(changed)
+    with pytest.raises(ValueError, match=r"`fps` must be what the file states, 8\.3333; got 25"):
+        from_xarray(changed, fps=25)
+    assert from_xarray(changed, fps=8.3333).fps == 8.3333
+
+
+def test_a_frame_rate_that_contradicts_the_times_is_refused(recording):
+    bare = recording.to_xarray().drop_attrs()
+    said = {"pixels_per_cm": 1, "y_axis": "up"}
+    with pytest.raises(ValueError, match=r"`fps` must be what the file states, 25\.0; got 30"):
+        from_xarray(bare, fps=30, **said)
+    assert from_xarray(bare, **said).fps == 25
+
+
+def test_the_first_frame_is_that_of_the_times(recording):
+    dataset = recording.to_xarray()
+    assert from_xarray(dataset.sel(time=slice(0.2, None))).first_frame == 5
+    assert from_xarray(dataset.isel(time=[5])).first_frame == 5
+
+
+def test_times_may_count_frames(recording):
+    dataset = recording.to_xarray().assign_coords(time=np.arange(12) + 3).assign_attrs(time_unit="frames")
+    assert (from_xarray(dataset).fps, from_xarray(dataset).first_frame) == (25, 3)
+    unsaid = dataset.drop_attrs()
+    assert from_xarray(unsaid, fps=25, pixels_per_cm=1, y_axis="up").first_frame == 3
+    assert from_xarray(recording.to_xarray().drop_vars("time")).fps == 25
+    with pytest.raises(
+        ValueError, match=r"must have times one frame apart, as their unit is frames; got 3\. Number the"
+    ):
+        from_xarray(dataset.isel(time=slice(None, None, 3)))
+
+
+def test_a_unit_of_time_that_is_unknown_is_refused(recording):
+    with pytest.raises(ValueError, match="`time_unit` of `dataset` must be 'seconds' or 'frames'; got 'ms'"):
+        from_xarray(recording.to_xarray().assign_attrs(time_unit="ms"))
+
+
 def test_a_direction_that_contradicts_the_dataset_is_refused(recording):
     with pytest.raises(ValueError, match="`y_axis` must be 'up' or 'down', as the dataset states; got 'down' and 'up'"):
         from_xarray(recording.to_xarray(), y_axis="down")
