@@ -5,7 +5,7 @@
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
-`Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, direction of y.
+`Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
 `compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ._headings import doubt_headings
 from ._stretches import every, next_true
 
 JUMP_FACTOR = 20.0
@@ -59,6 +60,9 @@ class Problems:
         Only one frame in so many is there, evenly; 1 otherwise.
     unit
         Of lengths, that of the recording.
+    headings
+        Why headings may not be in rad or not of the head, in words: in much of the motion they point backwards, or they look like
+        degrees.
     """
 
     missing: dict[str, int]
@@ -73,16 +77,25 @@ class Problems:
     still: tuple[str, ...] = ()
     every: int = 1
     unit: str = "cm"
+    headings: tuple[str, ...] = ()
 
     @property
     def found(self) -> bool:
-        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or an empty frame."""
-        return bool(any(self.missing.values()) or self.jumps or self.still or self.repeated_frames or self.empty_frames)
+        """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, odd headings."""
+        return bool(
+            any(self.missing.values())
+            or self.jumps
+            or self.still
+            or self.repeated_frames
+            or self.empty_frames
+            or self.headings
+        )
 
     def __str__(self) -> str:
         lines = (
             [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
         )
+        lines += self.headings
         lines += [
             f"{name}: {count} of {counted(self.frames)} missing, in {counted(self.gaps[name], 'gap')} of up to "
             f"{self.longest_gap[name]}"
@@ -118,8 +131,9 @@ def find_problems(
     jump_factor: float,
     remarks: tuple[str, ...],
     unit: str = "cm",
+    headings: np.ndarray | None = None,
 ) -> Problems:
-    """Return what is wrong with positions (F, A, 2)."""
+    """Return what is wrong with positions (F, A, 2) and headings (F, A)."""
     if not (math.isfinite(jump_factor) and jump_factor > 1):
         raise ValueError(f"`jump_factor` must be a finite number above 1; got {jump_factor}.")
     both = present[1:] & present[:-1]
@@ -144,6 +158,7 @@ def find_problems(
         still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
         every=every(present),
         unit=unit,
+        headings=() if headings is None else doubt_headings(positions, present, headings),
     )
 
 

@@ -114,7 +114,7 @@ class Trajectories:
         return self.check()
 
     def check(self, jump_factor: float = JUMP_FACTOR) -> Problems:
-        """Look for missing values, jumps, individuals that never move, repeated and empty frames.
+        """Look for missing values, jumps, individuals that never move, repeated and empty frames, and odd headings.
 
         Parameters
         ----------
@@ -133,7 +133,14 @@ class Trajectories:
             If `jump_factor` is not above 1.
         """
         return find_problems(
-            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.remarks, self.unit
+            self.positions,
+            self.present,
+            self.individuals,
+            self.first_frame,
+            jump_factor,
+            self.remarks,
+            self.unit,
+            self.headings,
         )
 
     def bridged(self, max_gap: int) -> "Trajectories":

@@ -130,6 +130,34 @@ def test_individuals_that_never_move_are_named():
     assert "b: never moves, in 6 frames\nc: never moves, in 4 frames" in str(problems)
 
 
+def circling(frames=361):
+    """Return an individual that runs in a circle, four degrees in a frame, and its headings in [0, 2 pi)."""
+    angle = np.radians(4) * np.arange(frames)[:, None]
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1), (angle + np.pi / 2) % (2 * np.pi)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (np.degrees, "headings may be in degrees: 98% are beyond 2 pi, and 100% of their changes"),
+        (np.negative, "% of the longer steps go backwards by the headings: if that is not how they move, see whether"),
+        (lambda headings: headings + np.pi, "100% of the longer steps go backwards by the headings"),
+    ],
+)
+def test_headings_that_may_be_something_else_are_told(wrong, told):
+    positions, headings = circling()
+    problems = recording(positions, headings=wrong(headings)).problems
+    assert problems.found
+    assert told in str(problems)
+
+
+def test_headings_that_are_right_are_not_told():
+    positions, headings = circling()
+    assert recording(positions, headings=headings).problems.headings == ()
+    assert recording(positions, headings=np.unwrap(headings, axis=0)).problems.headings == ()
+    assert recording(0 * positions, headings=headings).problems.headings == ()
+
+
 def test_long_lists_of_frames_are_cut_in_the_text():
     assert str(recording(np.zeros((20, 1, 2))).problems).endswith("8, 9, 10, ...")
 
