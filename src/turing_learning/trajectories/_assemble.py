@@ -49,6 +49,7 @@ def assemble(
     in_cm: bool = False,
     y_axis: YAxis | None = "down",
     remarks: tuple[str, ...] = (),
+    twice: str = "",
 ) -> Recording:
     """Sort rows into arrays by frame and individual.
 
@@ -60,6 +61,8 @@ def assemble(
         Says where in the file a row is.
     extras
         "confidence", "headings" (rows,).
+    twice
+        What to do where rows contradict each other.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def assemble(
         raise refusal("hold at least one position", "none", place(0))
     first, count = _extent(numbers, len(individuals), place)
     values = np.column_stack([positions, *extras.values()]) if extras else positions
-    kept, repeated = _without_repeats(numbers, who, values, place)
+    kept, repeated = _without_repeats(numbers, who, values, place, twice)
     if repeated:
         remarks += (f"{repeated} rows said the same as another and were dropped",)
     here = kept[known[kept]]
@@ -124,7 +127,9 @@ def _extent(frames: np.ndarray, individuals: int, place: Place) -> tuple[int, in
     return first, count
 
 
-def _without_repeats(frames: np.ndarray, who: np.ndarray, values: np.ndarray, place: Place) -> tuple[np.ndarray, int]:
+def _without_repeats(
+    frames: np.ndarray, who: np.ndarray, values: np.ndarray, place: Place, remedy: str
+) -> tuple[np.ndarray, int]:
     """Return the rows without those that say the same again, in order, and how many did."""
     order = np.lexsort((who, frames))
     again = (np.diff(frames[order]) == 0) & (np.diff(who[order]) == 0)
@@ -134,5 +139,5 @@ def _without_repeats(frames: np.ndarray, who: np.ndarray, values: np.ndarray, pl
         k = int(np.argmax(differs))
         early, late = sorted((int(one[k]), int(other[k])))
         rule = "give one position for each individual and frame"
-        raise refusal(rule, f"another one for frame {frames[early]} than {place(early)}", place(late))
+        raise refusal(rule, f"another one for frame {frames[early]} than {place(early)}", place(late), remedy)
     return np.delete(order, np.flatnonzero(again) + 1), int(again.sum())

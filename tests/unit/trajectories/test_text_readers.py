@@ -47,6 +47,11 @@ def load(tmp_path, content, **said):
             "frame,individual,x,y\n0,a,1,1\n0,b,3,3\n",
             r"name the column of its individuals id; got 'individual' \[.*:1\]. Rename",
         ),
+        ("frame,ID,x,y\n0,a,1,1\n1,b,3,3\n", r"name the column of its individuals id; got 'ID' \[.*:1\]. Rename"),
+        (
+            "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",
+            r"give one position .*:3\]. If a column that is not read names the individuals, call it id: bird\.$",
+        ),
         ("frame,x,y,heading\n0,1,1,\n", r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]"),
         (
             TWO_FISH[:-2] + "3\t\n1\t2\tNaN\t1\t2\tNaN\n",
@@ -137,6 +142,14 @@ def test_repeated_rows_are_dropped_and_told(tmp_path):
     read = load(tmp_path, TIDY + "0,a,1,2\n1,a,3,4\n0,a,1,2\n")
     assert read.remarks == ("1 rows said the same as another and were dropped",)
     np.testing.assert_array_equal(read.positions[:, 0], [[1, 2], [3, 4]])
+
+
+def test_columns_that_may_name_individuals_are_told(tmp_path):
+    one_after_another = "".join(f"{k},{'abc'[k // 2]},{k},2,7\n" for k in range(6))
+    read = load(tmp_path, "frame,bird,x,y,light\n" + one_after_another)
+    assert read.remarks == ("without a column id all rows are of one individual; columns not read: bird, light",)
+    assert read.remarks[0] in str(read.problems)
+    assert load(tmp_path, "frame,id,x,y,light\n" + one_after_another).remarks == ()
 
 
 def test_frames_that_are_not_in_the_file_are_missing(tmp_path):

@@ -12,8 +12,8 @@ from ._text import header, read_table
 TRACKTOR = {"frame": "frame", "x": "pos_x", "y": "pos_y", "id": "id"}
 TIDY = {"frame": "frame", "x": "x", "y": "y", "id": "id", "headings": "heading", "confidence": "confidence"}
 
-WHO = {"individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id"}
-"""Other names that columns of individuals have; without `id`, all of them would become one individual."""
+WHO = {"id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id"}
+"""Names, in lower case, that columns of individuals have; without `id` as it is, all of them would become one individual."""
 
 
 def _separator(line: str) -> str:
@@ -63,6 +63,9 @@ def _read(path: Path, wanted: dict[str, str], *, y_axis: YAxis | None) -> Record
     if wanted["id"] not in names and other:
         rule = f"name the column of its individuals {wanted['id']}"
         raise refusal(rule, f"{other[0]!r}", f"{path}:1", "Rename it, or remove it if there is one individual only.")
+    unread = (
+        ", ".join(name for name in names if name and name not in wanted.values()) if wanted["id"] not in names else ""
+    )
     extra = [key for key in ("headings", "confidence") if wanted.get(key) in names]
     columns = [names.index(wanted[key]) for key in ("frame", "x", "y", *extra)]
     texts = [names.index(wanted["id"])] if wanted["id"] in names else []
@@ -74,7 +77,16 @@ def _read(path: Path, wanted: dict[str, str], *, y_axis: YAxis | None) -> Record
         if unknown.any():
             row = int(np.argmax(unknown))
             raise refusal(f"give `{wanted[key]}` wherever it gives x and y", "none", table.place(row))
-    return assemble(table.numbers[:, 0], who, table.numbers[:, 1:3], table.place, extras=extras, y_axis=y_axis)
+    return assemble(
+        table.numbers[:, 0],
+        who,
+        table.numbers[:, 1:3],
+        table.place,
+        extras=extras,
+        y_axis=y_axis,
+        remarks=(f"without a column id all rows are of one individual; columns not read: {unread}",) if unread else (),
+        twice=f"If a column that is not read names the individuals, call it id: {unread}." if unread else "",
+    )
 
 
 TRACKTOR_FORMAT = Format("tracktor", recognizes_tracktor, read_tracktor)
