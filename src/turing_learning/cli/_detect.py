@@ -12,7 +12,7 @@ from ._recording import PANEL, EveryOption, FormatOption, KeypointOption, YAxisO
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from turing_learning.detection import Detector, Motion, Verdict
+    from turing_learning.detection import Detector, Motion, RunClassifiers, Verdict
 
 SAMPLES = 10
 
@@ -110,7 +110,7 @@ def detect(
     as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print JSON.")] = False,
 ) -> None:
     """Tell from motion which individuals behave abnormally, by the classifiers of a run."""
-    from turing_learning.detection import Detector, load_motion, plant_abnormal, run_classifiers
+    from turing_learning.detection import Detector, plant_abnormal, run_classifiers
     from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
@@ -130,8 +130,8 @@ def detect(
     learned = run_classifiers(result)
     timed = read_recording(motion, learned, **told) if recorded and motion is not None else None
     observed, *calibration = (
-        None if path is None else load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
-        for path in (None if recorded else motion, genuine, abnormal)
+        None if path is None else _samples(path, option, learned)
+        for path, option in ((None if recorded else motion, "motion"), (genuine, "--genuine"), (abnormal, "--abnormal"))
     )
     if observed is None and timed is None:
         swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
@@ -149,6 +149,21 @@ def detect(
         _print_json(detector, observed, verdicts)
     else:
         _print_table(detector, observed, verdicts)
+
+
+def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
+    """Return the samples in a file; what is refused names the option, and what to do with a recording."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.detection import holds_motion, load_motion
+
+    try:
+        return load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
+    except ConfigurationError as error:
+        remedy = ""
+        if path.is_file() and not holds_motion(path):
+            cut = "give --fps and --scale" if option == "motion" else "cut it into samples, see docs/detection.md"
+            remedy = f" If a tracker wrote it, {cut}."
+        raise ConfigurationError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
 def _require_one(motion: Path | None, simulate: int | None, samples: int | None) -> None:

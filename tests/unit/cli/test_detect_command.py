@@ -121,7 +121,7 @@ def test_the_same_seed_gives_the_same_output(run, call):
         (["motion.npy", "--samples", "3"], r"`samples` must be left out beside a file; got 3 \[--samples\]"),
         (["nothing.npy"], "`motion` must be a file that can be read; got nothing.npy"),
         (["motion.npy"], r"`motion` must be .* \(any, any, 10, 2\), not empty; got float64 of shape \(2, 3, 4, 2\)"),
-        (["--simulate", "1", "--genuine", "motion.npy"], r"`motion` must be .* got float64 of shape \(2, 3, 4, 2\)"),
+        (["--simulate", "1", "--genuine", "motion.npy"], r"`--genuine` must be .* got float64 of shape \(2, 3, 4, 2\)"),
         (["good.npy", "--rule", "grup"], "`rule` must be one of the rules; got 'grup'. Did you mean `group`?"),
         (["good.npy", "--false-alarms", "1"], "`false_alarms` must be above 0 and below 1; got 1.0"),
         (["good.npy", "--false-alarms", "few"], "must be a number; got 'few'"),

@@ -126,6 +126,31 @@ def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
     )
 
 
+@pytest.mark.parametrize("option", ["--genuine", "--abnormal"])
+def test_a_recording_to_calibrate_with_has_to_be_cut_into_samples(fish, trial, call, option):
+    from turing_learning.trajectories import load_trajectories
+
+    recording = trial("half.txt")
+    assert call("detect", fish, trial(), *OPTIONS, option, recording) == (
+        *(2, ""),
+        f"error: `{option}` must be a file that ends with one of .npy, .npz, .csv; got half.txt. If a tracker wrote it, cut it "
+        "into samples, see docs/detection.md.\n",
+    )
+    windows = load_trajectories(recording, fps=10, pixels_per_cm=1).windows(20, hold_out=0).learning
+    np.save("genuine.npy", windows[:, None])
+    np.save("abnormal.npy", -windows[:, None])
+    both = ["--genuine", "genuine.npy", "--abnormal", "abnormal.npy"]
+    assert call("detect", fish, "trial.txt", *OPTIONS, *both)[0] == 0
+
+
+def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):
+    assert call("detect", fish, write_recording("table.csv")) == (
+        *(2, ""),
+        "error: `motion` must begin with individual,step or individual,sample,step and the names of signals; got 'frame,id,x,y' "
+        "[table.csv:1]. If a tracker wrote it, give --fps and --scale.\n",
+    )
+
+
 def test_a_recording_of_every_second_frame_is_told_and_kept_by_an_option(fish, call):
     header, *rows = Path(write_recording("whole.csv", seed=1)).read_text().splitlines()
     sparse = [row for row in rows if int(row.split(",")[0]) % 2 == 0]
