@@ -1,5 +1,7 @@
 """The laboratory's file: what it may say, and what is refused."""
 
+import re
+
 import pytest
 from program_laboratory import FILE
 
@@ -80,6 +82,26 @@ def test_what_is_wrong_is_refused_in_one_message(load, change, message):
     assert change[0] in FILE
     with pytest.raises(ConfigurationError, match=message):
         load(FILE.replace(*change, 1))
+
+
+@pytest.mark.parametrize(
+    ("fps", "change", "message"),
+    [
+        (29.97, ("duration_s = 1.0", ""), r"29\.97 per second \[.*lab\.toml:3\]; got 5\.0 s by default\. Set .* = 5\.005005005\.$"),
+        (12.5, ("duration_s = 1.0", "duration_s = 1.0"), r"12\.5 per second .*; got 1\.0 s \[.*lab\.toml:.*\]\. Set .* = 0\.96\.$"),
+        (29.97, ("duration_s = 1.0", "duration_s = 7"), r"got 7 s \[.*lab\.toml:.*\]\. Set .* = 6\.973640307\.$"),
+    ],
+)  # fmt: skip
+def test_a_trial_that_ends_between_two_images_is_refused_with_one_that_does_not(load, fps, change, message):
+    text = FILE.replace("[camera]", f"[camera]\nfps = {fps}")
+    with pytest.raises(
+        ConfigurationError, match=r"^`scenario\.trial\.duration_s` must be a whole number of images at camera\.fps, "
+    ) as told:
+        load(text.replace(*change))
+    assert re.search(message, str(told.value))
+    followed = str(told.value).rsplit(" = ", 1)[1].rstrip(".")
+    trial = load(text.replace("duration_s = 1.0", f"duration_s = {followed}")).configuration.scenario.trial
+    assert trial.duration_s / trial.control_interval_s == pytest.approx(round(float(followed) * fps), abs=1e-6)
 
 
 def test_a_history_that_a_post_evaluation_cannot_use_is_refused(load):

@@ -1,6 +1,7 @@
 """What a laboratory consists of, and how it works, as validated, frozen data."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -336,7 +337,26 @@ def _configuration(
         "scenario.replicas": len(setup.replicas),
         "scenario.trial.control_interval_s": 1 / setup.camera.fps,
     }
+    _refuse_part_of_an_image(setup, (base | given)["scenario.trial.duration_s"], told, place)
     return load_configuration(None, preset, base | derived | given, labels=told)
+
+
+def _refuse_part_of_an_image(
+    setup: LaboratorySetup, duration_s: object, told: Mapping[str, str], place: _Place
+) -> None:
+    """Refuse a trial that ends between two images of the camera, with the nearest one that does not."""
+    key, fps = "scenario.trial.duration_s", setup.camera.fps
+    if isinstance(duration_s, bool) or not isinstance(duration_s, int | float) or not 0 < duration_s * fps < math.inf:
+        return  # refused as in any run
+    images = round(duration_s * fps)
+    if images >= 1 and abs(duration_s * fps - images) < 1e-6:
+        return
+    images = max(1, min(images, math.floor(setup.timing.execute_s * fps)))
+    where = f" [{told[key]}]" if key in told else " by default"
+    raise ConfigurationError(
+        f"`{key}` must be a whole number of images at camera.fps, {fps:g} per second{place.where('camera.fps')}; got {duration_s} s"
+        f"{where}. Set {key} = {images / fps:.10g}."
+    )
 
 
 def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, where: str = "") -> None:
