@@ -118,6 +118,10 @@ def read_genuine(
         If a value is masked, not finite or beyond 1e9, a shape does not fit, or a setting breaks its rule.
     """
     if callable(genuine):
+        if held_out is not None:
+            raise ValueError(
+                f"`held_out` must be left out for a live source, which is observed anew each time; got {held_out!r}."
+            )
         return Genuine(cut_samples(genuine(rng), length), np.empty(0, dtype=np.int64), genuine)
     samples = cut_samples(genuine, length)
     if isinstance(genuine, SplitSamples):

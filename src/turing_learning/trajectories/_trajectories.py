@@ -334,6 +334,8 @@ class Trajectories:
                 f"those with recording.thinned({self.every})."
             )
         names = self.individuals if individuals is None else individuals
+        if len(set(names)) < len(names):
+            raise ValueError(f"`individuals` must be different names; got {list(names)}. Name each once.")
         chosen = [self._place(name) for name in names]
         cut = Cut(
             steps=_steps(steps, length_s, self.fps),

@@ -60,6 +60,11 @@ def test_a_live_source_is_observed_and_holds_nothing_out():
     assert (data.samples.shape, len(data.held_out), data.digest) == ((6, 3, 1), 0, "")
 
 
+def test_a_live_source_has_no_samples_that_could_be_held_out():
+    with pytest.raises(ValueError, match=r"^`held_out` must be left out for a live source, .*; got 0\.3\.$"):
+        read(lambda rng: rng.normal(size=(6, 3, 1)), held_out=0.3)
+
+
 def test_the_digest_tells_other_values_and_other_shapes():
     base = samples()
     changed = base.copy()

@@ -139,6 +139,10 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
         ({"steps": 3, "gap": -1}, "`gap` must be a whole number, 0 or more; got -1"),
         ({"steps": 3, "gap": 0.5}, r"`gap` must be a whole number, 0 or more; got 0\.5"),
         ({"steps": 3, "individuals": ["z"]}, "`individuals` must be among a, b, c; got 'z'"),
+        (
+            {"steps": 3, "individuals": ["a", "a"]},
+            r"`individuals` must be different names; got \['a', 'a'\]. Name each once",
+        ),
         ({"steps": 3, "jump_factor": 0}, "`jump_factor` must be a finite number above 1; got 0"),
         (
             {"steps": 500},
