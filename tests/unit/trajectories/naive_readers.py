@@ -29,7 +29,7 @@ def _idtracker(rows):
 def _idtracker_ai(rows):
     names = rows[0]
     for frame, row in enumerate(rows[1:]):
-        cell = dict(zip(names, row, strict=True))
+        cell = dict(zip(names, row, strict=False))
         for k in range(len(names) // 2):
             yield (frame, str(k + 1)), _xy(cell[f"x{k + 1}"], cell[f"y{k + 1}"])
 

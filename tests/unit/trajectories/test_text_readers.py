@@ -168,6 +168,12 @@ def test_quotes_tabs_and_a_byte_order_mark_are_read(tmp_path):
     assert read.individuals == ("a\tb",)
 
 
+@pytest.mark.parametrize("end", [",", ";", "\t"])
+def test_a_separator_at_the_end_of_lines_opens_no_cell(end, tmp_path):
+    content = "frame,id,x,y,\n0,a,1,2,\n1,a,3,4,\n".replace(",", end)
+    np.testing.assert_array_equal(load(tmp_path, content).positions[:, 0], [[1, 2], [3, 4]])
+
+
 def test_blank_lines_at_the_end_are_no_rows(tmp_path):
     assert len(load(tmp_path, TIDY + "0,a,1,2\n\n \n").positions) == 1
 

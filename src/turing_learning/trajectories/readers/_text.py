@@ -110,7 +110,7 @@ def read_table(
     Parameters
     ----------
     width
-        Number of cells in each row; a tab may follow the last.
+        Number of cells in each row; a separator may follow the last.
     skip
         Number of header lines.
     numbers, texts
@@ -143,7 +143,7 @@ def read_table(
 
 def _row(line: str, separator: str, width: int, place: str) -> list[str]:
     row = cells(line, separator, place)
-    if separator == "\t" and len(row) == width + 1 and not row[-1]:
+    if len(row) == width + 1 and not row[-1]:
         row.pop()
     if len(row) != width:
         raise refusal(f"have {width} cells in each row", len(row), place, "The file may be cut off or damaged.")
