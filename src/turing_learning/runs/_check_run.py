@@ -171,7 +171,10 @@ def _refuse_other_than_reactive(configuration: Configuration) -> None:
         ("scenario.representation", configuration.scenario.representation, "reactive"),
     ):
         if value != needed:
-            raise ConfigurationError(f"`{key}` must be {needed!r} in a run that is checked; got {value!r}.")
+            raise ConfigurationError(
+                f"`{key}` must be {needed!r} in a run that is checked, as whole swarms execute the estimate there, which has to be "
+                f"wheel speeds alone; got {value!r}. Infer wheel speeds, and check that run."
+            )
 
 
 def _given(

@@ -330,11 +330,11 @@ def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
 @pytest.mark.parametrize(
     ("scenario", "setting", "message"),
     [
-        ("aggregation", {"models.hidden": 2}, "`models.hidden` must be 0 in a run that is checked; got 2"),
+        ("aggregation", {"models.hidden": 2}, r"`models\.hidden` must be 0 in .* alone; got 2\. Infer wheel speeds"),
         (
             "aggregation-field-of-view-0",
             {},
-            "`scenario.representation` must be 'reactive' in a run that is checked; got 'morp",
+            "`scenario.representation` must be 'reactive' in a run that is checked, as whole swarms execute the .*; got 'morp",
         ),
     ],
 )
