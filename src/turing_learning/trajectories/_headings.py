@@ -39,5 +39,5 @@ def doubt_headings(positions: np.ndarray, present: np.ndarray, headings: np.ndar
         return ()
     return (
         f"{backwards:.0%} of the longer steps go backwards by the headings: if that is not how they move, see whether headings "
-        "are in rad, counter-clockwise from x (seen with y upwards), and of the head",
+        "are in rad, counted from x towards y in the file, and of the head",
     )
