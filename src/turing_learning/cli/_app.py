@@ -213,7 +213,7 @@ def show(run: RunArgument) -> None:
         _study.show(run)
         return
     console = Console()
-    print_result(console, load_run(run))
+    print_result(console, load_run(run), run)
     if again := read_post_evaluation(run):
         print_post_evaluation(console, again)
 
@@ -302,7 +302,7 @@ def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | No
         raise Interrupted(f"interrupted; {ahead}" if begun else "interrupted before the run began") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
-    print_result(console, result)
+    print_result(console, result, path)
 
 
 def _numbers(text: str) -> list[float]:

@@ -20,6 +20,7 @@ from ._recording import (
     WindowOption,
     YAxisOption,
 )
+from ._stored import opened
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -86,9 +87,8 @@ def check(
     from rich.console import Console
 
     from turing_learning.identifiability import Effort
-    from turing_learning.runs import load_run
 
-    result = load_run(run)
+    result = opened(run)
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from ._stored import opened
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the command line."""
@@ -18,7 +20,6 @@ def register(app: typer.Typer) -> None:
 
 def pool(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, two or more.")]) -> None:
     """Tell several runs of one configuration as one: do they agree, and what do they leave open together?"""
-    from turing_learning.runs import load_run
     from turing_learning.runs import pool as pool_runs
 
-    typer.echo(pool_runs([load_run(run) for run in runs]))
+    typer.echo(pool_runs([opened(run) for run in runs]))

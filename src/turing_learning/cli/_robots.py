@@ -206,7 +206,7 @@ def _execute(
         raise Interrupted(f"interrupted; {ahead}") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
-    print_result(console, result)
+    print_result(console, result, path)
     if again := read_post_evaluation(path):
         print_post_evaluation(console, again)
     if repeats and not (again and again.complete):

@@ -1,6 +1,7 @@
 """What is printed at the end: inferred, true, absolute error, the paper's figure."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -28,8 +29,8 @@ CAPTIONS = {
 }
 
 
-def print_result(console: Console, result: "Result") -> None:
-    """Print the table of a run, how long it took, and where its files are."""
+def print_result(console: Console, result: "Result", path: Path) -> None:
+    """Print the table of a run, how long it took, and where its files are, by the path of its folder as it was given."""
     for table in _fitting_tables(console, result):
         console.print(table)
     if unknown := describe_unknown(result.interval):
@@ -45,8 +46,7 @@ def print_result(console: Console, result: "Result") -> None:
         console.print(
             f"selection stopped in {counted(result.selection_stopped, 'generation')}", style="bold red", highlight=False
         )
-    if result.path is not None:
-        _print_places(console, result)
+    _print_places(console, path)
 
 
 def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
@@ -66,11 +66,11 @@ def _numbers(values: dict[str, float]) -> str:
     return " ".join(f"{name} {short_number(value)}" for name, value in values.items())
 
 
-def _print_places(console: Console, result: "Result") -> None:
-    report = result.path / "report.html" if result.path else None
-    if report is not None and report.exists():
+def _print_places(console: Console, path: Path) -> None:
+    report = path / "report.html"
+    if report.exists():
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"run:    {result.path}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"run:    {path}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:

@@ -563,6 +563,42 @@ def test_nothing_that_is_stored_holds_a_pickle(finished):
             assert json.loads(content)["filters"] is None, path
 
 
+REPLACED = (
+    r"`run` must be in its folder; got .*same, where another run has taken its place\. Make it again, with an `out`"
+)
+
+
+def test_a_result_whose_folder_holds_another_run_by_now_neither_reads_nor_writes_there(small, tmp_path):
+    path = tmp_path / "same"
+    first, second = (start(small(seed=seed), path, force=True) for seed in (1, 2))
+    before = contents(path)
+    uses = (lambda: first.history, first.report, lambda: first.check(effort=Effort(samples=40)))
+    for use in (*uses, lambda: first.report(tmp_path / "page.html"), lambda: tl.pool([first, second])):
+        with pytest.raises(RunFolderError, match=REPLACED):
+            use()
+    assert contents(path) == before
+    assert not (tmp_path / "page.html").exists()
+    assert second.history.sizes["generation"] == 7
+
+
+def test_a_run_that_was_gone_on_with_is_still_the_one_that_an_earlier_result_is_of(stopped):
+    earlier = tl.load_run(stopped)
+    resume(stopped)
+    assert earlier.history.sizes["generation"] == 5
+
+
+def test_results_of_relative_folders_keep_theirs_when_the_process_goes_elsewhere(small, tmp_path, monkeypatch):
+    results = []
+    for seed, name in ((1, "a"), (2, "b")):
+        (tmp_path / name).mkdir()
+        monkeypatch.chdir(tmp_path / name)
+        results.append(start(small(seed=seed), "run"))
+    assert [result.path for result in results] == [tmp_path / "a" / "run", tmp_path / "b" / "run"]
+    first, second = (result.history["model"].to_numpy() for result in results)
+    assert not np.array_equal(first, second)
+    assert results[0].report() == tmp_path / "a" / "run" / "report.html"
+
+
 def test_a_result_crosses_processes_with_its_numbers_and_copies_keep_the_rest(whole):
     result = tl.load_run(whole)
     crossed = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own

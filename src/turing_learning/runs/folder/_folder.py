@@ -142,12 +142,22 @@ class RunFolder:
         except (OSError, UnicodeDecodeError):
             return False
 
-    def require_there(self) -> None:
-        """Raise RunFolderError if a run that was here is not any more, before anything is written in its place."""
+    def begun(self) -> tuple[Any, Any]:
+        """Return when the run in this folder began, and with which configuration: it keeps both for good, and no other has both."""
+        manifest = self.manifest()
+        return manifest.get("started"), manifest.get("configuration_sha256")
+
+    def require_there(self, begun: tuple[Any, Any]) -> None:
+        """Raise RunFolderError if a run that was here, see `begun`, is not any more, before anything is read or written."""
         if not self.is_run():
             raise RunFolderError(
                 f"`run` must be in its folder; got {self.path}, where it is not any more. Open it from where it is now: "
                 "turing_learning.load_run(...)."
+            )
+        if self.begun() != begun:
+            raise RunFolderError(
+                f"`run` must be in its folder; got {self.path}, where another run has taken its place. Make it again, with an "
+                "`out` of its own."
             )
 
     def configuration(self) -> Configuration:
