@@ -111,9 +111,11 @@ def check(
 
 
 def _print(console: "Console", found: "Check", run: Path) -> None:
+    from turing_learning.runs import RunFolder
+
     console.print(check_table(found))
     console.print(found.verdict, highlight=False, soft_wrap=True)
-    report = run / "report.html"
+    report = RunFolder(run).report_path
     if report.exists():
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
 

@@ -10,6 +10,6 @@ if TYPE_CHECKING:
 
 def opened(run: Path) -> "Result":
     """Open a run; what is said of it names its folder as it was given, which here is the same to the end."""
-    from turing_learning.runs import load_run
+    from turing_learning.runs import RunFolder, load_run
 
-    return replace(load_run(run), path=run)
+    return replace(load_run(run), path=RunFolder(run).path)

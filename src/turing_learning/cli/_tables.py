@@ -67,7 +67,9 @@ def _numbers(values: dict[str, float]) -> str:
 
 
 def _print_places(console: Console, path: Path) -> None:
-    report = path / "report.html"
+    from turing_learning.runs import RunFolder
+
+    report = RunFolder(path).report_path
     if report.exists():
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
     console.print(f"run:    {path}", markup=False, highlight=False, soft_wrap=True)

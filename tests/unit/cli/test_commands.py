@@ -59,6 +59,17 @@ def test_scenarios_lists_the_presets(call):
     assert "field of view 1.047 rad" in out
 
 
+def test_a_run_in_the_home_folder_is_found_there_by_every_command(call, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    code, out, err = call("infer", "aggregation", *SMALL, "--generations", 3, "--out=~/a run")
+    assert (code, err) == (0, "")
+    assert f"report: {tmp_path / 'a run' / 'report.html'}" in out
+    assert not (tmp_path / "~").exists()
+    for command in ("show", "resume"):
+        assert call(command, "~/a run")[0] == 0
+    assert call("detect", "~/a run", "--simulate", "1", "--samples", "1")[0] == 0
+
+
 def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):
     code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run")
     assert code == 0

@@ -599,6 +599,16 @@ def test_results_of_relative_folders_keep_theirs_when_the_process_goes_elsewhere
     assert results[0].report() == tmp_path / "a" / "run" / "report.html"
 
 
+def test_a_run_in_the_home_folder_is_there_and_has_its_history(small, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    result = start(small(), "~/run")
+    assert result.path == tmp_path / "run"
+    assert not (tmp_path / "~").exists()
+    assert tl.load_run("~/run").history.equals(result.history)
+    assert resume("~/run") == result
+
+
 def test_a_result_crosses_processes_with_its_numbers_and_copies_keep_the_rest(whole):
     result = tl.load_run(whole)
     crossed = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from turing_learning._files import PARTIAL
+from turing_learning._files import PARTIAL, in_home
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
 
 from ._errors import RunFolderError, refuse_future_format, storage
@@ -40,10 +40,13 @@ class RunFolder:
     Parameters
     ----------
     path
-        The folder.
+        The folder; a leading ~ is the home folder.
     """
 
     path: Path
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", in_home(self.path))
 
     @property
     def configuration_path(self) -> Path:
