@@ -118,8 +118,10 @@ def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) ->
 
 def attachments_of(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
     """Return what the result of a run in a folder can open or make, from wherever the process is by then."""
-    folder = RunFolder(folder.path.absolute())
-    begun = folder.begun()
+    return _attached(RunFolder(folder.path.absolute()), configuration, completed, folder.begun())
+
+
+def _attached(folder: RunFolder, configuration: Configuration, completed: int, begun: tuple[Any, Any]) -> Attachments:
 
     def history() -> "xarray.Dataset":
         if configuration.run.history == "thin":
@@ -137,6 +139,7 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
         report=reporter(configuration, folder.manifest, folder.report_path),
         check=checker(configuration),
         require_there=lambda: folder.require_there(begun),
+        again=(_attached, (folder, configuration, completed, begun)),
     )
 
 

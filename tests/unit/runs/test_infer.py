@@ -609,13 +609,32 @@ def test_a_run_in_the_home_folder_is_there_and_has_its_history(small, tmp_path, 
     assert resume("~/run") == result
 
 
-def test_a_result_crosses_processes_with_its_numbers_and_copies_keep_the_rest(whole):
+def crossed(result):
+    return pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
+
+
+def test_a_result_crosses_processes_with_its_numbers_and_opens_its_folder_there(small, finished):
+    result = tl.load_run(finished)
+    there = crossed(crossed(result))
+    assert (there.to_json(), there.path, there.configuration) == (result.to_json(), result.path, result.configuration)
+    assert there.history.equals(result.history)
+    assert there.report() == result.report()
+    start(small(seed=2), finished, force=True)
+    with pytest.raises(RunFolderError, match="another run has taken its place"):
+        there.history  # noqa: B018
+    shutil.rmtree(finished)
+    with pytest.raises(RunFolderError, match="where it is not any more"):
+        crossed(there).history  # noqa: B018
+
+
+def test_a_result_of_a_run_in_memory_crosses_processes_with_its_numbers_alone(small):
+    result = tl.infer(config=small())
+    assert crossed(result).to_json() == result.to_json()
+    with pytest.raises(RuntimeError, match=r"got a result alone, as one of a run in memory .* a folder, with `out`\."):
+        crossed(result).history  # noqa: B018
+
+
+def test_copies_of_a_result_keep_all_of_it(whole):
     result = tl.load_run(whole)
-    crossed = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
-    assert crossed.to_json() == result.to_json()
-    with pytest.raises(
-        RuntimeError, match=r"got a result alone, as one that comes from another process is\. Open the run"
-    ):
-        crossed.history  # noqa: B018
     for copied in (copy.copy(result), copy.deepcopy(result)):
         assert copied.history.sizes == result.history.sizes

@@ -36,6 +36,7 @@ class Attachments:
     """What a result can open or make, its history, its report, and its check; and the configuration that ran.
 
     `require_there` raises RunFolderError if the run has a folder and is not there any more; it is called before the others.
+    `again` is a function, and its arguments, that attaches the same in another process; only a run in a folder has it.
     """
 
     configuration: Configuration
@@ -43,10 +44,11 @@ class Attachments:
     report: Callable[["Result", Path | None], Path]
     check: Callable[..., "Check"]
     require_there: Callable[[], None] = lambda: None
+    again: tuple[Callable[..., "Attachments"], tuple[Any, ...]] | None = None
 
-    def __reduce__(self) -> tuple[type[None], tuple[()]]:
-        """Stay behind where a result is pickled: another process gets its numbers, and opens the rest with `load_run`."""
-        return type(None), ()
+    def __reduce__(self) -> tuple[Callable[..., "Attachments | None"], tuple[Any, ...]]:
+        """Stay behind where the result of a run in memory is pickled; another process opens a folder, and is given no simulator."""
+        return self.again or (type(None), ())
 
     def __deepcopy__(self, memo: object) -> "Attachments":
         """Return the same: what is attached is never changed."""
@@ -240,8 +242,8 @@ class Result:
     def _attached(self) -> Attachments:
         if self.attachments is None:
             raise RuntimeError(
-                "`history` must belong to a run; got a result alone, as one that comes from another process is. Open the run "
-                "with `load_run`."
+                "`history` must belong to a run; got a result alone, as one of a run in memory is that comes from another "
+                "process. Give the run a folder, with `out`."
             )
         return self.attachments
 
