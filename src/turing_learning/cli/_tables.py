@@ -23,7 +23,7 @@ _WITHOUT_TRUTH = ("estimate", "90 %", "best model")
 WIDEST = 1000  # characters, to ask how wide a table would be
 
 CAPTIONS = {
-    "90 %": "90 %: half of the interval of the estimate",
+    "90 %": "90 %: the interval of the estimate",
     "error:estimate": "error: absolute",
     "paper": "paper: the error that it reports for the best model",
 }
@@ -110,7 +110,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     for name, value in result.estimate.items():
         entries = (
             short_number(value),
-            shown((result.interval[name][1] - result.interval[name][0]) / 2, lambda half: f"±{short_number(half)}"),
+            _ends(*result.interval[name]),
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
             short_number(result.best_model[name]),
@@ -123,6 +123,10 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
         means = ("", "", "", shown(result.estimate_mae), "", shown(result.mae), "")
         table.add_row("mean", *_chosen(means, columns))
     return table
+
+
+def _ends(low: float, high: float) -> str:
+    return shown(low, lambda value: f"{short_number(value)} to {short_number(high)}")
 
 
 def _chosen(entries: tuple[str, ...], columns: tuple[str, ...]) -> list[str]:
