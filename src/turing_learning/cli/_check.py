@@ -19,6 +19,7 @@ from ._recording import (
     TrajectoriesOption,
     WindowOption,
     YAxisOption,
+    refuse_other_simulator,
 )
 from ._stored import opened
 
@@ -89,6 +90,7 @@ def check(
     from turing_learning.identifiability import Effort
 
     result = opened(run)
+    refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
