@@ -199,6 +199,10 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
             "error: `--trajectories` and `--model` must be given to check a run on recorded motion; got none",
         ),
         (
+            ["resume", "run", *RECORDED[:-1], "3"],
+            "error: `--window` must be that of the run, 50 steps; got 75. Leave it out.",
+        ),
+        (
             ["check", "run", *RECORDED[:-1], "3"],
             "error: `--window` must be that of the run, 50 steps; got 75 [run]. Leave",
         ),
