@@ -1,4 +1,4 @@
-"""Write files that are there whole or not at all: a reader sees the old or the new content, never half of it."""
+"""Write files that are there whole or not at all: a reader sees the old or the new content, never half of it; and where to."""
 
 import contextlib
 import os
@@ -8,6 +8,11 @@ from pathlib import Path
 
 PARTIAL = ".partial"
 """How temporary names end."""
+
+
+def in_home(path: str | Path) -> Path:
+    """Return a path whose leading ~ stands for a home folder, also where no shell has seen to it; one of nobody known is kept."""
+    return Path(os.path.expanduser(path))  # noqa: PTH111 - the other one raises for nobody known
 
 
 @contextmanager

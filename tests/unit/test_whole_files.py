@@ -1,10 +1,11 @@
 """Files that are there whole or not at all."""
 
 import os
+from pathlib import Path
 
 import pytest
 
-from turing_learning._files import whole
+from turing_learning._files import in_home, whole
 
 
 def contents(folder):
@@ -49,3 +50,11 @@ def test_processes_that_write_the_same_file_do_not_meet(tmp_path, monkeypatch):
         first.write_text("first")
         second.write_text("second")
     assert contents(tmp_path) == {"a": "first"}
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"), [("~/a", "/home/her/a"), ("a/~", "a/~"), ("~nobody-known/a", "~nobody-known/a")]
+)
+def test_a_leading_tilde_is_the_home_folder_of_somebody_known(monkeypatch, given, meant):
+    monkeypatch.setenv("HOME", "/home/her")
+    assert in_home(given) == in_home(Path(given)) == Path(meant)

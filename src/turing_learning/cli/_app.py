@@ -28,6 +28,7 @@ from ._recording import (
     TrajectoriesOption,
     WindowOption,
     YAxisOption,
+    refuse_other_simulator,
 )
 
 if TYPE_CHECKING:
@@ -173,7 +174,7 @@ def resume(
     For recorded motion, give the options that the run began with.
     """
     from turing_learning.config import ConfigurationError
-    from turing_learning.runs import is_laboratory_run
+    from turing_learning.runs import RunFolder, is_laboratory_run
     from turing_learning.runs import resume as resume_run
     from turing_learning.studies import is_study
 
@@ -193,6 +194,8 @@ def resume(
         recording.refuse_beside("a run in a laboratory")
         _robots.go_on(run)
         return
+    if recording.given or RunFolder(run).manifest()["state"] != "finished":
+        refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
@@ -213,7 +216,7 @@ def show(run: RunArgument) -> None:
         _study.show(run)
         return
     console = Console()
-    print_result(console, load_run(run))
+    print_result(console, load_run(run), run)
     if again := read_post_evaluation(run):
         print_post_evaluation(console, again)
 
@@ -302,7 +305,7 @@ def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | No
         raise Interrupted(f"interrupted; {ahead}" if begun else "interrupted before the run began") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
-    print_result(console, result)
+    print_result(console, result, path)
 
 
 def _numbers(text: str) -> list[float]:

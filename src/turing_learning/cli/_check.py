@@ -19,7 +19,9 @@ from ._recording import (
     TrajectoriesOption,
     WindowOption,
     YAxisOption,
+    refuse_other_simulator,
 )
+from ._stored import opened
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -86,9 +88,9 @@ def check(
     from rich.console import Console
 
     from turing_learning.identifiability import Effort
-    from turing_learning.runs import load_run
 
-    result = load_run(run)
+    result = opened(run)
+    refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
     effort = Effort()
     given = {"samples": samples, "points": points}
     effort = replace(effort, **{name: value for name, value in given.items() if value is not None})
@@ -111,9 +113,11 @@ def check(
 
 
 def _print(console: "Console", found: "Check", run: Path) -> None:
+    from turing_learning.runs import RunFolder
+
     console.print(check_table(found))
     console.print(found.verdict, highlight=False, soft_wrap=True)
-    report = run / "report.html"
+    report = RunFolder(run).report_path
     if report.exists():
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
 

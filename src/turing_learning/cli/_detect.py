@@ -8,6 +8,7 @@ import typer
 from ._detect_recording import is_recording, read_recording, refuse_taken, show
 from ._numbers import integer, real
 from ._recording import PANEL, EveryOption, FormatOption, KeypointOption, YAxisOption
+from ._stored import opened
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -111,7 +112,6 @@ def detect(
 ) -> None:
     """Tell from motion which individuals behave abnormally, by the classifiers of a run."""
     from turing_learning.detection import Detector, plant_abnormal, run_classifiers
-    from turing_learning.runs import load_run
 
     _require_one(motion, simulate, samples)
     told: dict[str, Any] = {
@@ -126,7 +126,7 @@ def detect(
     if not recorded:
         _refuse_options(told | {"out": out}, motion)
     refuse_taken(out)
-    result = load_run(run)
+    result = opened(run)
     learned = run_classifiers(result)
     timed = read_recording(motion, learned, **told) if recorded and motion is not None else None
     observed, *calibration = (

@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from ._stored import opened
+
 
 def register(app: typer.Typer) -> None:
     """Add the command to the command line."""
@@ -18,7 +20,11 @@ def register(app: typer.Typer) -> None:
 
 def pool(runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Run folders, two or more.")]) -> None:
     """Tell several runs of one configuration as one: do they agree, and what do they leave open together?"""
-    from turing_learning.runs import load_run
+    from turing_learning.config import ConfigurationError
     from turing_learning.runs import pool as pool_runs
+    from turing_learning.studies import is_study
 
-    typer.echo(pool_runs([load_run(run) for run in runs]))
+    for run in runs:
+        if is_study(run):
+            raise ConfigurationError(f"`RUN` must be a run folder; got {run}, a study. Its runs are {run / 'runs'}/*.")
+    typer.echo(pool_runs([opened(run) for run in runs]))

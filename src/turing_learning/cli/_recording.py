@@ -111,6 +111,29 @@ def read(path: Path, *, every: int | None, **options: Any) -> "Trajectories":
     return recording.thinned(every)
 
 
+def refuse_other_simulator(run: Path, call: str) -> None:
+    """Raise ConfigurationError for a run on a system that the command line has no simulator of, as it did not begin it.
+
+    Parameters
+    ----------
+    run
+        The run folder.
+    call
+        What Python does with it, {run} for its path.
+    """
+    from turing_learning.config import ConfigurationError
+    from turing_learning.families import FAMILIES
+    from turing_learning.runs import RunFolder
+    from turing_learning.sources import OwnSystem
+
+    system = RunFolder(run).configuration().scenario
+    if isinstance(system, OwnSystem) and system.name not in FAMILIES:  # those that `arguments` names
+        raise ConfigurationError(
+            f"`run` must be on recorded motion that the command line began with; got {system.name!r}, whose samples and simulator "
+            f"Python has [{run}]. Call there turing_learning.{call.format(run=repr(str(run)))}."
+        )
+
+
 @dataclass(frozen=True)
 class Recording:
     """What the options say."""

@@ -53,7 +53,14 @@ def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = Fal
     "Ctrl-C stops after the present generation, a second one at once; the generation is started again by --resume."
 )
 def run(
-    config: ConfigOption = LABORATORY_FILE,
+    config: Annotated[
+        Path | None,
+        typer.Option(
+            "--config",
+            metavar="FILE",
+            help=f"The laboratory's file, see docs/robots/laboratory.md; {LABORATORY_FILE} by default.",
+        ),
+    ] = None,
     generations: Annotated[
         str | None, typer.Option("--generations", metavar="G", help="Number of generations; 100 by default.")
     ] = None,
@@ -70,17 +77,19 @@ def run(
 ) -> None:
     """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.runs import new_run_path, start_laboratory
+    from turing_learning.runs import RunFolder, new_run_path, start_laboratory
 
     overrides, labels = settings_of(settings, {"run.generations": generations, "run.seed": seed})
     if resume is not None:
-        if overrides or out is not None:
+        others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
+        if told := [name for name, given in others.items() if given]:
             raise ConfigurationError(
-                "`resume` must be given without settings or a folder, which the run has; got some."
+                "`resume` must be given without a file, settings or a folder, which the run has, and without --force; got "
+                f"{' and '.join(told)}. Its laboratory may be edited in {RunFolder(resume).laboratory_path}."
             )
         go_on(resume, emulated=emulated)
         return
-    loaded = _load(config, overrides, labels)
+    loaded = _load(config or LABORATORY_FILE, overrides, labels)
     path = out or new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
     with _opened(loaded, emulated) as (laboratory, equipment):
         _execute(
@@ -94,7 +103,7 @@ def run(
 def go_on(path: Path, *, emulated: bool = False) -> None:
     """Go on with a run in a laboratory; a rehearsal goes on with emulated robots, unasked."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.runs import awaits_robots, resume_laboratory, stored_laboratory
+    from turing_learning.runs import RunFolder, awaits_robots, resume_laboratory, stored_laboratory
 
     stored = stored_laboratory(path)
     if emulated and not stored.setup.emulated:
@@ -108,6 +117,7 @@ def go_on(path: Path, *, emulated: bool = False) -> None:
             path,
             lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
             needed=awaits_robots(path),
+            stored=None if stored.setup.emulated else RunFolder(path).laboratory_path,
         )
 
 
@@ -181,9 +191,18 @@ def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipme
 
 
 def _execute(
-    laboratory: "Laboratory", equipment: "Equipment", path: Path, run: "Callable[..., Result]", *, needed: bool = True
+    laboratory: "Laboratory",
+    equipment: "Equipment",
+    path: Path,
+    run: "Callable[..., Result]",
+    *,
+    needed: bool = True,
+    stored: Path | None = None,
 ) -> None:
-    """Look at the laboratory, if its robots are needed, run, and print the result, or how to go on."""
+    """Look at the laboratory, if its robots are needed, run, and print the result, or how to go on.
+
+    Real robots of a run that goes on are where its folder says, in the file `stored`.
+    """
     from rich.console import Console
 
     from turing_learning.runs import read_post_evaluation, resume_command
@@ -193,6 +212,10 @@ def _execute(
 
     console = Console()
     if needed and not _inspected(console, laboratory, equipment):
+        if stored is not None:
+            typer.echo(
+                f"The addresses of replicas and camera are those in {stored}, where they may be edited.", err=True
+            )
         raise typer.Exit(REFUSED)
     ahead, repeats = f"go on with: {resume_command(path)}", laboratory.setup.evaluation.repeats
     try:
@@ -206,7 +229,7 @@ def _execute(
         raise Interrupted(f"interrupted; {ahead}") from error
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
-    print_result(console, result)
+    print_result(console, result, path)
     if again := read_post_evaluation(path):
         print_post_evaluation(console, again)
     if repeats and not (again and again.complete):

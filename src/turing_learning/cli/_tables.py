@@ -1,6 +1,7 @@
 """What is printed at the end: inferred, true, absolute error, the paper's figure."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -22,14 +23,14 @@ _WITHOUT_TRUTH = ("estimate", "90 %", "best model")
 WIDEST = 1000  # characters, to ask how wide a table would be
 
 CAPTIONS = {
-    "90 %": "90 %: half of the interval of the estimate",
+    "90 %": "90 %: the interval of the estimate",
     "error:estimate": "error: absolute",
     "paper": "paper: the error that it reports for the best model",
 }
 
 
-def print_result(console: Console, result: "Result") -> None:
-    """Print the table of a run, how long it took, and where its files are."""
+def print_result(console: Console, result: "Result", path: Path) -> None:
+    """Print the table of a run, how long it took, and where its files are, by the path of its folder as it was given."""
     for table in _fitting_tables(console, result):
         console.print(table)
     if unknown := describe_unknown(result.interval):
@@ -45,8 +46,7 @@ def print_result(console: Console, result: "Result") -> None:
         console.print(
             f"selection stopped in {counted(result.selection_stopped, 'generation')}", style="bold red", highlight=False
         )
-    if result.path is not None:
-        _print_places(console, result)
+    _print_places(console, path)
 
 
 def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
@@ -66,11 +66,13 @@ def _numbers(values: dict[str, float]) -> str:
     return " ".join(f"{name} {short_number(value)}" for name, value in values.items())
 
 
-def _print_places(console: Console, result: "Result") -> None:
-    report = result.path / "report.html" if result.path else None
-    if report is not None and report.exists():
+def _print_places(console: Console, path: Path) -> None:
+    from turing_learning.runs import RunFolder
+
+    report = RunFolder(path).report_path
+    if report.exists():
         console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"run:    {result.path}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"run:    {path}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:
@@ -108,7 +110,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     for name, value in result.estimate.items():
         entries = (
             short_number(value),
-            shown((result.interval[name][1] - result.interval[name][0]) / 2, lambda half: f"±{short_number(half)}"),
+            _ends(*result.interval[name]),
             _entry(result.truth, name),
             _entry(result.estimate_absolute_error, name),
             short_number(result.best_model[name]),
@@ -121,6 +123,10 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
         means = ("", "", "", shown(result.estimate_mae), "", shown(result.mae), "")
         table.add_row("mean", *_chosen(means, columns))
     return table
+
+
+def _ends(low: float, high: float) -> str:
+    return shown(low, lambda value: f"{short_number(value)} to {short_number(high)}")
 
 
 def _chosen(entries: tuple[str, ...], columns: tuple[str, ...]) -> list[str]:

@@ -37,6 +37,10 @@ _SENTENCES = (
         r"`simulate` must have the time step of the samples, (.*?); got (.*?)\. Give the family .*",
         r"`--fps` and `--every` must be those that the run began with, \1 between frames; got \2.",
     ),
+    (
+        r"`simulate` must have as many steps as the samples, (\d+); got (\d+)\. Give .*",
+        r"`--window` must be that of the run, \1 steps; got \2. Leave it out.",
+    ),
     (r"keep those with recording\.thinned\((\d+)\)\.", r"keep those with --every \1."),
     (r" Thin the faster recording, and", " Thin the faster recording with --every, and"),
     (

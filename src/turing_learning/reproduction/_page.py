@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from turing_learning._files import in_home
 from turing_learning.runs import refuse_target, write_atomically
 
 from ._claims import Claim, load_claims
@@ -171,7 +172,7 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
         Markdown.
     """
     claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
-    found = {one.id: _full(ExperimentFolder(Path(experiments) / one.id)) for one in EXPERIMENTS.values()}
+    found = {one.id: _full(ExperimentFolder(in_home(experiments) / one.id)) for one in EXPERIMENTS.values()}
     lines = [
         *_INTRODUCTION,
         "",
@@ -212,10 +213,10 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     ConfigurationError
         If no page may be written there.
     """
-    target = Path(path)
+    target, experiments = Path(path), in_home(experiments)
     refuse_page_path(target, force=force)
     for experiment in EXPERIMENTS.values():
-        write_readme(experiment, ExperimentFolder(Path(experiments) / experiment.id))
+        write_readme(experiment, ExperimentFolder(experiments / experiment.id))
     link = Path(os.path.relpath(experiments, target.parent)).as_posix()
     write_atomically(target, page(experiments, link).encode())
     return target

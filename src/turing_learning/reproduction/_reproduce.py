@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
 from turing_learning.runs import storage, writable
 
@@ -159,4 +160,4 @@ def _possible(chosen: tuple[Experiment, ...], name: str, say: Say | None) -> tup
 
 
 def _path(out: str | Path | None, fast: bool) -> Path:
-    return default_folder(fast=fast) if out is None else Path(out)
+    return default_folder(fast=fast) if out is None else in_home(out)

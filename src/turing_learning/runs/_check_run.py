@@ -101,7 +101,6 @@ def check_run(
         options["timeout_s"] = timeout_s
     with ExitStack() as stack:
         if folder is not None:
-            folder.require_there()
             with writable("run", folder.path):
                 stack.enter_context(folder.locked())
         given = _given(result, configuration, genuine, simulate, groups, options)

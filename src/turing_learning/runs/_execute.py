@@ -132,7 +132,7 @@ def _run(
         configuration,
         session.traces,
         session.seconds,
-        path=folder.path,
+        path=folder.path.absolute(),
         attachments=attachments_of(folder, configuration, session.traces.completed),
         failed_simulations=session.failed_simulations,
     )

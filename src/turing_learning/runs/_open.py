@@ -71,7 +71,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
     try:
         content = json.loads(folder.result_path.read_text(encoding="utf-8"))
         attachments = attachments_of(folder, configuration, content["generations"])
-        return result_from_json(content, path=folder.path, attachments=attachments)
+        return result_from_json(content, path=folder.path.absolute(), attachments=attachments)
     except (OSError, ValueError, KeyError, TypeError):
         return None
 
@@ -82,7 +82,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         configuration,
         traces,
         float(checkpoint.arrays["seconds"]),
-        path=folder.path,
+        path=folder.path.absolute(),
         attachments=attachments_of(folder, configuration, traces.completed),
         failed_simulations=_failed_simulations(checkpoint, configuration),
     )
@@ -117,10 +117,13 @@ def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) ->
 
 
 def attachments_of(folder: RunFolder, configuration: Configuration, completed: int) -> Attachments:
-    """Return what the result of a run in a folder can open or make."""
+    """Return what the result of a run in a folder can open or make, from wherever the process is by then."""
+    return _attached(RunFolder(folder.path.absolute()), configuration, completed, folder.begun())
+
+
+def _attached(folder: RunFolder, configuration: Configuration, completed: int, begun: tuple[Any, Any]) -> Attachments:
 
     def history() -> "xarray.Dataset":
-        folder.require_there()
         if configuration.run.history == "thin":
             return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)
         with told(
@@ -135,6 +138,8 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
         history=history,
         report=reporter(configuration, folder.manifest, folder.report_path),
         check=checker(configuration),
+        require_there=lambda: folder.require_there(begun),
+        again=(_attached, (folder, configuration, completed, begun)),
     )
 
 

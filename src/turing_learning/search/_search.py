@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning._files import in_home
 from turing_learning.config import PROSE, dotted
 from turing_learning.runs import RunFolderError, storage, writable, write_atomically, write_json
 from turing_learning.swarm import Scenario, initial_poses
@@ -134,7 +135,7 @@ def search_controller(
     """
     settings = settings or SearchSettings()
     settings.check(scenario)
-    folder = Path(out)
+    folder = in_home(out)
     _begin(folder, scenario, settings)
     search = _Search(scenario, settings, folder, threads, should_stop or (lambda: False), observer or (lambda _: None))
     with storage(folder, "give the same command again: it goes on."):

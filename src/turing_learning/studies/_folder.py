@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from turing_learning._files import in_home
 from turing_learning.runs import RunFolderError, refuse_future_format
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ _RESULTS = ("runs", "figures", "report.html", "runs.csv", "summary.csv", "conver
 
 def is_study(path: str | Path) -> bool:
     """Return whether a folder holds a study of any version."""
-    return _parsed(Path(path) / "study.json") is not None
+    return _parsed(StudyFolder(Path(path)).study_path) is not None
 
 
 def _parsed(path: Path) -> dict[str, Any] | None:
@@ -38,10 +39,13 @@ class StudyFolder:
     Parameters
     ----------
     path
-        The folder.
+        The folder; a leading ~ is the home folder.
     """
 
     path: Path
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", in_home(self.path))
 
     @property
     def configuration_path(self) -> Path:

@@ -5,6 +5,7 @@ import shlex
 import sys
 from pathlib import Path
 
+from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
 from turing_learning.runs import told, write_atomically
 
@@ -58,7 +59,7 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
     ConfigurationError
         If the file exists or cannot be written.
     """
-    path, folder = Path(script).absolute(), Path(study).absolute()
+    path, folder = Path(script).absolute(), in_home(study).absolute()
     refuse_script(path, force=force)
     submit = submission(path, runs)
     text = SCRIPT.format(

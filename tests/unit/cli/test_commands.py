@@ -59,6 +59,17 @@ def test_scenarios_lists_the_presets(call):
     assert "field of view 1.047 rad" in out
 
 
+def test_a_run_in_the_home_folder_is_found_there_by_every_command(call, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    code, out, err = call("infer", "aggregation", *SMALL, "--generations", 3, "--out=~/a run")
+    assert (code, err) == (0, "")
+    assert f"report: {tmp_path / 'a run' / 'report.html'}" in out
+    assert not (tmp_path / "~").exists()
+    for command in ("show", "resume"):
+        assert call(command, "~/a run")[0] == 0
+    assert call("detect", "~/a run", "--simulate", "1", "--samples", "1")[0] == 0
+
+
 def test_infer_prints_the_table_and_leaves_a_run(call, tmp_path):
     code, out, _ = call("infer", "aggregation", *SMALL, "--generations", 3, "--seed", 4, "--out", "run")
     assert code == 0
@@ -256,6 +267,18 @@ def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, 
     (heading,) = (line for line in out.splitlines() if "estimate" in line and "90 %" in line and "true" in line)
     assert len(heading) <= 80
     assert "best model" in out
+
+
+@pytest.mark.usefixtures("wide")
+def test_both_ends_of_an_interval_that_is_not_symmetric_are_in_the_table(call, tmp_path):
+    assert call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")[0] == 0
+    file = tmp_path / "run" / "result.json"
+    content = json.loads(file.read_text())
+    content["interval"] = {name: [0.0, 21.46] for name in content["interval"]}
+    file.write_text(json.dumps(content))
+    out = call("show", "run")[1]
+    assert [row.split("│")[3].strip() for row in out.splitlines() if row.startswith("│ v")] == ["0.000 to 21.460"] * 4
+    assert "90 %: the interval of the estimate" in out
 
 
 @pytest.mark.parametrize("bug", [ZeroDivisionError, OSError("what no user can cause")])

@@ -14,6 +14,9 @@ SMALL = {
 }
 
 
+BRIEF = [word for key, value in SMALL.items() for word in ("--set", f"{key}={value}")]
+
+
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory):
     parent = tmp_path_factory.mktemp("runs")
@@ -28,6 +31,13 @@ def test_the_table_is_that_of_the_pool(call, folders):
     assert (code, err) == (0, "")
     assert out == f"{pool([load_run(run) for run in runs])}\n"
     assert out.startswith("aggregation, 2 runs, seeds 1, 2, 7 generations\n")
+
+
+def test_a_study_says_where_its_runs_are(call):
+    assert call("study", "aggregation", "--runs", 1, "--generations", 1, "--workers", 1, "--out", "s", *BRIEF)[0] == 0
+    code, out, err = call("pool", "s")
+    assert (code, out) == (2, "")
+    assert err == "error: `RUN` must be a run folder; got s, a study. Its runs are s/runs/*.\n"
 
 
 @pytest.mark.parametrize(

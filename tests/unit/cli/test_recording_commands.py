@@ -199,6 +199,10 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
             "error: `--trajectories` and `--model` must be given to check a run on recorded motion; got none",
         ),
         (
+            ["resume", "run", *RECORDED[:-1], "3"],
+            "error: `--window` must be that of the run, 50 steps; got 75. Leave it out.",
+        ),
+        (
             ["check", "run", *RECORDED[:-1], "3"],
             "error: `--window` must be that of the run, 50 steps; got 75 [run]. Leave",
         ),
@@ -384,3 +388,29 @@ def test_what_does_not_fit_is_refused(call, arguments, message):
     assert code == 2
     assert message in err
     assert not Path("run").exists()
+
+
+@pytest.mark.parametrize("told", [[], RECORDED], ids=["bare", "with options"])
+def test_a_run_that_python_began_is_left_to_python(call, told):
+    from turing_learning import infer, load_trajectories
+    from turing_learning.families import BurstAndCoast
+
+    windows = load_trajectories(TERMITES, fps=25, pixels_per_cm=20).windows(length_s=2.0)
+    swim = BurstAndCoast(individuals=2, steps=50, interval_s=windows.interval_s, tank_cm=(12, 12))
+    settings = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
+    run = {"genuine": windows, "simulate": swim, "parameters": swim.parameters, "generations": 3, "settings": settings}
+    infer(**run, out="run", should_stop=lambda: True)
+    before = Path("run/manifest.json").read_text()
+    for command, there in (
+        ("resume", "resume('run', genuine=..., simulate=...)"),
+        ("check", "load_run('run').check(genuine=..., simulate=...)"),
+    ):
+        code, _, err = call(command, "run", *told)
+        assert (code, err) == (
+            2,
+            "error: `run` must be on recorded motion that the command line began with; got 'own-system', whose samples and "
+            f"simulator Python has [run]. Call there turing_learning.{there}.\n",
+        )
+    assert Path("run/manifest.json").read_text() == before
+    infer(**run, out="done")
+    assert call("resume", "done")[0] == 0

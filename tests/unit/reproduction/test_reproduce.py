@@ -100,6 +100,11 @@ def test_the_states_of_all_experiments_are_listed(conducted):
     assert states["3.2"].endswith("of 1 claims agree, fast form")
 
 
+def test_experiments_in_the_home_folder_are_found(conducted, monkeypatch):
+    monkeypatch.setenv("HOME", str(conducted))
+    assert standings("~") == standings(conducted)
+
+
 def test_nothing_has_been_run_in_an_empty_folder(tmp_path):
     assert {one.state for one in standings(tmp_path)} == {"not run yet"}
 

@@ -126,6 +126,36 @@ def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes
     assert "last models observed again, 2/2" in out
 
 
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        (["--config", "nothing.toml"], "a file"),
+        (["--force"], "--force"),
+        (["--seed", "2", "--out", "other"], "settings and a folder"),
+    ],
+)
+def test_what_a_run_has_is_refused_where_it_is_gone_on_with(laboratory, doors, call, given, told):
+    assert call("robots", "run", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
+    code, _, err = call("robots", "run", "--resume", "run", *given)
+    assert code == 2
+    assert err == (
+        "error: `resume` must be given without a file, settings or a folder, which the run has, and without --force; got "
+        f"{told}. Its laboratory may be edited in run/laboratory.json.\n"
+    )
+
+
+def test_robots_that_a_stored_run_does_not_find_are_said_to_be_in_its_folder(evaluated, doors, call, monkeypatch):
+    answers = iter([True])
+    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    assert call("robots", "run", "--generations", "2", "--out", "run", *BRIEF)[0] == 130
+    doors.wires["r-orange"].cut = True
+    code, out, err = call("robots", "run", "--resume", "run")
+    assert code == 2
+    assert "BAD   replica r1: " in out
+    assert err == "The addresses of replicas and camera are those in run/laboratory.json, where they may be edited.\n"
+    assert "laboratory.json" not in call("robots", "check")[2]
+
+
 def test_a_run_with_real_robots_does_not_go_on_with_emulated_ones(laboratory, call):
     assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
     stored = laboratory / "run" / "laboratory.json"

@@ -563,13 +563,78 @@ def test_nothing_that_is_stored_holds_a_pickle(finished):
             assert json.loads(content)["filters"] is None, path
 
 
-def test_a_result_crosses_processes_with_its_numbers_and_copies_keep_the_rest(whole):
+REPLACED = (
+    r"`run` must be in its folder; got .*same, where another run has taken its place\. Make it again, with an `out`"
+)
+
+
+def test_a_result_whose_folder_holds_another_run_by_now_neither_reads_nor_writes_there(small, tmp_path):
+    path = tmp_path / "same"
+    first, second = (start(small(seed=seed), path, force=True) for seed in (1, 2))
+    before = contents(path)
+    uses = (lambda: first.history, first.report, lambda: first.check(effort=Effort(samples=40)))
+    for use in (*uses, lambda: first.report(tmp_path / "page.html"), lambda: tl.pool([first, second])):
+        with pytest.raises(RunFolderError, match=REPLACED):
+            use()
+    assert contents(path) == before
+    assert not (tmp_path / "page.html").exists()
+    assert second.history.sizes["generation"] == 7
+
+
+def test_a_run_that_was_gone_on_with_is_still_the_one_that_an_earlier_result_is_of(stopped):
+    earlier = tl.load_run(stopped)
+    resume(stopped)
+    assert earlier.history.sizes["generation"] == 5
+
+
+def test_results_of_relative_folders_keep_theirs_when_the_process_goes_elsewhere(small, tmp_path, monkeypatch):
+    results = []
+    for seed, name in ((1, "a"), (2, "b")):
+        (tmp_path / name).mkdir()
+        monkeypatch.chdir(tmp_path / name)
+        results.append(start(small(seed=seed), "run"))
+    assert [result.path for result in results] == [tmp_path / "a" / "run", tmp_path / "b" / "run"]
+    first, second = (result.history["model"].to_numpy() for result in results)
+    assert not np.array_equal(first, second)
+    assert results[0].report() == tmp_path / "a" / "run" / "report.html"
+
+
+def test_a_run_in_the_home_folder_is_there_and_has_its_history(small, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    result = start(small(), "~/run")
+    assert result.path == tmp_path / "run"
+    assert not (tmp_path / "~").exists()
+    assert tl.load_run("~/run").history.equals(result.history)
+    assert resume("~/run") == result
+
+
+def crossed(result):
+    return pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
+
+
+def test_a_result_crosses_processes_with_its_numbers_and_opens_its_folder_there(small, finished):
+    result = tl.load_run(finished)
+    there = crossed(crossed(result))
+    assert (there.to_json(), there.path, there.configuration) == (result.to_json(), result.path, result.configuration)
+    assert there.history.equals(result.history)
+    assert there.report() == result.report()
+    start(small(seed=2), finished, force=True)
+    with pytest.raises(RunFolderError, match="another run has taken its place"):
+        there.history  # noqa: B018
+    shutil.rmtree(finished)
+    with pytest.raises(RunFolderError, match="where it is not any more"):
+        crossed(there).history  # noqa: B018
+
+
+def test_a_result_of_a_run_in_memory_crosses_processes_with_its_numbers_alone(small):
+    result = tl.infer(config=small())
+    assert crossed(result).to_json() == result.to_json()
+    with pytest.raises(RuntimeError, match=r"got a result alone, as one of a run in memory .* a folder, with `out`\."):
+        crossed(result).history  # noqa: B018
+
+
+def test_copies_of_a_result_keep_all_of_it(whole):
     result = tl.load_run(whole)
-    crossed = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
-    assert crossed.to_json() == result.to_json()
-    with pytest.raises(
-        RuntimeError, match=r"got a result alone, as one that comes from another process is\. Open the run"
-    ):
-        crossed.history  # noqa: B018
     for copied in (copy.copy(result), copy.deepcopy(result)):
         assert copied.history.sizes == result.history.sizes

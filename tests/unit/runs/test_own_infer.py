@@ -1,4 +1,5 @@
 import json
+import pickle
 import re
 from dataclasses import replace
 
@@ -72,6 +73,14 @@ def test_the_result_names_the_parameters_in_their_units(whole):
     assert list(result.estimate) == list(result.best_model) == ["speed", "turn_noise"]
     assert 0 <= result.estimate["speed"] <= 20
     assert (result.scenario, result.truth, result.mae, result.absolute_error) == ("fish", None, None, None)
+
+
+def test_a_result_in_another_process_has_its_history_and_no_simulator(tmp_path):
+    result = infer(out=tmp_path / "run", simulate=lambda parameters, rng: walk(parameters, rng))
+    there = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
+    assert there.history.equals(result.history)
+    with pytest.raises(ConfigurationError, match="`genuine` must be given to check a run on a system of one's own"):
+        there.check()
 
 
 def test_the_run_folder_is_that_of_any_run_without_what_needs_a_truth(whole):

@@ -197,3 +197,10 @@ def test_the_settings_of_a_search_are_in_its_folder(found):
     stored = json.loads((found.path / "search.json").read_text())
     assert stored["settings"]["steps"] == 2
     assert stored["scenario"]["sensor"]["field_of_view"] == 0
+
+
+def test_a_search_in_the_home_folder_is_there(found, tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    assert table(search("~/run")) == table(found)
+    assert not (tmp_path / "~").exists()

@@ -17,6 +17,7 @@ from turing_learning.studies import (
     ExecutorError,
     StudyFolder,
     collect_study,
+    is_study,
     load_study,
     new_study_path,
     plan_study,
@@ -196,6 +197,13 @@ def test_the_papers_errors_stand_only_beside_the_papers_random_behaviors(small, 
         {one.parameter: one.paper for one in result.summaries if one.group["scenario.agents"] == n} for n in (10, 2)
     ]
     assert found == [papers, dict.fromkeys(papers)]
+
+
+def test_a_study_in_the_home_folder_is_found(finished, monkeypatch):
+    monkeypatch.setenv("HOME", str(finished.path.parent))
+    path = f"~/{finished.path.name}"
+    assert is_study(path)
+    assert load_study(path) == finished
 
 
 def test_a_failed_run_is_named_and_tried_again(small, executor, tmp_path):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from turing_learning._files import PARTIAL
+from turing_learning._files import PARTIAL, in_home
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
 
 from ._errors import RunFolderError, refuse_future_format, storage
@@ -40,10 +40,13 @@ class RunFolder:
     Parameters
     ----------
     path
-        The folder.
+        The folder; a leading ~ is the home folder.
     """
 
     path: Path
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", in_home(self.path))
 
     @property
     def configuration_path(self) -> Path:
@@ -142,12 +145,22 @@ class RunFolder:
         except (OSError, UnicodeDecodeError):
             return False
 
-    def require_there(self) -> None:
-        """Raise RunFolderError if a run that was here is not any more, before anything is written in its place."""
+    def begun(self) -> tuple[Any, Any]:
+        """Return when the run in this folder began, and with which configuration: it keeps both for good, and no other has both."""
+        manifest = self.manifest()
+        return manifest.get("started"), manifest.get("configuration_sha256")
+
+    def require_there(self, begun: tuple[Any, Any]) -> None:
+        """Raise RunFolderError if a run that was here, see `begun`, is not any more, before anything is read or written."""
         if not self.is_run():
             raise RunFolderError(
                 f"`run` must be in its folder; got {self.path}, where it is not any more. Open it from where it is now: "
                 "turing_learning.load_run(...)."
+            )
+        if self.begun() != begun:
+            raise RunFolderError(
+                f"`run` must be in its folder; got {self.path}, where another run has taken its place. Make it again, with an "
+                "`out` of its own."
             )
 
     def configuration(self) -> Configuration:

@@ -33,16 +33,22 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 
 @dataclass(frozen=True)
 class Attachments:
-    """What a result can open or make, its history, its report, and its check; and the configuration that ran."""
+    """What a result can open or make, its history, its report, and its check; and the configuration that ran.
+
+    `require_there` raises RunFolderError if the run has a folder and is not there any more; it is called before the others.
+    `again` is a function, and its arguments, that attaches the same in another process; only a run in a folder has it.
+    """
 
     configuration: Configuration
     history: Callable[[], "xarray.Dataset"]
     report: Callable[["Result", Path | None], Path]
     check: Callable[..., "Check"]
+    require_there: Callable[[], None] = lambda: None
+    again: tuple[Callable[..., "Attachments"], tuple[Any, ...]] | None = None
 
-    def __reduce__(self) -> tuple[type[None], tuple[()]]:
-        """Stay behind where a result is pickled: another process gets its numbers, and opens the rest with `load_run`."""
-        return type(None), ()
+    def __reduce__(self) -> tuple[Callable[..., "Attachments | None"], tuple[Any, ...]]:
+        """Stay behind where the result of a run in memory is pickled; another process opens a folder, and is given no simulator."""
+        return self.again or (type(None), ())
 
     def __deepcopy__(self, memo: object) -> "Attachments":
         """Return the same: what is attached is never changed."""
@@ -92,7 +98,7 @@ class Result:
     seconds_per_generation
         Median over the generations (s).
     path
-        The run folder; None for a run that is kept in memory.
+        The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
         Of a system of one's own: "count", and the first of them "listed" with generation, parameters and reason. None, and
         not in `result.json`, for simulated robots.
@@ -153,8 +159,10 @@ class Result:
         ------
         RuntimeError
             If the result has no history.
+        RunFolderError
+            If its folder holds this run no more, or no history that can be read.
         """
-        return self._attached().history()
+        return self._there().history()
 
     @property
     def configuration(self) -> Configuration:
@@ -188,10 +196,12 @@ class Result:
             If no path is given and the run is kept in memory, or no page may or can be written there.
         RuntimeError
             If the result has no history.
+        RunFolderError
+            If its folder holds this run no more, or no history that can be read.
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
-        attached = self._attached()
+        attached = self._there()
         if path is None:
             return attached.report(self, None)
         target = Path(path)
@@ -217,17 +227,23 @@ class Result:
         ConfigurationError
             If an option is refused, or the run does not allow a check.
         RunFolderError
-            If the folder holds a check with other settings.
+            If the folder holds this run no more, or a check with other settings.
         RuntimeError
             If the result belongs to no run.
         """
-        return self._attached().check(self, **options)
+        return self._there().check(self, **options)
+
+    def _there(self) -> Attachments:
+        """Return what is attached, if the run is where it was."""
+        attached = self._attached()
+        attached.require_there()
+        return attached
 
     def _attached(self) -> Attachments:
         if self.attachments is None:
             raise RuntimeError(
-                "`history` must belong to a run; got a result alone, as one that comes from another process is. Open the run "
-                "with `load_run`."
+                "`history` must belong to a run; got a result alone, as one of a run in memory is that comes from another "
+                "process. Give the run a folder, with `out`."
             )
         return self.attachments
 
