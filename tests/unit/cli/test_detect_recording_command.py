@@ -28,7 +28,7 @@ def write_recording(path, seed=0, frames=500):
 
 @pytest.fixture(scope="module")
 def fish(tmp_path_factory):
-    """A recording, and a small run on it, made by the command line."""
+    """A recording, and a small run on it, named as the command line names it."""
     from turing_learning.families import BurstAndCoast
     from turing_learning.runs import infer
     from turing_learning.trajectories import load_trajectories
@@ -39,7 +39,13 @@ def fish(tmp_path_factory):
     walk = BurstAndCoast(individuals=6, steps=20, interval_s=0.1)
     settings = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
     infer(
-        genuine=windows, simulate=walk, parameters=walk.parameters, generations=6, settings=settings, out=folder / "run"
+        name="burst-and-coast",
+        genuine=windows,
+        simulate=walk,
+        parameters=walk.parameters,
+        generations=6,
+        settings=settings,
+        out=folder / "run",
     )
     return folder / "run"
 
@@ -199,7 +205,9 @@ def test_a_run_that_has_lost_its_history_is_named(fish, trial, call):
     shutil.rmtree("lost/history.zarr")
     code, _, err = call("detect", "lost", trial(), *OPTIONS)
     assert code == 2
-    assert err.startswith("error: `run` must have its history; got lost without a readable history.zarr (")
+    assert err.startswith(
+        f"error: `run` must have its history; got {Path('lost').absolute()} without a readable history.zarr ("
+    )
     assert err.count("\n") == 1
 
 
