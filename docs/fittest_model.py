@@ -9,16 +9,16 @@ import sys
 import numpy as np
 
 from turing_learning.coevolution import THRESHOLD
-from turing_learning.detection import run_classifiers
+from turing_learning.detection import RunClassifiers, run_classifiers
 from turing_learning.runs import Result, load_run
 from turing_learning.swarm import execution_of, initial_poses, simulate
 
 TRIALS, LAST, FAR, MUCH = 60, 100, 2.2, 0.3
 
 
-def shares(result: Result, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def shares(result: Result, known: RunClassifiers, model: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the shares of replicas of a model (P,), and of the agents beside them, that each classifier takes for genuine."""
-    scenario, known = result.configuration.scenario, run_classifiers(result)
+    scenario = result.configuration.scenario
     poses = initial_poses(scenario, TRIALS, np.random.default_rng(5))
     executed = np.full(poses.shape[:2], -1)
     executed[:, scenario.agents :] = 0
@@ -41,11 +41,15 @@ def main() -> None:
     """Print a row for each model of each run: taken for genuine, replicas / agents; and the views of the last models."""
     for path in sys.argv[1:]:
         result = load_run(path)
-        truth = np.array(result.configuration.scenario.truth)
-        models = {"truth": truth, "estimate": result.estimate, "best model": result.best_model}
-        for name, given in models.items():
-            model = np.array(list(given.values())) if isinstance(given, dict) else given
-            replicas, agents = shares(result, model)
+        known = run_classifiers(result)
+        models = {
+            "truth": result.configuration.scenario.truth,
+            "estimate": tuple(result.estimate.values()),
+            "best model": tuple(result.best_model.values()),
+        }
+        for name, values in models.items():
+            model = np.array(values)
+            replicas, agents = shares(result, known, model)
             more, less = np.sum(replicas > agents + MUCH), np.sum(replicas < agents - MUCH)
             print(  # noqa: T201
                 f"{path}: {name} {np.round(model, 2)} {replicas.mean():.2f} / {agents.mean():.2f}; "

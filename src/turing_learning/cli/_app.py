@@ -174,7 +174,7 @@ def resume(
     For recorded motion, give the options that the run began with.
     """
     from turing_learning.config import ConfigurationError
-    from turing_learning.runs import RunFolder, is_laboratory_run
+    from turing_learning.runs import FINISHED, RunFolder, is_laboratory_run
     from turing_learning.runs import resume as resume_run
     from turing_learning.studies import is_study
 
@@ -194,7 +194,7 @@ def resume(
         recording.refuse_beside("a run in a laboratory")
         _robots.go_on(run)
         return
-    if recording.given or RunFolder(run).manifest()["state"] != "finished":
+    if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
         refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
     genuine, simulate, _ = recording.opened(run) if recording.given else (None, None, None)
     _execute(

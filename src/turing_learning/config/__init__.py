@@ -9,7 +9,8 @@ with every field explicit.
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
 are the same. `classifier_of` makes the classifiers' network;
-`require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there.
+`require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there, `require_at_least` what
+is not an integer (`is_integer`) or too small.
 
 Other modules with a file of their own take `Section`, `read_toml` and `line_of`.
 """
@@ -17,6 +18,7 @@ Other modules with a file of their own take `Section`, `read_toml` and `line_of`
 from ._classifier import classifier_of
 from ._errors import ConfigurationError, nearest
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
+from ._integers import is_integer, require_at_least
 from ._limits import require_seen, require_whole_cycles
 from ._load import PRESETS, load_configuration
 from ._sections import (
@@ -51,11 +53,13 @@ __all__ = [
     "classifier_of",
     "dotted",
     "flat_settings",
+    "is_integer",
     "line_of",
     "load_configuration",
     "load_variants",
     "nearest",
     "read_toml",
+    "require_at_least",
     "require_seen",
     "require_whole_cycles",
     "single_settings",

@@ -1,20 +1,12 @@
 """The rules of the room's doors that several of its files share."""
 
 from collections.abc import Callable
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 
 from turing_learning.config import ConfigurationError
 from turing_learning.swarm import Scenario
-
-
-def require_at_least(least: int, **values: int) -> None:
-    """Refuse what is not an integer of at least `least`, by its name."""
-    for name, value in values.items():
-        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-            raise ConfigurationError(f"`{name}` must be an integer of at least {least}; got {value!r}.")
 
 
 def checked_models(name: str, models: Any, scenario: Scenario) -> np.ndarray:

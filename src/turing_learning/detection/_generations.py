@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 
 from turing_learning.coevolution import Classifier
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, require_at_least
 from turing_learning.swarm import Scenario
 
-from ._checks import require_at_least
 from ._post_evaluation import grid_models, post_evaluate
 
 

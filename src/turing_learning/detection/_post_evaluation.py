@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from turing_learning.coevolution import THRESHOLD, Classifier
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, require_at_least
 from turing_learning.swarm import Scenario, initial_poses
 
-from ._checks import checked_models, require_at_least
+from ._checks import checked_models
 from ._simulated import POST_EVALUATION, observe_models, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once

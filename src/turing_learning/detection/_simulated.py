@@ -1,15 +1,14 @@
 """Motion of a scenario's agents beside individuals that do something else."""
 
 from dataclasses import dataclass, replace
-from numbers import Integral
 
 import numpy as np
 
 from turing_learning.analysis import mean_absolute_error
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, is_integer, require_at_least
 from turing_learning.swarm import Scenario, initial_poses, observe
 
-from ._checks import checked_models, require_at_least
+from ._checks import checked_models
 from ._motion import Motion
 
 NEAR = 0.2
@@ -169,7 +168,7 @@ def plant_abnormal(
     """
     require_at_least(1, samples=samples)
     size = scenario.individuals
-    if not isinstance(count, Integral) or isinstance(count, bool) or not 1 <= count < size:
+    if not is_integer(count) or not 1 <= count < size:
         raise ConfigurationError(
             f"`simulate` must be an integer from 1 to {size - 1}, in a swarm of {size}; got {count!r}."
         )

@@ -10,8 +10,8 @@
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
-`Result`, `TIMINGS`, `paper_absolute_errors`
-    What a run has inferred, with its history and report; what of its file differs between equal runs; the paper's errors.
+`Result`, `TIMINGS`
+    What a run has inferred, with its history and report; what of its file differs between equal runs.
 `pool`, `Pooled`
     Several runs of one configuration, told as one.
 `check_run`
@@ -24,8 +24,8 @@
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to go on with it.
 `stored_generations`, `stored_traces`
     What the last checkpoint of a run holds, without the rest of it.
-`new_manifest`
-    When, where and with what a computation was begun.
+`new_manifest`, `RUNNING`, `FINISHED`
+    When, where and with what a computation was begun; how it stands.
 `write_atomically`, `write_json`
     Files that are there whole or not at all.
 `RunFolderError`, `RunStorageError`, `refuse_future_format`
@@ -61,13 +61,15 @@ if TYPE_CHECKING:
     from ._trial import refuse_film_path, scenario_named, trial_replay, write_trial
     from .folder._checkpoints import stored_generations, stored_traces
     from .folder._folder import RunFolder, resume_command
-    from .folder._manifest import new_manifest
+    from .folder._manifest import FINISHED, RUNNING, new_manifest
     from .folder._target import refuse_target
     from .folder._trial_store import ObservedTrials, read_events, read_trials
     from .results._pool import Pooled, pool
     from .results._result import TIMINGS, Result
 
 __all__ = [
+    "FINISHED",
+    "RUNNING",
     "TIMINGS",
     "ModelEvaluation",
     "ObservedTrials",
@@ -112,6 +114,8 @@ __all__ = [
 ]
 
 _LAZY = {
+    "FINISHED": "folder._manifest",
+    "RUNNING": "folder._manifest",
     "TIMINGS": "results._result",
     "Pooled": "results._pool",
     "ModelEvaluation": "_post_evaluation",

@@ -122,7 +122,6 @@ def attachments_of(folder: RunFolder, configuration: Configuration, completed: i
 
 
 def _attached(folder: RunFolder, configuration: Configuration, completed: int, begun: tuple[Any, Any]) -> Attachments:
-
     def history() -> "xarray.Dataset":
         if configuration.run.history == "thin":
             return thin_dataset(_stored_traces(folder, configuration), configuration.parameter_names)

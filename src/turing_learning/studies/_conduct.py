@@ -7,6 +7,7 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from pathlib import Path
 from uuid import uuid4
 
+from turing_learning._files import PARTIAL
 from turing_learning.runs import resume_command
 
 from ._backends import Backend
@@ -17,7 +18,7 @@ from ._plan import Plan
 from ._progress import ProgressCounter, StudyObserver
 from ._table import read_run
 
-STOPS = "stop-*.partial"
+STOPS = f"stop-*{PARTIAL}"
 TICK_S = 0.2  # between two looks at the observer and at who asks for a stop
 
 
@@ -50,7 +51,7 @@ def conduct(
     """
     complete = [run for number in plan.numbers if (run := read_run(folder, plan, number)).complete]
     counter = ProgressCounter(folder, plan, complete)
-    stop = folder.path.absolute() / f"stop-{uuid4().hex}.partial"
+    stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
     left = sorted(set(plan.numbers) - {run.number for run in complete})
     try:
         _conduct(folder, left, stop, backend, _Watch(counter, observer, should_stop))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning._files import in_home
+from turing_learning._files import PARTIAL, in_home
 from turing_learning.runs import RunFolderError, refuse_future_format
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ class StudyFolder:
             return []
         started = {"lock", "config.toml"} if (self.path / "lock").exists() else set()
         names = (path.name for path in self.path.iterdir())
-        return sorted(name for name in names if name not in started and not name.endswith(".partial"))
+        return sorted(name for name in names if name not in started and not name.endswith(PARTIAL))
 
     def create(self, plan: "Plan", *, force: bool) -> None:
         """Make this the folder of a study, or leave it if it holds the same one; the caller holds the lock.

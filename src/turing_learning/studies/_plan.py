@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,9 @@ from turing_learning.config import (
     ConfigurationError,
     Variant,
     flat_settings,
+    is_integer,
     load_variants,
+    require_at_least,
     require_seen,
     with_settings,
 )
@@ -106,7 +107,7 @@ def plan_study(
         If anything is refused.
     """
     behaviors = scenario == BEHAVIORS.name
-    require_counting(runs=runs)
+    require_at_least(1, runs=runs)
     if behaviors and CONTROLLER in (settings or {}):
         raise ConfigurationError(
             f"`{CONTROLLER}` must be left out of a study of random behaviors, which draws it; got "
@@ -123,18 +124,6 @@ def plan_study(
     _check_variants(variants, runs)
     seeds = _seeds(variants[0].configuration.run.seed if first_seed is None else first_seed, runs)
     return _plan([_seeded(variant.configuration, seed, behaviors) for variant in variants for seed in seeds])
-
-
-def require_counting(**values: Any) -> None:
-    """Refuse what is not an integer of at least 1, by its name."""
-    for name, value in values.items():
-        if not is_integer(value) or value < 1:
-            raise ConfigurationError(f"`{name}` must be an integer of at least 1; got {value!r}.")
-
-
-def is_integer(value: object) -> bool:
-    """Return whether a value is an integer, of Python or NumPy."""
-    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def _seeds(first_seed: int, runs: int) -> range:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.config import ConfigurationError, single_settings
+from turing_learning.config import ConfigurationError, require_at_least, single_settings
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import resume_command, storage, writable
 from turing_learning.swarm import Scenario
@@ -17,7 +17,7 @@ from ._backends import Backend, DaskBackend, ExecutorBackend, dask_cluster, requ
 from ._conduct import conduct
 from ._execute import Task, execute
 from ._folder import StudyFolder
-from ._plan import Plan, plan_study, require_counting
+from ._plan import Plan, plan_study
 from ._progress import StudyObserver
 from ._table import StudyResult, StudyRun, read_run, read_study
 from ._workers import Workers
@@ -52,7 +52,7 @@ class Hands:
         if len(given) > 1:
             raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
         if self.workers is not None:
-            require_counting(workers=self.workers)
+            require_at_least(1, workers=self.workers)
 
 
 def study(

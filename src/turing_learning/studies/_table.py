@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.report import shown
-from turing_learning.runs import TIMINGS, RunFolder
+from turing_learning.runs import RUNNING, TIMINGS, RunFolder
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
@@ -216,7 +216,7 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
 
 def _goes_on(path: Path) -> bool:
     """Return whether a run that has its result is still drawing, or was killed while it did."""
-    return (_json(RunFolder(path).manifest_path) or {}).get("state") == "running"
+    return (_json(RunFolder(path).manifest_path) or {}).get("state") == RUNNING
 
 
 def _json(path: Path) -> dict[str, Any] | None:

@@ -14,7 +14,12 @@ from typing import Any
 import turing_learning
 
 FORMAT_VERSION = 1
-RUNNING, STOPPED, FINISHED = "running", "stopped", "finished"
+RUNNING = "running"
+"""State of a run that goes on, or was killed."""
+STOPPED = "stopped"
+"""State of a run that was asked to stop."""
+FINISHED = "finished"
+"""State of a run of which everything is there, figures and report too."""
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 
 
