@@ -6,6 +6,7 @@ import numpy as np
 
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import ConfigurationError, is_integer, require_at_least
+from turing_learning.purposes import DETECTION
 from turing_learning.swarm import Scenario, initial_poses, observe
 
 from ._checks import checked_models
@@ -13,8 +14,6 @@ from ._motion import Motion
 
 NEAR = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
-DETECTION = 7
-"""Purpose of the room's random numbers: the entropy of each stream is (purpose, seed, use); docs/decisions/0005."""
 CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION, OWN_CALIBRATION = range(5)
 
 

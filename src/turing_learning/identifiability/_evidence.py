@@ -8,11 +8,10 @@ import numpy as np
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, classifier_of
 from turing_learning.models import Parameter
+from turing_learning.purposes import CHECK
 from turing_learning.sources import CenteredClassifier, Genuine, OwnSource, cut_samples
 from turing_learning.swarm import Scenario, initial_poses, observe
 
-CHECK = 8
-"""Purpose of the room's random numbers: the entropy of each stream is (purpose, seed, use, ...); docs/decisions/0005."""
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
 """Genuine samples that must be kept out for a test."""

@@ -12,10 +12,9 @@ from turing_learning.coevolution import (
 from turing_learning.config import Configuration, PopulationSection, classifier_of
 from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
 from turing_learning.models import Jumps
+from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
 from turing_learning.sources import GuardedInterrogation, OwnSource
 from turing_learning.swarm import MixedSwarm, SeparatedSwarm
-
-from ._purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource, SimulatedLaboratory

@@ -9,6 +9,7 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, nearest
 from turing_learning.models import Parameter
+from turing_learning.purposes import GENUINE
 from turing_learning.sources import (
     Genuine,
     OwnSource,
@@ -21,7 +22,6 @@ from turing_learning.sources import (
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.trajectories import DIRECTED, SIGNALS, Signals, Trajectories
 
-from ._purposes import GENUINE
 from .folder._errors import RunFolderError
 from .folder._folder import RunFolder, going_on
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from turing_learning._files import in_home
 from turing_learning.config import PROSE, dotted
+from turing_learning.purposes import SEARCH_NOISE, SEARCH_STARTS
 from turing_learning.runs import RunFolderError, storage, writable, write_atomically, write_json
 from turing_learning.swarm import Scenario, initial_poses
 
@@ -24,8 +25,6 @@ BLOCK = 500
 """Controllers whose costs are stored in one file."""
 BATCH = 128
 """Trials that are simulated, and kept in memory, at a time."""
-STARTS, NOISE = 1, 2
-"""Purposes of random numbers."""
 FORMAT_VERSION = 1
 
 
@@ -216,7 +215,7 @@ class _Search:
 
     def _round(self, number: int, rounds: int, one: Round, controllers: np.ndarray) -> np.ndarray | None:
         """Return costs and final dispersions (M, R, 2) of a round; None if it was stopped."""
-        rng = np.random.default_rng((STARTS, self._settings.seed, number))
+        rng = np.random.default_rng((SEARCH_STARTS, self._settings.seed, number))
         starts = initial_poses(self._scenario, one.trials, rng)
         folder = self._folder / f"round{number}"
         folder.mkdir(exist_ok=True)
@@ -243,7 +242,7 @@ class _Search:
         for k in range(0, len(controllers), size):
             if self._should_stop():
                 return None
-            entropy = (NOISE, self._settings.seed, number, start + k)
+            entropy = (SEARCH_NOISE, self._settings.seed, number, start + k)
             batches.append(
                 gathering_costs(
                     self._scenario,

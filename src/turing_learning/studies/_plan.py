@@ -19,6 +19,7 @@ from turing_learning.config import (
     require_seen,
     with_settings,
 )
+from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
 
 BEHAVIORS = replace(
@@ -30,8 +31,6 @@ BEHAVIORS = replace(
 """A scenario of studies: the agents' parameters are uniform in [-1, 1], drawn from the seed of each run."""
 
 SEED, CONTROLLER = "run.seed", "scenario.controller"
-DRAWING = 5
-"""Purpose of random numbers; that of a run's archive, too, whose streams have their generation as spawn key; this one has none."""
 MOST_RUNS = 1_000_000
 
 
@@ -172,7 +171,7 @@ def random_controller(seed: int) -> tuple[float, ...]:
     ------
     Paper, section 4.6.4.
     """
-    rng = np.random.default_rng(np.random.SeedSequence((DRAWING, seed)))
+    rng = np.random.default_rng(np.random.SeedSequence((RANDOM_BEHAVIORS, seed)))
     return tuple(rng.uniform(-1, 1, len(BEHAVIORS.controller)).tolist())
 
 

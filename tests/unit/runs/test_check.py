@@ -16,9 +16,8 @@ from turing_learning.analysis import WHY_UNKNOWN
 from turing_learning.cli._check import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
-from turing_learning.identifiability._evidence import CHECK
+from turing_learning.purposes import CHECK, INTERROGATION
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
-from turing_learning.runs._purposes import INTERROGATION
 from turing_learning.runs.results._check_present import check_listing, draw_check
 from turing_learning.sources import OwnSystemError
 

@@ -4,10 +4,8 @@ import numpy as np
 
 from turing_learning.coevolution import Samples
 from turing_learning.models import Behavior
+from turing_learning.purposes import REHEARSAL
 from turing_learning.swarm import Scenario, execution_of, initial_poses, observe
-
-_OBSERVATION = 7
-"""Purpose of random numbers of `observe`, beside those of a run."""
 
 
 class SimulatedLaboratory:
@@ -47,7 +45,7 @@ class SimulatedLaboratory:
 
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`. Each stage has its own random numbers."""
-        return self._samples(speeds, np.random.default_rng([_OBSERVATION, self._seed, *stage.encode()]))
+        return self._samples(speeds, np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]))
 
     def _samples(self, speeds: np.ndarray, rng: np.random.Generator) -> Samples:
         scenario = self._scenario

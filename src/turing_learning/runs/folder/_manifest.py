@@ -11,8 +11,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import turing_learning
-
 FORMAT_VERSION = 1
 RUNNING = "running"
 """State of a run that goes on, or was killed."""
@@ -75,7 +73,7 @@ def _shown(value: Any) -> str:
 
 
 def _versions() -> dict[str, str]:
-    versions = {"turing-learning": turing_learning.__version__, "python": platform.python_version()}
+    versions = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
     for package in _PACKAGES:
         try:
             versions[package] = version(package)
@@ -86,7 +84,7 @@ def _versions() -> dict[str, str]:
 
 def _commit() -> str | None:
     """Return the commit when the package runs from a checkout of its repository."""
-    root = Path(turing_learning.__file__).resolve().parents[2]
+    root = Path(__file__).resolve().parents[4]
     if not (root / ".git").exists() or not (root / "pyproject.toml").exists():
         return None
     command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]

@@ -9,7 +9,7 @@ import numpy as np
 from turing_learning import figures, report
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import Configuration, OwnConfiguration, to_toml
-from turing_learning.runs._purposes import REPLAY
+from turing_learning.purposes import REPLAY
 from turing_learning.runs.folder._traces import SELECTION_CODES
 from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 

@@ -7,10 +7,9 @@ import numpy as np
 
 from turing_learning.coevolution import Samples
 from turing_learning.evolution import EvolutionStrategy, Seed, generation_rng
+from turing_learning.purposes import LEAST_SQUARES_MODELS, LEAST_SQUARES_TRIALS
 from turing_learning.swarm import MixedSwarm, Scenario
 
-MODELS, TRIALS = 1, 2
-"""Purposes of random numbers: the entropy of each is (purpose, seed)."""
 LATE = 0.3
 """Share of the generations, the last ones, that `Inferred.typical` is about."""
 
@@ -87,7 +86,7 @@ class LeastSquares:
             if should_stop is not None and should_stop():
                 return None
             models = optimizer.ask()
-            rng = generation_rng((TRIALS, *_numbers(seed)), generation)
+            rng = generation_rng((LEAST_SQUARES_TRIALS, *_numbers(seed)), generation)
             errors = squared_errors(source.collect(models, rng), self.scenario.input_scale)
             optimizer.tell(-errors)
             medians[generation] = np.median(models, axis=0)
@@ -99,7 +98,7 @@ class LeastSquares:
             len(self.scenario.parameter_names),
             parents=self.parents,
             offspring=self.offspring,
-            seed=(MODELS, *_numbers(seed)),
+            seed=(LEAST_SQUARES_MODELS, *_numbers(seed)),
         )
 
 

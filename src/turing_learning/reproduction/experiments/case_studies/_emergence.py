@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import Comparison, compare, dispersion
+from turing_learning.purposes import EMERGENCE_STARTS
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import Scenario
 
-STARTS = 1
-"""Purpose of random numbers, beside the noise of each model's trials, whose purposes count from 2."""
 REPEATS = 1000
 """Number of the first repetition of the agents' trials; models are numbered from 1 on."""
 
@@ -94,10 +93,12 @@ def _reached(scenario: Scenario, controller: Any, sizes: EmergenceSizes, number:
     """Return the dispersion at the end of each trial (R,): of the objects where there are any, otherwise of the robots."""
     from turing_learning.swarm import initial_poses, simulate
 
-    start = initial_poses(scenario, sizes.trials, np.random.default_rng((STARTS, sizes.seed)), robots=sizes.robots)
+    start = initial_poses(
+        scenario, sizes.trials, np.random.default_rng((EMERGENCE_STARTS, sizes.seed)), robots=sizes.robots
+    )
     controllers = np.broadcast_to(controller, (sizes.trials, sizes.robots, len(scenario.controller)))
     steps = round(sizes.duration_s / scenario.trial.control_interval_s)
-    noise = int(np.random.SeedSequence((STARTS + 1 + number, sizes.seed)).generate_state(1)[0])
+    noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, sizes.seed)).generate_state(1)[0])
     ends = simulate(scenario, controllers, start, control_steps=steps, seed=noise).poses[:, -1]
     objects = ends.shape[1] > sizes.robots
     gathered = ends[:, sizes.robots :, :2] if objects else ends[..., :2]

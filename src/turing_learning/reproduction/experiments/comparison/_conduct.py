@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import is_known
+from turing_learning.purposes import COMPARISON_OBSERVATION
 from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
@@ -17,8 +18,6 @@ from ._outcome import ABC_SMC, METHODS, MIXTURE, NPE_IN_ROUNDS, TURING_LEARNING,
 from ._text import CONDITIONS, remarks
 
 PACKAGES = ("pyabc", "sbi", "sklearn")
-OBSERVATION = 1
-"""Purpose of random numbers: the entropy of the agents' motion is (purpose, seed)."""
 Stop = Callable[[], bool]
 
 
@@ -83,7 +82,7 @@ def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) 
     def compute() -> dict[str, Any] | None:
         groups = Groups(scenario, sizes.group)
         observed = trials if method == MIXTURE else max(sizes.observed)
-        genuine = groups.observe(observed, np.random.default_rng((OBSERVATION, seed)))
+        genuine = groups.observe(observed, np.random.default_rng((COMPARISON_OBSERVATION, seed)))
         begun = time.process_time()
         inferred = _infer(method, groups, genuine, trials, seed, sizes, work.should_stop)
         return None if inferred is None else _as_json(inferred, time.process_time() - begun)

@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import decision_accuracy
+from turing_learning.purposes import ACCURACY_MODELS
 from turing_learning.reproduction._work import Work
 from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
 
 from ._runs import LaboratoryRuns, laboratory_file
-
-MODELS = 15
-"""Purpose of random numbers."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ def _observed(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
 
     laboratory = load_laboratory(path)
     setup, configuration = laboratory.setup, laboratory.configuration
-    rng = np.random.default_rng((MODELS, sizes.seed))
+    rng = np.random.default_rng((ACCURACY_MODELS, sizes.seed))
     models = rng.uniform(-1, 1, (sizes.models, len(configuration.parameter_names)))
     equipment, tracker = rehearse(laboratory, sizes.seed), laboratory_tracker(setup)
     with LaboratorySource(setup, configuration.scenario.control_steps, equipment, tracker) as source:

@@ -7,10 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from turing_learning.analysis import Comparison, compare, dispersion, largest_cluster
+from turing_learning.purposes import VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 from turing_learning.reproduction._work import Work
 
-STARTS, NOISE, CAMERA = range(11, 14)
-"""Purposes of random numbers."""
 KINDS = ("agents", "model")
 MARKER = "red"
 QUANTITIES = ("proportion at the end", "dispersion at the end", "mean proportion", "mean dispersion")
@@ -132,10 +131,12 @@ def _filmed(
 
     arena, robot, interval = LABORATORY.arena, LABORATORY.robot, LABORATORY.trial.control_interval_s
     sides = float(arena.width_cm or 0), float(arena.height_cm or 0)
-    start = places_apart(sizes.robots, sides, robot.radius_cm, np.random.default_rng((STARTS, sizes.seed, trial)))
-    seed = int(np.random.SeedSequence((NOISE, sizes.seed, trial, kind)).generate_state(1)[0])
+    start = places_apart(
+        sizes.robots, sides, robot.radius_cm, np.random.default_rng((VALIDATION_STARTS, sizes.seed, trial))
+    )
+    seed = int(np.random.SeedSequence((VALIDATION_NOISE, sizes.seed, trial, kind)).generate_state(1)[0])
     calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * sizes.robots
-    look = int(np.random.SeedSequence((CAMERA, sizes.seed, trial, kind)).generate_state(1)[0])
+    look = int(np.random.SeedSequence((VALIDATION_CAMERA, sizes.seed, trial, kind)).generate_state(1)[0])
     camera = EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=look)
     tracker = Tracker(markers, calibration, labels)
     every = round(sizes.every_s / interval)

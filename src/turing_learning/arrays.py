@@ -1,0 +1,109 @@
+"""Arrays at a door: shape, type and finiteness, checked in one place."""
+
+from typing import Any
+
+import numpy as np
+
+from .errors import RefusedError, Text, brief, refuse, require
+
+
+def array(
+    name: str, value: Any, shape: str, *, finite: bool = True, dtype: Any = np.float64, empty: bool = False,
+    remedy: Text = "", place: str = "", error: type[RefusedError] = RefusedError, **sizes: int,
+) -> np.ndarray:  # fmt: skip
+    """Return a value as an array of a shape and type; reject anything else.
+
+    Parameters
+    ----------
+    name
+        Of the argument.
+    value
+        Whatever was given. Masked values, complex numbers, text and objects are rejected, not converted.
+    shape
+        Letters for the axes, as in docs/symbols.md: "K T D"; a number fixes an axis, "..." stands for any axes before the others.
+        A letter that comes twice has one size.
+    finite
+        Whether NaN and infinity are rejected.
+    dtype
+        Of the result: floats, integers (numbers with a fraction are rejected) or bool.
+    empty
+        Whether an axis may have the size 0.
+    sizes
+        Letter -> size that the axis must have.
+
+    Returns
+    -------
+    np.ndarray
+        The array itself where it fits, else a copy.
+    """
+    axes, want = shape.split(), np.dtype(dtype)
+    if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
+        refuse(
+            name,
+            "have no masked values",
+            "a masked array",
+            remedy or "Fill them, or leave them out.",
+            place=place,
+            error=error,
+        )
+    try:
+        given = np.asarray(value)
+    except Exception:  # rows of different lengths, or objects that fail
+        refuse(
+            name,
+            f"be an array of shape {_symbols(axes, sizes)}",
+            f"a {type(value).__name__}",
+            remedy,
+            place=place,
+            error=error,
+        )
+    kinds = {"f": "fiu", "i": "iu", "u": "u", "b": "b"}[want.kind]
+    if given.dtype.kind not in kinds and not (want.kind in "iu" and given.dtype.kind == "f" and _whole_numbers(given)):
+        noun = {"f": "numbers", "i": "integers", "u": "non-negative integers", "b": "truth values"}[want.kind]
+        require(given.size == 0 and given.dtype.kind == "f", name, f"be an array of {noun}", _described(value, given), remedy,
+                place=place, error=error)  # fmt: skip
+    if not _fits(given.shape, axes, sizes, empty):
+        also = "" if empty else " and not empty" if 0 in given.shape else ""
+        refuse(name, f"be of shape {_symbols(axes, sizes)}{also}", str(given.shape), remedy, place=place, error=error)
+    # minimum and maximum are finite only where all values are: half the time of a look at each value
+    if (
+        finite
+        and given.dtype.kind == "f"
+        and given.size
+        and not (np.isfinite(given.min()) and np.isfinite(given.max()))
+    ):
+        at = tuple(int(k) for k in np.argwhere(~np.isfinite(given))[0])
+        refuse(name, "be finite", f"{given[at]} at {at} of {_letters(axes)}", remedy, place=place, error=error)
+    return given.astype(want, copy=False)
+
+
+def _whole_numbers(given: np.ndarray) -> bool:
+    return bool(np.isfinite(given).all() and (given == np.floor(given)).all())
+
+
+def _described(value: Any, given: np.ndarray) -> str:
+    return f"an array of {given.dtype}" if given.shape else brief(value)
+
+
+def _fits(shape: tuple[int, ...], axes: list[str], sizes: dict[str, int], empty: bool) -> bool:
+    if axes and axes[0] == "...":
+        axes = [f"...{k}" for k in range(len(shape) - len(axes) + 1)] + axes[1:]
+    if len(shape) != len(axes) or (not empty and 0 in shape):
+        return False
+    known = dict(sizes)
+    return all(
+        size == (int(axis) if axis.isdigit() else known.setdefault(axis, size))
+        for axis, size in zip(axes, shape, strict=True)
+    )
+
+
+def _letters(axes: list[str]) -> str:
+    return f"({', '.join(axes)}{',' if len(axes) == 1 else ''})"
+
+
+def _symbols(axes: list[str], sizes: dict[str, int]) -> str:
+    """Return "(M, P)", or "(M, P) = (any, 4)" where some sizes are known."""
+    if not any(axis in sizes for axis in axes):
+        return _letters(axes)
+    known = [str(sizes[axis]) if axis in sizes else axis if axis.isdigit() or axis == "..." else "any" for axis in axes]
+    return f"{_letters(axes)} = {_letters(known)}"

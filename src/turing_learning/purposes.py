@@ -1,0 +1,38 @@
+"""What random numbers are for: every generator of the package is a function of (purpose, seed, use), so nobody keeps one.
+
+The numbers are those of version 0.1.0, because results are repeated to the bit. Where one stands twice, the streams differ by what
+follows the seed, or by the command that draws them. A new purpose takes a number from 20 on.
+"""
+
+# A run: (purpose, seed), and the generation as spawn key.
+MODELS = 1
+CLASSIFIERS = 2
+INTERROGATION = 3
+REPLAY = 4
+ARCHIVE = 5
+GENUINE = 6  # which samples of a recording are held out; without a seed: all runs hold out the same
+DETECTION = 7  # what a detector is calibrated with: (7, seed, use)
+CHECK = 8  # what a check simulates and trains: (8, seed, use, ...)
+
+RANDOM_BEHAVIORS = 5  # controllers of a study: as `ARCHIVE`, but without a generation
+REHEARSAL = 7  # noise on a rehearsal's tracks: as `DETECTION`, but (7, seed, name of the stage)
+
+# A search for a controller: (purpose, seed, number of the controller, ...).
+SEARCH_STARTS = 1
+SEARCH_NOISE = 2
+
+# Experiments of the paper: (purpose, seed, ...).
+EMERGENCE_STARTS = 1
+COMPARISON_OBSERVATION = 1
+LEAST_SQUARES_MODELS = 1
+LEAST_SQUARES_TRIALS = 2
+VALIDATION_STARTS = 11
+VALIDATION_NOISE = 12
+VALIDATION_CAMERA = 13
+ACCURACY_MODELS = 15
+
+# From version 0.2.0 on.
+BUFFER = 20  # which genuine samples a bounded pool keeps
+DESIGN = 21  # where the next trials are spent
+MATCHING = 22  # draws and bootstrap of the read-out
+"""Purposes of an estimate from few trials."""
