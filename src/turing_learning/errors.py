@@ -55,8 +55,8 @@ class PythonWords:
         return name
 
     def setting(self, setting: Setting) -> str:
-        """Return ``name`` or ``name=value``."""
-        return setting.name if setting.value is None else f"{setting.name}={setting.value!r}"
+        """Return the name in backticks, or ``name=value``."""
+        return f"`{setting.name}`" if setting.value is None else f"{setting.name}={setting.value!r}"
 
     def call(self, call: Call) -> str:
         """Return ``turing_learning.verb('path', ...)`` in backticks."""

@@ -5,8 +5,11 @@ import os
 import sys
 from collections.abc import Sequence
 
+from turing_learning.errors import RefusedError
+
 from ._exit import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
 from ._wording import on_the_command_line
+from ._words import OPTIONS
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 _NO_WAY = (
@@ -93,5 +96,7 @@ def _told(error: OSError) -> str:
 def _message(error: Exception) -> str:
     if isinstance(error, OSError) and (said := _told(error)):
         return said
+    if isinstance(error, RefusedError):
+        return error.text(OPTIONS)
     text = error.format_message() if hasattr(error, "format_message") else str(error)
     return " ".join(text.split()) if _is_usage_error(error) else text

@@ -99,9 +99,6 @@ _SENTENCES = (
     (r"with the setting run\.history = \"full\"", "with --set run.history=full"),
     (r"with points=0 in `effort` and force=True", "with --points 0 and --force"),
     (r"force=True", "--force"),
-    # studies
-    (r"with `runs` and `first_seed`", "with --runs and --first-seed"),
-    (r"the number of `workers`", "the number of --workers"),
 )
 """What cannot be done on the command line -> what can."""
 

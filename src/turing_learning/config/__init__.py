@@ -15,10 +15,11 @@ is not an integer (`is_integer`) or too small.
 Other modules with a file of their own take `Section`, `read_toml` and `line_of`.
 """
 
+from turing_learning.errors import is_integer, nearest
+
 from ._classifier import classifier_of
-from ._errors import ConfigurationError, nearest
+from ._errors import ConfigurationError, require_at_least
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
-from ._integers import is_integer, require_at_least
 from ._limits import require_seen, require_whole_cycles
 from ._load import PRESETS, load_configuration
 from ._sections import (

@@ -1,28 +1,15 @@
-"""The one error of the room: a setting that is refused, said in one message."""
+"""The error of the room, and checks that raise it."""
 
-import difflib
-from collections.abc import Iterable
+from typing import Any
 
-
-class ConfigurationError(ValueError):
-    """A setting is refused; the message names what, where, the value, and what to do."""
+from turing_learning.errors import RefusedError, integer
 
 
-def nearest(word: str, choices: Iterable[str]) -> str:
-    """Return advice that names the choice nearest to a misspelt word, or all choices.
+class ConfigurationError(RefusedError):
+    """A setting is rejected; the message names what, where, the value, and what to do."""
 
-    Parameters
-    ----------
-    word
-        What was given.
-    choices
-        What would have been accepted.
 
-    Returns
-    -------
-    str
-        A sentence.
-    """
-    known = sorted(choices)
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
-    return f"Did you mean `{close[0]}`?" if close else f"Choose from: {', '.join(known)}."
+def require_at_least(least: int, **values: Any) -> None:
+    """Reject what is not an integer of at least `least`, by its name."""
+    for name, value in values.items():
+        integer(name, value, least, error=ConfigurationError)

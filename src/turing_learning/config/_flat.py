@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from turing_learning.errors import brief, refuse
+
 from ._errors import ConfigurationError
 from ._sections import Configuration
 
@@ -50,12 +52,12 @@ def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
 
 
 def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
-    """Return settings that may have been said in several ways, for example by an option and by its key.
+    """Return settings that may have been given in several ways, for example by an option and by its key.
 
     Parameters
     ----------
     statements
-        (dotted key, value, how it was said) of each; a value may be a table, whose settings have the keys below it.
+        (dotted key, value, how it was given) of each; a value may be a table, whose settings have the keys below it.
 
     Returns
     -------
@@ -72,19 +74,16 @@ def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
         for key, value in (dotted({name: given}) or {name: given}).items():
             known, before = found.setdefault(key, (value, words))
             if known is not value and known != value:
-                raise ConfigurationError(
-                    f"`{key}` must be given once; got {before} and {words}. Leave one of them out."
-                )
+                got = f"{before} and {words}"
+                refuse(key, "be given once", got, "Leave one of them out.", error=ConfigurationError)
     return {key: value for key, (value, _) in found.items()}
 
 
 def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dict[str, Any]:
     """Return dotted key -> value of settings, and of arguments that set a run's fields of the same name unless they are None."""
     if not isinstance(settings, Mapping | None) or not all(isinstance(key, str) for key in settings or {}):
-        raise ConfigurationError(
-            f"`settings` must be a dict dotted key -> value; got {settings!r}. For example "
-            '{"models.population": 60, "run.checkpoint_every": 10}.'
-        )
-    said = [(f"run.{name}", value, f"{name}={value!r}") for name, value in arguments.items() if value is not None]
-    said += [(key, value, f"settings={{{key!r}: {value!r}}}") for key, value in (settings or {}).items()]
+        example = 'For example {"models.population": 60, "run.checkpoint_every": 10}.'
+        refuse("settings", "be a dict dotted key -> value", brief(settings), example, error=ConfigurationError)
+    said = [(f"run.{name}", value, f"{name}={brief(value)}") for name, value in arguments.items() if value is not None]
+    said += [(key, value, f"settings={{{key!r}: {brief(value)}}}") for key, value in (settings or {}).items()]
     return stated_once(said)

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from turing_learning.errors import require
 from turing_learning.models import ElmanModel, Representation
 from turing_learning.sources import OwnSystem
 from turing_learning.swarm import Scenario
@@ -59,15 +60,11 @@ class PopulationSection(Section):
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
-        if self.initial_low > self.initial_high:
-            raise ValueError(
-                f"`initial_low` must be at most initial_high; got {self.initial_low} and {self.initial_high}."
-            )
-        if not self.minimum_step_size <= self.initial_step_size <= LARGEST_STEP_SIZE:
-            raise ValueError(
-                f"`initial_step_size` must be between minimum_step_size ({self.minimum_step_size}) and "
-                f"{LARGEST_STEP_SIZE:g}; got {self.initial_step_size}."
-            )
+        low, high, step = self.initial_low, self.initial_high, self.initial_step_size
+        require(low <= high, "initial_low", "be at most initial_high", f"{low} and {high}")
+        fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
+        rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"
+        require(fits, "initial_step_size", rule, step)
         return self
 
 
@@ -196,29 +193,23 @@ class Configuration(Section):
     @model_validator(mode="after")
     def _check_scale(self) -> "Configuration":
         scale = self.classifiers.input_scale
-        if scale != "robot" and len(scale) != len(self.scenario.input_scale):
-            raise ValueError(
-                f'`classifiers.input_scale` must be "robot" or {len(self.scenario.input_scale)} positive numbers, '
-                f"one for each signal; got {list(scale)}."
-            )
+        signals = len(self.scenario.input_scale)
+        rule = f'be "robot" or {signals} positive numbers, one for each signal'
+        require(scale == "robot" or len(scale) == signals, "classifiers.input_scale", rule, str(list(scale)))
         return self
 
     @model_validator(mode="after")
     def _check_renewal(self) -> "Configuration":
-        if self.classifiers.renewal > 0 and self.coevolution.archive == 0:
-            raise ValueError(
-                "`classifiers.renewal` must be 0 without an archive (coevolution.archive = 0), which would remember what "
-                f"renewed classifiers forget; got {self.classifiers.renewal}."
-            )
+        renewal = self.classifiers.renewal
+        rule = "be 0 without an archive (coevolution.archive = 0), which would remember what renewed classifiers forget"
+        require(renewal == 0 or self.coevolution.archive > 0, "classifiers.renewal", rule, renewal)
         return self
 
     @model_validator(mode="after")
     def _check_hidden(self) -> "Configuration":
-        if self.models.hidden and self.scenario.representation != "reactive":
-            raise ValueError(
-                '`models.hidden` must be 0 unless scenario.representation is "reactive", as a network infers no field of view; '
-                f"got {self.models.hidden} with {self.scenario.representation!r}."
-            )
+        hidden, kind = self.models.hidden, self.scenario.representation
+        rule = 'be 0 unless scenario.representation is "reactive", as a network infers no field of view'
+        require(not hidden or kind == "reactive", "models.hidden", rule, f"{hidden} with {kind!r}")
         return self
 
     @model_validator(mode="after")
@@ -263,11 +254,8 @@ class OwnConfiguration(Configuration):
 
     @model_validator(mode="after")
     def _check_hidden(self) -> "OwnConfiguration":
-        if self.models.hidden:
-            raise ValueError(
-                "`models.hidden` must be 0 for a system of one's own, whose simulator takes the parameters of its models; "
-                f"got {self.models.hidden}."
-            )
+        rule = "be 0 for a custom system, whose simulator takes the parameters of its models"
+        require(not self.models.hidden, "models.hidden", rule, self.models.hidden)
         return self
 
     @property

@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from turing_learning.errors import Refusal, brief
+
 from ._errors import ConfigurationError
 from ._sections import Configuration
 
@@ -36,22 +38,19 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     """
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a path with a null character
         reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise ConfigurationError(f"`config` must be a readable TOML file; got {path} ({reason}).") from error
+        raise ConfigurationError(Refusal("config", "be a readable TOML file", f"{path} ({reason})")) from error
     try:
         return text, tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ConfigurationError(_syntax_message(path, text, error)) from error
-
-
-def _syntax_message(path: Path, text: str, error: tomllib.TOMLDecodeError) -> str:
-    found = re.search(r"^(.*) \(at line (\d+), column \d+\)$", str(error), re.DOTALL)
-    reason, line = (found[1], int(found[2])) if found else (str(error).replace(" (at end of document)", ""), 0)
-    lines = text.splitlines()
-    line = line or len(lines)
-    content = lines[line - 1].strip() if 0 < line <= len(lines) else ""
-    return f"`config` must be valid TOML; got {content!r} [{path}:{line}]. The reader says: {reason}."
+    except (ValueError, RecursionError) as error:  # ValueError: also an integer of thousands of digits
+        found = re.search(r"^(.*) \(at line (\d+), column \d+\)$", str(error), re.DOTALL)
+        reason = found[1] if found else str(error).replace(" (at end of document)", "")
+        lines = text.splitlines()
+        line = int(found[2]) if found else len(lines)
+        content = brief(lines[line - 1].strip() if 0 < line <= len(lines) else "")
+        remedy = f"The reader says: {reason}."
+        raise ConfigurationError(Refusal("config", "be valid TOML", content, f"{path}:{line}", remedy)) from error
 
 
 def line_of(text: str, key: str) -> int | None:

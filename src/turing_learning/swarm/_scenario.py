@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
+from ..errors import brief, refuse, require
 from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
 from ._start import Start
 
@@ -11,8 +12,7 @@ ITEM_KINDS = ("background", "robot", "object")
 
 
 def _require(holds: bool, name: str, rule: str, value: object, remedy: str = "") -> None:
-    if not holds:
-        raise ValueError(f"`{name}` must be {rule}; got {value!r}.{' ' + remedy if remedy else ''}")
+    require(holds, name, f"be {rule}", brief(value), remedy)
 
 
 def _require_positive(name: str, value: float) -> None:
@@ -294,9 +294,11 @@ class Scenario:
         if start.crowd:
             name = "arena" if arena.bounded else "trial.start_side_cm"
             size = f"{arena.width_cm:g} x {arena.height_cm:g}" if arena.bounded else f"{self.trial.start_side_cm:g}"
-            raise ValueError(
-                f"`scenario.{name}` must have room for the bodies that start in it; got {size} cm, where {start.crowd}. Enlarge "
-                "it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)."
+            refuse(
+                f"scenario.{name}",
+                "have room for the bodies that start in it",
+                f"{size} cm, where {start.crowd}",
+                "Enlarge it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm).",
             )
 
     def start(self, robots: int | None = None, side_cm: float | None = None) -> Start:

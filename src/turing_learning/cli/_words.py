@@ -1,0 +1,43 @@
+"""The command line's words for arguments, settings and calls that messages name."""
+
+import shlex
+
+from turing_learning.errors import Call, Setting
+
+_OPTIONS = {
+    "pixels_per_cm": "--scale",
+    "length_s": "--window",
+    "fps": "--fps",
+    "y_axis": "--y-axis",
+    "format": "--format",
+    "keypoint": "--keypoint",
+    "every": "--every",
+    "hold_out_individuals": "--hold-out-individuals",
+    "simulate": "--model",
+    "trajectories": "--trajectories",
+}
+"""Arguments of Python whose options have other names, or stand in messages with their dashes."""
+
+
+class OptionWords:
+    """The names of options and commands."""
+
+    def name(self, name: str) -> str:
+        """Return the option of an argument; a name that is no argument of a function stays as it is."""
+        return _OPTIONS.get(name, name)
+
+    def setting(self, setting: Setting) -> str:
+        """Return ``--name value``; ``--set key=value`` for a key of the configuration; only ``--name`` for a switch."""
+        if "." in setting.name:
+            return f"--set {setting.name}={'...' if setting.value is None else setting.value}"
+        option = _OPTIONS.get(setting.name, f"--{setting.name.replace('_', '-')}")
+        return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
+
+    def call(self, call: Call) -> str:
+        """Return the command in backticks. A run remembers its recording, so arguments that only Python needs are left out."""
+        return (
+            f"`turing-learning {call.verb} {shlex.quote(call.path)}`" if call.path else f"`turing-learning {call.verb}`"
+        )
+
+
+OPTIONS = OptionWords()
