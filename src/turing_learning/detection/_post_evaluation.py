@@ -7,10 +7,11 @@ import numpy as np
 
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError, require_at_least
-from turing_learning.swarm import Scenario, initial_poses
+from turing_learning.models import Behavior
+from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
 from ._checks import checked_models
-from ._simulated import POST_EVALUATION, observe_models, stream
+from ._simulated import POST_EVALUATION, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
 GENOMES = 500  # that judge a block at once
@@ -204,8 +205,10 @@ def _blocks(
     models, size = models[part], _block_size(scenario, trials)
     for start in range(0, len(models), size):
         block = models[start : start + size]
-        starts = np.repeat(poses[None], len(block), axis=0)
-        yield observe_models(scenario, block, starts, keys[start : start + size], threads)
+        starts = np.tile(poses, (len(block), 1, 1))
+        begun = Trials(scenario, mixed(scenario, len(block), trials), starts, keys[start : start + size].ravel())
+        speeds = begun.observe(Behavior(block), threads).transpose(1, 0, 2, 3)
+        yield speeds.reshape(scenario.individuals, len(block), trials, *speeds.shape[2:])
 
 
 def _block_size(scenario: Scenario, trials: int) -> int:

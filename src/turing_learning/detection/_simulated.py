@@ -1,13 +1,15 @@
 """Motion of a scenario's agents beside individuals that do something else."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import ConfigurationError, is_integer, require_at_least
+from turing_learning.models import Behavior
 from turing_learning.purposes import DETECTION
-from turing_learning.swarm import Scenario, initial_poses, observe
+from turing_learning.swarm import Scenario, Trials, mixed
+from turing_learning.swarm._trials import AGENT
 
 from ._checks import checked_models
 from ._motion import Motion
@@ -71,33 +73,6 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     return found[:count]
 
 
-def observe_models(
-    scenario: Scenario, models: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None
-) -> np.ndarray:
-    """Let replicas execute models among agents, several trials each.
-
-    Parameters
-    ----------
-    models : (M, P)
-    poses : (M, R, bodies, 3)
-        Initial poses of R trials of each model.
-    keys : (M, R)
-        Of the wheel noise.
-
-    Returns
-    -------
-    (individuals, M, R, T, D)
-        Speeds; agents first, then replicas.
-    """
-    count, trials = keys.shape
-    controllers = np.empty((count, trials, scenario.individuals, models.shape[1]))
-    controllers[:, :, : scenario.agents] = scenario.controller
-    controllers[:, :, scenario.agents :] = models[:, None, None]
-    flat = [array.reshape(count * trials, *array.shape[2:]) for array in (controllers, poses, keys)]
-    speeds = observe(scenario, flat[0], flat[1], flat[2], threads).transpose(1, 0, 2, 3)
-    return speeds.reshape(scenario.individuals, count, trials, *speeds.shape[2:])
-
-
 def simulate_behaviors(
     scenario: Scenario,
     controllers: np.ndarray,
@@ -128,17 +103,12 @@ def simulate_behaviors(
     """
     require_at_least(1, trials=trials)
     controllers = checked_models("controllers", controllers, scenario)
-    keys = rng.integers(0, 2**64, size=(len(controllers), trials), dtype=np.uint64)
-    poses = initial_poses(scenario, keys.size, rng)
-    speeds = observe_models(scenario, controllers, poses.reshape(*keys.shape, -1, 3), keys, threads)
-    by_swarm = speeds.swapaxes(0, 1)  # so that a cut between individuals is one between swarms
-    return SimulatedBehaviors(
-        genuine=_individuals(by_swarm[:, : scenario.agents]), abnormal=_individuals(by_swarm[:, scenario.agents :])
-    )
-
-
-def _individuals(motion: np.ndarray) -> np.ndarray:
-    return motion.reshape(-1, *motion.shape[2:])
+    drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
+    speeds = drawn.observe(Behavior(controllers), threads)
+    by_swarm = speeds.reshape(len(controllers), trials, *speeds.shape[1:]).swapaxes(1, 2)  # (M, A, trials, T, 2)
+    genuine, abnormal = by_swarm[:, : scenario.agents], by_swarm[:, scenario.agents :]
+    series = by_swarm.shape[2:]
+    return SimulatedBehaviors(genuine=genuine.reshape(-1, *series), abnormal=abnormal.reshape(-1, *series))
 
 
 def plant_abnormal(
@@ -172,11 +142,9 @@ def plant_abnormal(
             f"`simulate` must be an integer from 1 to {size - 1}, in a swarm of {size}; got {count!r}."
         )
     rng = stream(seed, PLANTING)
-    swarm = replace(scenario, agents=size - count, replicas=count)
-    controllers = np.tile(np.asarray(scenario.controller, dtype=float), (samples, size, 1))
-    controllers[:, size - count :] = random_controllers(scenario, count, rng)
-    keys = rng.integers(0, 2**64, size=samples, dtype=np.uint64)
-    speeds = observe(swarm, controllers, initial_poses(swarm, samples, rng), keys, threads).swapaxes(0, 1)
+    controllers = random_controllers(scenario, count, rng)
+    executed = np.repeat(np.append(np.full(size - count, AGENT), np.arange(count))[None], samples, axis=0)
+    speeds = Trials.draw(scenario, executed, rng).observe(Behavior(controllers), threads).swapaxes(0, 1)
     names = [f"agent {k + 1}" for k in range(size - count)] + [f"planted {k + 1}" for k in range(count)]
     order = rng.permutation(size)
     return Motion(tuple(names[k] for k in order), speeds[order])

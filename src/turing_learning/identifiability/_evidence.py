@@ -7,10 +7,10 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, classifier_of
-from turing_learning.models import Parameter
+from turing_learning.models import FULL_VIEW, Parameter
 from turing_learning.purposes import CHECK
 from turing_learning.sources import CenteredClassifier, Genuine, OwnSource, cut_samples
-from turing_learning.swarm import Scenario, initial_poses, observe
+from turing_learning.swarm import Trials, alone, mixed
 
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
@@ -117,20 +117,34 @@ def stream(seed: int, *use: int) -> np.random.Generator:
 def swarm_evidence(configuration: Configuration, effort: Effort, seed: int) -> Evidence:
     """Observe agents of a scenario, one in each trial, so that no two samples have met.
 
-    Models are executed by a replica among agents, as in the run.
+    Models, of any representation, are executed by a replica among agents, as in the run. `values` of `Evidence.simulate` are their
+    parameters (M, P); of networks the weights (M, Q).
     """
     scenario, rng = configuration.scenario, stream(seed, OBSERVING)
-    truth = np.tile(np.asarray(scenario.controller, dtype=float), (2 * effort.samples, 1))
-    genuine = _replicas(scenario, truth, rng, configuration.threads)[:, 0]
-    low, high = configuration.models.initial_low, configuration.models.initial_high
+    model, low, high = configuration.representation, configuration.models.initial_low, configuration.models.initial_high
+    parameters = {name: Parameter(None, None, initial=(low, high)) for name in scenario.parameter_names}
+    if configuration.models.hidden:  # its outputs are from -1 to 1, whatever its weights
+        parameters = dict.fromkeys(parameters, Parameter(-1, 1))
+    if "theta" in parameters:
+        parameters["theta"] = Parameter(0, FULL_VIEW, unit="rad")
+
+    def simulate(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        drawn = Trials.draw(scenario, mixed(scenario, len(values)), rng)
+        return first_replica(drawn.observe(model.behavior(values), configuration.threads))
+
+    def first_replica(speeds: np.ndarray) -> np.ndarray:
+        return np.ascontiguousarray(speeds[:, scenario.agents, None])
+
+    agents = Trials.draw(scenario, alone(scenario, 2 * effort.samples), rng)
+    genuine = first_replica(agents.observe(None, configuration.threads))[:, 0]
     return Evidence(
         learning=genuine[: effort.samples],
         testing=genuine[effort.samples :],
         groups=np.arange(effort.samples),
         grouping="trials",
-        simulate=lambda values, rng: _replicas(scenario, values, rng, configuration.threads),
+        simulate=simulate,
         classifier=classifier_of(configuration),
-        parameters={name: Parameter(None, None, initial=(low, high)) for name in scenario.parameter_names},
+        parameters=parameters,
     )
 
 
@@ -179,13 +193,3 @@ def _observed(data: Genuine, steps: int, count: int, rng: np.random.Generator) -
     while sum(map(len, parts)) < count:
         parts.append(cut_samples(data.live(rng), steps))
     return np.concatenate(parts)
-
-
-def _replicas(scenario: Scenario, values: np.ndarray, rng: np.random.Generator, threads: int | None) -> np.ndarray:
-    """Return samples (M, 1, T, D) of the first replica in one trial of each model (M, P)."""
-    controllers = np.empty((len(values), scenario.individuals, values.shape[1]))
-    controllers[:, : scenario.agents] = scenario.controller
-    controllers[:, scenario.agents :] = values[:, None]
-    keys = rng.integers(0, 2**64, size=len(values), dtype=np.uint64)
-    speeds = observe(scenario, controllers, initial_poses(scenario, len(values), rng), keys, threads)
-    return np.ascontiguousarray(speeds[:, scenario.agents][:, None])

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.analysis import polarization
 from turing_learning.config import Configuration
-from turing_learning.swarm import initial_poses, simulate
+from turing_learning.swarm import execution_of, initial_poses, simulate
 from turing_learning.trajectories import SIGNALS, Trajectories, compute_signals
 
 from ._evidence import COMPARING, Evidence, stream
@@ -95,27 +95,30 @@ def signal_quantities(
     )
 
 
-def swarm_quantities(configuration: Configuration, estimate: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
-    """Compare swarms of agents alone with swarms in which everybody executes the estimate, from the same starts."""
+def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
+    """Compare swarms of agents alone with swarms in which everybody executes a model (P,), from the same starts."""
     scenario, rng = configuration.scenario, stream(seed, COMPARING, 1)
     poses = initial_poses(scenario, GROUPS, rng)
+    every = max(1, round(EVERY_S / scenario.trial.control_interval_s))
     sides: list[Values] = []
-    for model in (np.asarray(scenario.controller, dtype=float), estimate):
+    for executed in (-1, 0):
+        everybody = np.full((GROUPS, scenario.individuals), executed)
+        robots = execution_of(scenario, configuration.representation.behavior(model[None]), everybody)
         moved = simulate(
             scenario,
-            np.tile(model, (GROUPS, scenario.individuals, 1)),
+            robots.controllers,
             poses,
             control_steps=scenario.control_steps,
             seed=seed,
+            fields_of_view=robots.fields_of_view,
             threads=configuration.threads,
+            drivers=robots.drivers,
         )
-        every = max(1, round(EVERY_S / scenario.trial.control_interval_s))
-        robots = moved.poses[:, ::every, : scenario.individuals]
-        directions = np.stack([np.cos(robots[..., 2]), np.sin(robots[..., 2])], axis=-1)
-        seen = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
-        sides.append({**seen, **_together(robots[..., :2], directions, 1 / EVERY_S)})
-    genuine, simulated = sides
-    return compare_quantities(genuine, simulated, SIGNALS)
+        seen = moved.poses[:, ::every, : scenario.individuals]
+        directions = np.stack([np.cos(seen[..., 2]), np.sin(seen[..., 2])], axis=-1)
+        signals = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
+        sides.append({**signals, **_together(seen[..., :2], directions, 1 / EVERY_S)})
+    return compare_quantities(sides[0], sides[1], SIGNALS)
 
 
 def recorded_quantities(

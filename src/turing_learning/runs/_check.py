@@ -12,6 +12,7 @@ import numpy as np
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.sources import Genuine, OwnSource, OwnSystemError, cut_samples
+from turing_learning.swarm import Scenario
 
 from .folder._errors import RunFolderError, storage
 from .folder._files import write_json
@@ -110,6 +111,17 @@ class Checker:
     def _estimate(self) -> np.ndarray:
         return np.array(list(self.result.estimate.values()))
 
+    @property
+    def _model(self) -> np.ndarray:
+        """The model that is simulated: the estimate, or the weights of the network that comes nearest to it."""
+        networks = self.result.networks
+        return self._estimate if networks is None else np.array(list(networks["estimate"].values()))
+
+    @property
+    def _profiled(self) -> bool:
+        """Whether parameters are moved one by one: no weight of a network stands for one of them."""
+        return self.effort.points > 0 and self.result.networks is None
+
     def _settings(self) -> dict[str, Any]:
         groups = None if self.given is None or self.given.groups is None else self.given.groups.tolist()
         return {
@@ -165,7 +177,7 @@ class Checker:
 
         if "test" not in content:
             self.stage("fresh classifiers against the estimate")
-            content["test"] = two_sample_test(evidence, self._estimate, self.effort, seed=self.seed).to_json()
+            content["test"] = two_sample_test(evidence, self._model, self.effort, seed=self.seed).to_json()
             _keep(content, path)
 
     def _quantities(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
@@ -179,7 +191,7 @@ class Checker:
         from turing_learning.trajectories import SIGNALS
 
         if self.given is None:
-            return swarm_quantities(self.configuration, self._estimate, seed=self.seed)
+            return swarm_quantities(self.configuration, self._model, seed=self.seed)
         names = self.given.source.system.signals
         count = min(COMPARED, 2 * self.effort.samples)
         found = signal_quantities(evidence, self._estimate, names, SIGNALS, count=count, seed=self.seed)
@@ -191,7 +203,7 @@ class Checker:
     def _profiles(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
         from turing_learning.identifiability import profile
 
-        for place, name in enumerate(self.result.estimate if self.effort.points else ()):
+        for place, name in enumerate(self.result.estimate if self._profiled else ()):
             if name not in content["profiles"]:
                 self.stage(f"fresh classifiers where {name} is moved")
                 try:
@@ -221,7 +233,7 @@ class Checker:
         system: dict[str, Any] = {}
         configuration = self.configuration
         if self.given is None:
-            scenario = replace(configuration.scenario, controller=tuple(self._estimate.tolist()), known=True)
+            scenario = _with_agents(configuration.scenario, self._estimate)
         else:
             scenario, system = configuration.scenario, self._known_system(k, evidence)
         found = self.recover(
@@ -280,7 +292,7 @@ class Checker:
                 PinnedDown(
                     parameter=name,
                     interval_share=float(width) if is_known(width) else None,
-                    open_share=Profile(**content["profiles"][name]).open_share if self.effort.points else None,
+                    open_share=Profile(**content["profiles"][name]).open_share if self._profiled else None,
                     recovery_error=max(each[name] for each in errors) if errors else None,
                 )
             )
@@ -292,6 +304,14 @@ class Checker:
         return np.array(
             [float(evidence.parameters[name].to_numbers(np.array(value))) for name, value in values.items()]
         )
+
+
+def _with_agents(scenario: Scenario, parameters: np.ndarray) -> Scenario:
+    """Return a scenario whose agents have these parameters (P,)."""
+    robot = scenario.model.behavior(parameters)
+    view = scenario.sensor.field_of_view if robot.field_of_view is None else float(robot.field_of_view)
+    controller = tuple(robot.wheel_speeds.tolist())
+    return replace(scenario, controller=controller, sensor=replace(scenario.sensor, field_of_view=view), known=True)
 
 
 def stored_check(path: Path) -> dict[str, Any] | None:

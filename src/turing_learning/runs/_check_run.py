@@ -92,7 +92,6 @@ def check_run(
             "turing_learning.identifiability.Effort(samples=100)."
         )
     _refuse_laboratory(result)
-    _refuse_other_than_reactive(configuration)
     folder = None if result.path is None else RunFolder(result.path)
     options: OwnOptions = {}
     if workers is not None:
@@ -159,21 +158,6 @@ def _refuse_laboratory(result: Result) -> None:
             f"`run` must be of a system that can be simulated; got one in a laboratory [{result.path}]. What its models are worth "
             "there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` says what its setup could infer at all."
         )
-
-
-def _refuse_other_than_reactive(configuration: Configuration) -> None:
-    """Raise ConfigurationError if models of simulated robots are more than wheel speeds for each sensor state."""
-    if isinstance(configuration, OwnConfiguration):
-        return
-    for key, value, needed in (
-        ("models.hidden", configuration.models.hidden, 0),
-        ("scenario.representation", configuration.scenario.representation, "reactive"),
-    ):
-        if value != needed:
-            raise ConfigurationError(
-                f"`{key}` must be {needed!r} in a run that is checked, as whole swarms execute the estimate there, which has to be "
-                f"wheel speeds alone; got {value!r}. Infer wheel speeds, and check that run."
-            )
 
 
 def _given(

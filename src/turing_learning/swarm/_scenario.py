@@ -4,19 +4,11 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
-from ..errors import brief, refuse, require
+from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
 from ._start import Start
 
 ITEM_KINDS = ("background", "robot", "object")
-
-
-def _require(holds: bool, name: str, rule: str, value: object, remedy: str = "") -> None:
-    require(holds, name, f"be {rule}", brief(value), remedy)
-
-
-def _require_positive(name: str, value: float) -> None:
-    _require(math.isfinite(value) and value > 0, name, "a finite number above 0", value)
 
 
 @dataclass(frozen=True)
@@ -51,8 +43,8 @@ class Robot:
 
     def __post_init__(self) -> None:
         for name in ("radius_cm", "mass_g", "wheel_distance_cm", "maximum_speed_cm_s"):
-            _require_positive(f"robot.{name}", getattr(self, name))
-        _require(0 <= self.wheel_noise < 1, "robot.wheel_noise", "in [0, 1)", self.wheel_noise)
+            number(f"robot.{name}", getattr(self, name), above=0)
+        number("robot.wheel_noise", self.wheel_noise, least=0, below=1)
 
 
 @dataclass(frozen=True)
@@ -81,10 +73,10 @@ class Objects:
     friction: float = 0.58
 
     def __post_init__(self) -> None:
-        _require(self.count >= 0, "objects.count", "0 or more", self.count)
-        _require_positive("objects.radius_cm", self.radius_cm)
-        _require_positive("objects.mass_g", self.mass_g)
-        _require(math.isfinite(self.friction) and self.friction >= 0, "objects.friction", "0 or more", self.friction)
+        integer("objects.count", self.count, 0)
+        number("objects.radius_cm", self.radius_cm, above=0)
+        number("objects.mass_g", self.mass_g, above=0)
+        number("objects.friction", self.friction, least=0)
 
 
 @dataclass(frozen=True)
@@ -104,15 +96,11 @@ class Arena:
 
     def __post_init__(self) -> None:
         sides = (self.width_cm, self.height_cm)
-        _require(
-            all(side is None for side in sides) or all(side is not None for side in sides),
-            "arena.width_cm and arena.height_cm",
-            "both given or both left out",
-            sides,
-        )
+        both = (sides[0] is None) == (sides[1] is None)
+        require(both, "arena.width_cm and arena.height_cm", "be both given or both left out", brief(sides))
         for name, side in zip(("width_cm", "height_cm"), sides, strict=True):
             if side is not None:
-                _require_positive(f"arena.{name}", side)
+                number(f"arena.{name}", side, above=0)
 
     @property
     def bounded(self) -> bool:
@@ -144,21 +132,11 @@ class Sensor:
     field_of_view: float = 0.0
 
     def __post_init__(self) -> None:
-        _require(
-            len(self.readings) > 0
-            and self.readings[0] == "background"
-            and len(set(self.readings)) == len(self.readings)
-            and all(kind in ITEM_KINDS for kind in self.readings),
-            "sensor.readings",
-            f"'background', then any of {ITEM_KINDS[1:]}, each once",
-            self.readings,
-        )
-        _require(
-            0 <= self.field_of_view <= FULL_VIEW,
-            "sensor.field_of_view",
-            "an angle from 0 to 2 pi = 6.283185 (rad)",
-            self.field_of_view,
-        )
+        known = self.readings[:1] == ("background",) and set(self.readings) <= set(ITEM_KINDS)
+        rule = f"be 'background', then any of {ITEM_KINDS[1:]}, each once"
+        require(known and len(set(self.readings)) == len(self.readings), "sensor.readings", rule, brief(self.readings))
+        rule = "be an angle from 0 to 2 pi = 6.283185 (rad)"
+        require(0 <= self.field_of_view <= FULL_VIEW, "sensor.field_of_view", rule, self.field_of_view)
 
     @property
     def states(self) -> int:
@@ -199,19 +177,15 @@ class Trial:
 
     def __post_init__(self) -> None:
         for name in ("duration_s", "control_interval_s", "start_side_cm"):
-            _require_positive(f"trial.{name}", getattr(self, name))
-        _require(self.physics_steps >= 1, "trial.physics_steps", "1 or more", self.physics_steps)
+            number(f"trial.{name}", getattr(self, name), above=0)
+        integer("trial.physics_steps", self.physics_steps, 1)
         self.steps_of(self.duration_s, "trial.duration_s")
 
     def steps_of(self, duration_s: float, name: str) -> int:
-        """Return the number of control cycles in a duration; raise ValueError, by its name, if it is not a whole number."""
+        """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
         cycles = duration_s / self.control_interval_s
-        _require(
-            round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6,
-            name,
-            f"a whole number of control intervals of {self.control_interval_s} s",
-            duration_s,
-        )
+        rule = f"be a whole number of control intervals of {self.control_interval_s} s"
+        require(round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6, name, rule, duration_s)
         return round(cycles)
 
 
@@ -258,48 +232,27 @@ class Scenario:
     known: bool = True
 
     def __post_init__(self) -> None:
-        _require(
-            self.representation in REPRESENTATIONS,
-            "scenario.representation",
-            f"one of {', '.join(REPRESENTATIONS)}",
-            self.representation,
-        )
-        _require(self.agents >= 1, "scenario.agents", "1 or more", self.agents)
-        _require(self.replicas >= 1, "scenario.replicas", "1 or more", self.replicas)
-        _require(self.grouping in ("mixed", "separated"), "scenario.grouping", "'mixed' or 'separated'", self.grouping)
-        expected = 2 * self.sensor.states
-        _require(
-            len(self.controller) == expected,
-            "scenario.controller",
-            f"{expected} wheel speeds, two for each of the {self.sensor.states} sensor states",
-            self.controller,
-        )
-        _require(
-            all(math.isfinite(value) for value in self.controller),
-            "scenario.controller",
-            "finite wheel speeds",
-            self.controller,
-        )
+        choice("scenario.representation", self.representation, REPRESENTATIONS)
+        integer("scenario.agents", self.agents, 1)
+        integer("scenario.replicas", self.replicas, 1)
+        choice("scenario.grouping", self.grouping, ("mixed", "separated"))
+        speeds, expected = self.controller, 2 * self.sensor.states
+        rule = f"be {expected} wheel speeds, two for each of the {self.sensor.states} sensor states"
+        require(len(speeds) == expected, "scenario.controller", rule, brief(speeds))
+        require(all(map(math.isfinite, speeds)), "scenario.controller", "be finite wheel speeds", brief(speeds))
         self._require_room()
 
     def _require_room(self) -> None:
         arena, start = self.arena, self.start()
         for name, side in zip(("width_cm", "height_cm"), start.sides_cm, strict=True):
-            _require(
-                side > 0,
-                f"scenario.arena.{name}",
-                f"more than the diameter of what moves in it, {2 * start.corner_cm:g}",
-                getattr(arena, name),
-            )
+            rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"
+            require(side > 0, f"scenario.arena.{name}", rule, getattr(arena, name))
         if start.crowd:
             name = "arena" if arena.bounded else "trial.start_side_cm"
             size = f"{arena.width_cm:g} x {arena.height_cm:g}" if arena.bounded else f"{self.trial.start_side_cm:g}"
-            refuse(
-                f"scenario.{name}",
-                "have room for the bodies that start in it",
-                f"{size} cm, where {start.crowd}",
-                "Enlarge it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm).",
-            )
+            remedy = "Enlarge it, or take fewer or smaller bodies (scenario.agents, scenario.robot.radius_cm)."
+            rule = "have room for the bodies that start in it"
+            refuse(f"scenario.{name}", rule, f"{size} cm, where {start.crowd}", remedy)
 
     def start(self, robots: int | None = None, side_cm: float | None = None) -> Start:
         """Return what starts where: within the walls, else in the start square.

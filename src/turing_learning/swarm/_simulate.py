@@ -6,11 +6,13 @@ from functools import partial
 
 import numpy as np
 
+from ..arrays import array
+from ..errors import integer, number, refuse, require
+from ..kernels.networks import Networks, new_networks
 from ..kernels.parallel import run_range
 from ..kernels.trials import observe_trials, record_trials, slots_of
 from ..kernels.world import World
 from ..models import FULL_VIEW
-from ._drivers import Drivers
 from ._scenario import Scenario
 
 GRAVITY = 9.81
@@ -18,6 +20,41 @@ GRAVITY = 9.81
 
 LARGEST_OUTPUT = 1.0
 """Of a network that drives a robot: how far the robot may move follows from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drivers:
+    """Which robots of R trials are driven by a network, and by which.
+
+    Parameters
+    ----------
+    weights : (K, Q)
+        Networks, laid out as in `models.ElmanModel`; finite.
+    hidden
+        Their hidden neurons H, with Q = H^2 + 4 H + 2.
+    driver : (R, A)
+        The network, 0 to K - 1, that drives each robot of each trial; -1 for a reactive robot.
+    """
+
+    weights: np.ndarray
+    hidden: int
+    driver: np.ndarray
+
+    def __post_init__(self) -> None:
+        require(self.hidden >= 1, "hidden", "be 1 or more", self.hidden)
+        weights = array("weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2)
+        driver = array("driver", self.driver, "R A", dtype=np.int64, empty=True)
+        if driver.size:
+            low, high = int(driver.min()), int(driver.max())
+            rule = f"hold numbers of {len(weights)} networks from 0, or -1 for none"
+            require(low >= -1 and high < len(weights), "driver", rule, f"{low} to {high}")
+        object.__setattr__(self, "weights", np.ascontiguousarray(weights))
+        object.__setattr__(self, "driver", np.ascontiguousarray(driver))
+
+    def networks(self, trials: int, robots: int) -> Networks:
+        """Return what the kernels execute; reject drivers of other trials or robots."""
+        array("drivers.driver", self.driver, "R A", dtype=np.int64, R=trials, A=robots)
+        return new_networks(self.weights, self.driver, self.hidden)
 
 
 @dataclass(frozen=True)
@@ -81,20 +118,6 @@ def _fields_of_view(scenario: Scenario, given: np.typing.ArrayLike | None, shape
     return np.broadcast_to(fields, shape) if fields.any() else None
 
 
-def _checked(name: str, array: np.ndarray, shape: tuple[int | None, ...], letters: str) -> np.ndarray:
-    array = np.ascontiguousarray(array, dtype=np.float64)
-    fits = array.ndim == len(shape) and all(
-        want in (None, have) for want, have in zip(shape, array.shape, strict=False)
-    )
-    if not fits:
-        expected = tuple("any" if want is None else want for want in shape)
-        raise ValueError(f"`{name}` must have shape {letters} = {expected}; got {array.shape}.")
-    if not np.isfinite(array).all():
-        place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"`{name}` must be finite; got {array[place]} at {place}.")
-    return array
-
-
 def simulate(
     scenario: Scenario,
     controllers: np.ndarray,
@@ -135,22 +158,23 @@ def simulate(
     Simulation
         Poses, sensor states and speeds at every control cycle.
 
-    Raises
-    ------
-    ValueError
-        If a shape or a value does not fit.
-
     Source
     ------
     Paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
     """
-    controllers = _checked("controllers", controllers, (None, None, 2 * scenario.sensor.states), "(R, A, 2 n)")
+    controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=2 * scenario.sensor.states))
     trials, robots = controllers.shape[:2]
-    poses = _checked("initial_poses", initial_poses, (trials, None, 3), "(R, A + O, 3)")
+    poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
     objects = poses.shape[1] - robots
+    require(
+        objects >= 0, "initial_poses", f"hold a pose of each of the {robots} robots, then of objects", poses.shape[1]
+    )
+    integer("control_steps", control_steps, 1)
+    integer("seed", seed, 0)
     noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
-    _check_numbers(trials=trials, robots=robots, objects=objects, control_steps=control_steps, seed=seed, noise=noise)
-    _check_threads(threads)
+    number("wheel_noise", noise, least=0, below=1)
+    if threads is not None:
+        integer("threads", threads, 1, remedy="None takes every processor.")
     if fields_of_view is not None:
         _check_fields_of_view(fields_of_view, (trials, robots))
     if scenario.arena.bounded:
@@ -202,32 +226,16 @@ def observe(
     return speeds
 
 
-def _check_numbers(*, trials: int, robots: int, objects: int, control_steps: int, seed: int, noise: float) -> None:
-    for name, value, least in (
-        ("number of trials R", trials, 1),
-        ("number of robots A", robots, 1),
-        ("number of objects O", objects, 0),
-        ("control_steps", control_steps, 1),
-        ("seed", seed, 0),
-    ):
-        if value < least:
-            raise ValueError(f"`{name}` must be {least} or more; got {value}.")
-    if not 0 <= noise < 1:
-        raise ValueError(f"`wheel_noise` must be in [0, 1); got {noise}.")
-
-
 def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, shape: tuple[int, int]) -> None:
-    fields = np.asarray(fields_of_view, dtype=np.float64)
-    if fields.shape not in ((), shape[1:], shape):
-        raise ValueError(f"`fields_of_view` must have shape (), (A,) or (R, A) = {shape}; got {fields.shape}.")
+    fields = array("fields_of_view", fields_of_view, "...", finite=False, empty=True)
+    require(
+        fields.shape in ((), shape[1:], shape),
+        "fields_of_view",
+        f"have shape (), (A,) or (R, A) = {shape}",
+        fields.shape,
+    )
     wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
-    if wrong.size:
-        raise ValueError(f"`fields_of_view` must be from 0 to 2 pi = {FULL_VIEW:.6f} rad; got {wrong.flat[0]}.")
-
-
-def _check_threads(threads: int | None) -> None:
-    if threads is not None and threads < 1:
-        raise ValueError(f"`threads` must be 1 or more, or None for every processor; got {threads}.")
+    require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
 
 
 def _check_inside(scenario: Scenario, poses: np.ndarray, robots: int) -> None:
@@ -236,10 +244,8 @@ def _check_inside(scenario: Scenario, poses: np.ndarray, robots: int) -> None:
     outside = ((poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])).any(axis=-1)
     if outside.any():
         trial, body = (int(k) for k in np.argwhere(outside)[0])
-        raise ValueError(
-            f"`initial_poses` must lie inside the arena of {size[0]} x {size[1]} cm; "
-            f"got x, y = {poses[trial, body, :2].tolist()} for body {body} of trial {trial}."
-        )
+        got, place = f"x, y = {poses[trial, body, :2].tolist()}", f"body {body} of trial {trial}"
+        refuse("initial_poses", f"lie inside the arena of {size[0]} x {size[1]} cm", got, place=place)
 
 
 def initial_poses(
@@ -270,26 +276,19 @@ def initial_poses(
     (R, A + O, 3)
         x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
 
-    Raises
-    ------
-    ValueError
-        If a number is too small, or as many robots have no room.
-
     Source
     ------
     Paper, section 4.2.
     """
     individuals = scenario.individuals if robots is None else robots
-    if trials < 1 or individuals < 1:
-        raise ValueError(f"`trials` and `robots` must be 1 or more; got {trials} and {individuals}.")
-    if side_cm is not None and not (math.isfinite(side_cm) and side_cm > 0):
-        raise ValueError(f"`side_cm` must be a finite number above 0; got {side_cm}.")
+    integer("trials", trials, 1)
+    integer("robots", individuals, 1)
+    if side_cm is not None:
+        number("side_cm", side_cm, above=0)
     start = scenario.start(robots, side_cm)
     if side_cm is None and start.crowd:
-        raise ValueError(
-            f"`robots` must have room where the scenario lets them start; got {robots}, and {start.crowd}. Take fewer, or another "
-            "scenario."
-        )
+        rule, remedy = "have room where the scenario lets them start", "Take fewer, or another scenario."
+        refuse("robots", rule, f"{robots}, and {start.crowd}", remedy)
     poses = rng.random((trials, start.bodies, 3))
     poses[..., 2] = math.pi * (2 * poses[..., 2] - 1)
     poses[..., :2] = start.corner_cm + poses[..., :2] * start.sides_cm

@@ -187,8 +187,11 @@ def test_all_threads_are_none():
             "`classifiers.initial_step_size` must be between minimum_step_size (0.01) and 1e+06; "
             "got 10000000.0 [{path}:2].",
         ),
-        ("[scenario.robot]\nwheel_noise = nan", "`scenario.robot.wheel_noise` must be in [0, 1); got nan [{path}:2]."),
-        ("[scenario]\nagents = 0", "`scenario.agents` must be 1 or more; got 0 [{path}:2]."),
+        (
+            "[scenario.robot]\nwheel_noise = nan",
+            "`scenario.robot.wheel_noise` must be a finite number of at least 0 and below 1; got nan [{path}:2].",
+        ),
+        ("[scenario]\nagents = 0", "`scenario.agents` must be an integer of at least 1; got 0 [{path}:2]."),
         (
             "[scenario.trial]\nduration_s = inf",
             "`scenario.trial.duration_s` must be a finite number above 0; got inf [{path}:2].",

@@ -7,8 +7,8 @@ from turing_learning.analysis import decision_accuracy
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import PostEvaluation, _post_evaluation, count_agents, grid_models, post_evaluate
-from turing_learning.detection._simulated import POST_EVALUATION, observe_models, stream
-from turing_learning.swarm import AGGREGATION, Robot, initial_poses
+from turing_learning.detection._simulated import POST_EVALUATION, stream
+from turing_learning.swarm import AGGREGATION, Robot, initial_poses, observe
 
 RNG = np.random.default_rng(0)
 GENOMES = RNG.normal(0, 2, (6, 46))
@@ -36,7 +36,9 @@ def naive_accuracy(classifier, genomes, scenario, models, trials, seed):
     for genome in genomes:
         right = {True: [], False: []}
         for model, key in zip(models, keys, strict=True):
-            samples = observe_models(scenario, model[None], poses[None].copy(), key[None], 1)[:, 0]
+            controllers = np.tile(np.asarray(scenario.controller), (len(key), scenario.individuals, 1))
+            controllers[:, scenario.agents :] = model
+            samples = observe(scenario, controllers, poses.copy(), key, 1).swapaxes(0, 1)
             for k, individual in enumerate(samples):
                 is_model = k >= scenario.agents
                 says_model = all(classifier.judge(genome[None], sample[None])[0, 0] < 0.5 for sample in individual)

@@ -326,22 +326,37 @@ def test_a_run_on_robots_is_checked_without_being_told_anything(tmp_path):
         result.check(simulate=walk)
 
 
-@pytest.mark.parametrize(
-    ("scenario", "setting", "message"),
-    [
-        ("aggregation", {"models.hidden": 2}, r"`models\.hidden` must be 0 in .* alone; got 2\. Infer wheel speeds"),
-        (
-            "aggregation-field-of-view-0",
-            {},
-            "`scenario.representation` must be 'reactive' in a run that is checked, as whole swarms execute the .*; got 'morp",
-        ),
-    ],
-)
-def test_models_that_are_more_than_wheel_speeds_are_refused(scenario, setting, message):
-    small = SETTINGS | {"scenario.agents": 2, "scenario.trial.duration_s": 1.0} | setting
-    result = tl.infer(scenario, generations=2, settings=small, seed=1)
-    with pytest.raises(ConfigurationError, match=message):
-        result.check(effort=QUICK)
+def test_networks_are_checked_as_what_they_do_and_no_weight_is_profiled():
+    small = SETTINGS | SWARM | {"scenario.agents": 2, "models.hidden": 2}
+    result = tl.infer("aggregation", generations=3, settings=small, seed=1)
+    found = result.check(effort=QUICK)
+    assert found.profiles == ()
+    assert [each.parameter for each in found.parameters] == ["vl0", "vr0", "vl1", "vr1"]
+    assert found.recoveries[0].truth == result.estimate
+    still = dict.fromkeys(result.networks["estimate"], 0.0)  # both outputs are 0
+    standing = replace(result, networks={"best_model": still, "estimate": still}).check(effort=QUICK, recoveries=0)
+    simulated = {each.name: np.average(each.edges[1:], weights=each.simulated) for each in standing.quantities}
+    assert abs(simulated["speed"]) < 1  # cm/s, the width of a bin
+    assert {each.name: each.simulated for each in found.quantities} != {
+        each.name: each.simulated for each in standing.quantities
+    }
+
+
+def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_of_the_agents(monkeypatch):
+    from turing_learning.runs import _check_run
+
+    recovered, in_memory = [], _check_run.in_memory
+    monkeypatch.setattr(
+        "turing_learning.runs._check_run.in_memory",
+        lambda found, *rest: recovered.append(found) or in_memory(found, *rest),
+    )
+    small = SETTINGS | SWARM | {"scenario.agents": 2}
+    result = tl.infer("aggregation-field-of-view-60", generations=3, settings=small, seed=1)
+    found = result.check(effort=QUICK)
+    theta = {each.parameter: each for each in found.profiles}["theta"]
+    assert (theta.values[0], theta.values[-1]) == pytest.approx((0, 2 * np.pi))
+    assert recovered[0].scenario.sensor.field_of_view == result.estimate["theta"]
+    assert recovered[0].scenario.truth == pytest.approx(tuple(result.estimate.values()))
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ def test_a_replica_of_a_black_box_model_executes_it_among_agents():
 
 
 def test_models_with_another_number_of_weights_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must have shape \(M, P\) = \(any, 23\); got \(2, 4\)"):
+    with pytest.raises(ValueError, match=r"`models` must be of shape \(M, P\) = \(any, 23\); got \(2, 4\)"):
         MixedSwarm(AGGREGATION, 1, MODEL).collect(np.zeros((2, 4)), np.random.default_rng(0))
 
 
@@ -132,12 +132,12 @@ def test_models_with_another_number_of_weights_are_refused():
         (
             np.zeros((1, 7)),
             [[0]],
-            r"`weights` must have shape \(K, Q\) = \(any, 23\) for 3 hidden neurons, .* \(1, 7\)",
+            r"`weights` must be of shape \(K, Q\) = \(any, 23\); got \(1, 7\)",
         ),
         (np.full((1, 23), np.nan), [[0]], "`weights` must be finite; got nan"),
-        (np.zeros((2, 23)), [[0, 2]], r"`driver` must have shape .* numbers of 2 networks .* got 0 to 2 in shape"),
-        (np.zeros((2, 23)), [[-2, 0]], r"`driver` must have shape .* or -1 for none; got -2 to 0"),
-        (np.zeros((2, 23)), [0, 1], r"`driver` must have shape \(R, A\), .* in shape \(2,\)"),
+        (np.zeros((2, 23)), [[0, 2]], r"`driver` must hold numbers of 2 networks .* got 0 to 2"),
+        (np.zeros((2, 23)), [[-2, 0]], r"`driver` must hold .* or -1 for none; got -2 to 0"),
+        (np.zeros((2, 23)), [0, 1], r"`driver` must be of shape \(R, A\); got \(2,\)"),
     ],
 )
 def test_drivers_that_do_not_fit_are_refused(weights, driver, message):
@@ -147,5 +147,5 @@ def test_drivers_that_do_not_fit_are_refused(weights, driver, message):
 
 def test_drivers_of_other_robots_are_refused():
     drivers = Drivers(networks(1), HIDDEN, np.zeros((1, 3), int))
-    with pytest.raises(ValueError, match=r"`drivers.driver` must have shape \(R, A\) = \(1, 2\); got \(1, 3\)"):
+    with pytest.raises(ValueError, match=r"`drivers.driver` must be of shape \(R, A\) = \(1, 2\); got \(1, 3\)"):
         tl.swarm.simulate(AGGREGATION, np.zeros((1, 2, 4)), scattered(1, 2), control_steps=1, drivers=drivers)

@@ -36,5 +36,5 @@ def test_samples_depend_on_the_generator_alone_not_on_threads():
 
 
 def test_models_of_another_width_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must have shape \(M, P\) = \(any, 4\); got \(2, 6\)"):
+    with pytest.raises(ValueError, match=r"`models` must be of shape \(M, P\) = \(any, 4\); got \(2, 6\)"):
         collect(np.zeros((2, 6)))

@@ -63,5 +63,5 @@ def test_a_group_of_replicas_is_driven_by_one_network_each():
 
 
 def test_models_of_another_width_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must have shape \(M, P\) = \(any, 4\); got \(2, 6\)"):
+    with pytest.raises(ValueError, match=r"`models` must be of shape \(M, P\) = \(any, 4\); got \(2, 6\)"):
         collect(np.zeros((2, 6)))

@@ -5,7 +5,7 @@ import numpy as np
 from turing_learning.coevolution import Samples
 from turing_learning.models import Behavior
 from turing_learning.purposes import REHEARSAL
-from turing_learning.swarm import Scenario, execution_of, initial_poses, observe
+from turing_learning.swarm import Scenario, Trials, alone
 
 
 class SimulatedLaboratory:
@@ -52,11 +52,9 @@ class SimulatedLaboratory:
         trials, rest = divmod(len(speeds), scenario.replicas)
         if rest or not trials:
             raise ValueError(f"`models` must be a multiple of {scenario.replicas} replicas, not 0; got {len(speeds)}.")
-        executed = np.full((trials, scenario.individuals), -1)
+        executed = alone(scenario, trials)
         executed[:, scenario.agents :] = np.arange(len(speeds)).reshape(trials, -1)
-        keys = rng.integers(0, 2**64, size=trials, dtype=np.uint64)
-        robots = execution_of(scenario, Behavior(speeds), executed)
-        motion = observe(scenario, robots.controllers, initial_poses(scenario, trials, rng), keys, 1)
+        motion = Trials.draw(scenario, executed, rng).observe(Behavior(speeds), 1)
         shape = motion.shape[2:]
         return Samples(
             genuine=motion[:, : scenario.agents].reshape(-1, *shape),
