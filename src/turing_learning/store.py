@@ -1,0 +1,486 @@
+"""A folder that can be resumed: locked, versioned, atomic, sealed. What is sound is taken from there, the rest is made again.
+
+Runs, studies, searches, checks and experiments keep their files in one of these.
+"""
+
+import hashlib
+import io
+import json
+import logging
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._files import PARTIAL, in_home, json_bytes, write_atomically
+from ._seals import NAME as SEALS
+from ._seals import Seals, digest_of, file_digest
+from .errors import RefusedError, refuse, require
+
+LOCK = "lock"
+_LOGGER = logging.getLogger("turing_learning")
+_LOOKS = 4  # at a file that does not fit its seal: the process that writes may have replaced both in between
+
+
+class RunFolderError(RefusedError):
+    """A folder is rejected before anything runs; nothing has been changed."""
+
+
+class DamagedError(RunFolderError):
+    """A stored file is missing, or not as it was written.
+
+    Attributes
+    ----------
+    reason
+        What is wrong with it, in few words.
+    """
+
+    reason = ""
+
+
+class RunStorageError(OSError):
+    """A folder could not be written any further, for example because the disk is full; its work can be resumed."""
+
+
+@contextmanager
+def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
+    """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
+
+    Parameters
+    ----------
+    kind
+        Of the error that is raised. A `RunStorageError` has its message already, and passes; so does the message of a
+        FileExistsError that is ours, not the operating system's.
+    what
+        For example "`out` must be a folder that can be written; got runs/mine".
+    remedy
+        A sentence.
+    """
+    try:
+        yield
+    except RunStorageError:
+        raise
+    except OSError as error:
+        ours = isinstance(error, FileExistsError) and error.errno is None
+        raise kind(str(error) if ours else f"{what} ({error.strerror or error}). {remedy}") from error
+
+
+def writable(name: str, path: Path) -> AbstractContextManager[None]:
+    """Reject a folder, before anything runs, to which the block cannot write."""
+    elsewhere = "Choose another folder, or make room." if name == "out" else "Use a copy elsewhere, or make room."
+    return told(RunFolderError, f"`{name}` must be a folder that can be written; got {path}", elsewhere)
+
+
+def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager[None]:
+    """Say of a folder that cannot be written any further what to do when there is room."""
+    what = f"`{name}` must be a folder with space left; could not write to {path}"
+    return told(RunStorageError, what, f"Make room, then {ahead}")
+
+
+def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
+    """Raise RunFolderError unless a version of the package that we know has written the file at `path`."""
+    later = f"Use the version of turing-learning that wrote this {noun}, or a later one."
+    known = type(version) is int
+    require(known and version >= 1, "format_version", "be an integer of at least 1", version, "Restore the file.",
+            place=str(path), error=RunFolderError)  # fmt: skip
+    require(version <= newest, "format_version", f"be at most {newest}", version, later, place=str(path),
+            error=RunFolderError)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What a store holds.
+
+    Parameters
+    ----------
+    noun
+        What it is called, and the name of the argument in messages: "study".
+    head
+        The JSON file that says what the folder is; it has a ``format_version``.
+    identity
+        Keys of the head whose values must stay the same for its life.
+    pieces
+        Patterns of the files that are read again, beside the head. They are sealed when a store that has no seals is resumed.
+    newest
+        Newest format version that can be read.
+    """
+
+    noun: str
+    head: str
+    identity: tuple[str, ...] = ()
+    pieces: tuple[str, ...] = ()
+    newest: int = 1
+
+
+class Store:
+    """A folder of files that are written atomically, and verified when they are read.
+
+    Each file has a seal, its SHA-256, in one index (``seals.txt``). A folder without an index comes from version 0.1.0: its files
+    are read as they are, and the log says once that they are not verified.
+
+    Parameters
+    ----------
+    path
+        The folder; a leading ~ is the home folder. Nothing is made before something is written.
+    kind
+        What it holds.
+    """
+
+    def __init__(self, path: str | Path, kind: Kind) -> None:
+        self.path, self.kind = in_home(path), kind
+        self._seals: Seals | None = None
+        self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
+        self._verified: dict[str, tuple[int, int, int]] = {}
+        self._written: set[str] = set()  # files that have been written since the index was read, and have their names
+        self._headed = self._unverified = False
+
+    # What the folder is
+
+    @property
+    def head_path(self) -> Path:
+        """The file that says what the folder is."""
+        return self.path / self.kind.head
+
+    def exists(self) -> bool:
+        """Return whether this is a store of its kind, of any version."""
+        return self._peek() is not None
+
+    def head(self) -> dict[str, Any]:
+        """Return what the folder says that it is.
+
+        Raises
+        ------
+        RunFolderError
+            If it is something else, comes from a later version of the package, or has been changed.
+        """
+        content, noun = self._peek(), self.kind.noun
+        if content is None:
+            refuse(noun, f"be a {noun} folder", f"{self.path} without a readable {self.kind.head}",
+                   f"Give the folder that `{noun}` has made.", error=RunFolderError)  # fmt: skip
+        refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
+        self.read(self.kind.head)
+        return content
+
+    def create(self, head: Mapping[str, Any]) -> None:
+        """Make the folder a store; `head` gets a ``format_version`` if it has none. Pieces that are there stay, unverified."""
+        content = {"format_version": self.kind.newest} | dict(head)
+        self.path.mkdir(parents=True, exist_ok=True)
+        self._seals = Seals(self.path, _identity(content, self.kind))
+        self._seals.rewrite()
+        self._adopt()
+        self.write(self.kind.head, content)
+
+    def foreign_names(self) -> list[str]:
+        """Return the names in the folder that are not of a store that has only been begun."""
+        own = {LOCK, SEALS}
+        names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
+        return sorted(name for name in names if name not in own and not name.endswith(PARTIAL))
+
+    def _peek(self) -> dict[str, Any] | None:
+        try:
+            content = json.loads(self.head_path.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError):
+            return None
+        return content if isinstance(content, dict) and type(content.get("format_version")) is int else None
+
+    # Who writes
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the folder for this process; the lock dies with it. The folder must exist.
+
+        Raises
+        ------
+        RunFolderError
+            If another process holds it.
+        """
+        from filelock import FileLock, Timeout
+
+        lock = FileLock(self.path / LOCK, timeout=0)
+        try:
+            lock.acquire()
+        except Timeout as error:
+            noun = self.kind.noun
+            raise RunFolderError(
+                f"`{noun}` must not be in use; got {self.path}, to which {self._holder()} is writing. "
+                "Wait until it ends, or stop it."
+            ) from error
+        try:
+            self._place = _place(self.path)
+            self._seals, self._headed = None, self.exists()
+            self._written.clear()
+            if self._headed and not self.seals.exists:
+                self._adopt()
+            yield
+        finally:
+            self._place, self._headed = None, False
+            lock.release()
+
+    def require_here(self) -> None:
+        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced."""
+        if self._place is None:
+            return
+        if _place(self.path) != self._place or (self._headed and not self.head_path.exists()):
+            raise RunStorageError(
+                f"`{self.kind.noun}` must stay where it is while it is written; got {self.path}, which has been moved, removed, "
+                f"replaced, or lost its {self.kind.head}. What was saved until then is in the folder that was here: resume that."
+            )
+
+    def _holder(self) -> str:
+        process = (self._peek() or {}).get("process")
+        known = isinstance(process, dict) and {"pid", "host"} <= process.keys()
+        return f"process {process['pid']} on {process['host']}" if known else "another process"  # type: ignore[index]
+
+    # Files
+
+    def write(self, name: str, content: Any) -> Path:
+        """Write a file, atomically, with its seal.
+
+        Parameters
+        ----------
+        name
+            In the folder, with slashes; folders on the way are made. Its suffix says how the content is stored.
+        content
+            Bytes, text; for .json an object, for .npy an array, for .npz name -> array, for .csv a table of pandas.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; an earlier file of that name is left as it was.
+        """
+        self.require_here()
+        content, path = encoded(name, content), self.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lines = [] if name in self._written else self._present(name)
+        self._written.discard(name)
+        self.seals.append([*lines, (name, digest_of(content))])
+        write_atomically(path, content)
+        self._written.add(name)
+        self._headed = self._headed or (self._place is not None and name == self.kind.head)
+        return path
+
+    def _present(self, name: str) -> list[tuple[str, str]]:
+        """Return the line of the file that is there, where two could be: writing it may have been cut short more than once."""
+        if not self.seals.ambiguous(name) or not (self.path / name).is_file():
+            return []
+        digest = file_digest(self.path / name)
+        return [(name, digest)] if self.seals.fits(name, digest) else []
+
+    def read(self, name: str) -> Any:
+        """Return the content of a file, as it was given to `write`; text and other kinds as bytes.
+
+        Raises
+        ------
+        DamagedError
+            If the file is missing, or not as it was written.
+        """
+        return decoded(name, self.read_bytes(name), self)
+
+    def read_bytes(self, name: str) -> bytes:
+        """Return the bytes of a file; see `read`."""
+        for look in range(_LOOKS):
+            try:
+                content = (self.path / name).read_bytes()
+            except OSError as error:
+                raise self.damaged(name, error.strerror or str(error)) from error
+            flaw = self._flaw(name, digest_of(content))
+            if not flaw:
+                return content
+            time.sleep(0.01 * look)
+            self.seals.load()
+        raise self.damaged(name, flaw)
+
+    def once(
+        self, name: str, compute: Callable[[], Any], *, fits: Callable[[Any], bool] = lambda found: True
+    ) -> Any | None:
+        """Return a piece of work: from its file, or computed now and stored.
+
+        A damaged file is set aside, see `set_aside`, and the log says so.
+
+        Parameters
+        ----------
+        name
+            Of the file; its suffix says how the result is stored.
+        compute
+            Returns the result, or None if it was stopped.
+        fits
+            Whether a stored result has the form that it must have; decisive for files without a seal.
+
+        Returns
+        -------
+        Any or None
+            None if it was stopped.
+        """
+        found = self.find(name, fits=fits)
+        if found is None and (found := compute()) is not None:
+            self.write(name, found)
+        return found
+
+    def find(self, name: str, *, fits: Callable[[Any], bool] = lambda found: True) -> Any | None:
+        """Return the content of a file, None if there is none; a damaged one is set aside, and the log says so."""
+        if not os.path.lexists(self.path / name):
+            return None
+        try:
+            found = self.read(name)
+            if fits(found):
+                return found
+            why = "it holds something else"
+        except DamagedError as error:
+            why = error.reason
+        aside = self.set_aside(name)
+        _LOGGER.warning(
+            "%s is damaged (%s); it is made again. The damaged file is %s.", self.path / name, why, aside.name
+        )
+        return None
+
+    def set_aside(self, name: str) -> Path:
+        """Rename a damaged file to NAME.damaged, or NAME.damaged-2, ...; return the new path."""
+        self.require_here()
+        path = self.path / name
+        aside, number = path.with_name(f"{path.name}.damaged"), 2
+        while os.path.lexists(aside):
+            aside, number = path.with_name(f"{path.name}.damaged-{number}"), number + 1
+        path.rename(aside)
+        return aside
+
+    def remove(self, name: str) -> None:
+        """Remove a file and its seal; nothing happens where there is none."""
+        self.require_here()
+        if name in self.seals:
+            self.seals.append([(name, None)])
+        (self.path / name).unlink(missing_ok=True)
+
+    # Seals
+
+    @property
+    def seals(self) -> Seals:
+        """The index."""
+        if self._seals is None:
+            self._seals = Seals(self.path, _identity(self._peek() or {}, self.kind))
+        return self._seals
+
+    def seal(self, digests: Mapping[str, str]) -> None:
+        """Add seals of files that something else writes: name -> SHA-256, see `digest_of`; before or after they get their names."""
+        self.require_here()
+        self.seals.append(list(digests.items()))
+
+    def verify(self, names: Iterable[str]) -> dict[str, str]:
+        """Return what is wrong with files that something else reads: name -> reason; a file that has not changed is read once."""
+        found = {}
+        for name in names:
+            for look in range(_LOOKS):
+                try:
+                    flaw = self._flaw_of_file(name)
+                except OSError as error:
+                    flaw = error.strerror or str(error)
+                if not flaw:
+                    break
+                time.sleep(0.01 * look)
+                self.seals.load()
+            if flaw:
+                found[name] = flaw
+        return found
+
+    def damaged(self, name: str, reason: str) -> DamagedError:
+        """Return the error that says what is wrong with a file."""
+        error = DamagedError(
+            f"`{self.kind.noun}` must hold {name} as it was written; got {self.path / name} ({reason}). Restore the file."
+        )
+        error.reason = reason
+        return error
+
+    def _flaw_of_file(self, name: str) -> str:
+        path = self.path / name
+        stat = path.stat()
+        state = (stat.st_ino, stat.st_size, stat.st_mtime_ns)
+        if self._verified.get(name) == state:
+            return ""
+        flaw = self._flaw(name, file_digest(path))
+        if not flaw:
+            self._verified[name] = state
+        return flaw
+
+    def _flaw(self, name: str, digest: str) -> str:
+        """Return what is wrong with a file of that digest, nothing if it is as it was written or no seals are there."""
+        seals = self.seals
+        if not seals.exists:
+            self._say_unverified()
+            return ""
+        if not seals.usable:
+            return f"{SEALS} is damaged, or that of another {self.kind.noun}"
+        if name not in seals:  # a lost line; that others count proves the identity, which is what a head is for
+            return "" if name == self.kind.head else f"{SEALS} does not know it"
+        if not seals.fits(name, digest):
+            return "it has been changed"
+        if seals.adopted(name):
+            self._say_unverified()
+        return ""
+
+    def _say_unverified(self) -> None:
+        if not self._unverified:
+            self._unverified = True
+            _LOGGER.warning("%s: not verified, it was written without seals.", self.path)
+
+    def _adopt(self) -> None:
+        """Seal what is there without seals; the mark that nobody verified it stays."""
+        paths = {self.head_path, *(path for pattern in self.kind.pieces for path in self.path.glob(pattern))}
+        names = {path.relative_to(self.path).as_posix(): path for path in sorted(paths) if path.is_file()}
+        lines = [(name, file_digest(path)) for name, path in names.items() if name not in self.seals]
+        if lines:
+            self.seals.append(lines, adopted=True)
+            self._say_unverified()
+
+
+def encoded(name: str, content: Any) -> bytes:
+    """Return the bytes of a file of that name; see `Store.write`."""
+    if isinstance(content, bytes | str):
+        return content.encode() if isinstance(content, str) else content
+    suffix, memory = Path(name).suffix, io.BytesIO()
+    if suffix == ".json":
+        return json_bytes(content)
+    if suffix == ".npy":
+        np.save(memory, content, allow_pickle=False)
+        return memory.getvalue()
+    if suffix == ".npz":
+        np.savez_compressed(memory, **content)
+        return memory.getvalue()
+    if suffix == ".csv":
+        return content.to_csv(index=False, lineterminator="\n").encode()
+    raise TypeError(
+        f"{name} must be .json, .npy, .npz or .csv, or its content bytes or text; got {type(content).__name__}"
+    )
+
+
+def decoded(name: str, content: bytes, store: Store) -> Any:
+    """Return what bytes hold; raise DamagedError if they are no file of that kind."""
+    suffix = Path(name).suffix
+    try:
+        if suffix == ".json":
+            return json.loads(content)
+        if suffix == ".npy":
+            return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+        if suffix == ".npz":
+            with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+                return {name: archive[name] for name in archive.files}
+    except Exception as error:  # whatever a parser says about bytes that it did not expect
+        raise store.damaged(name, " ".join(f"{type(error).__name__}: {error}".split())[:200]) from error
+    return content
+
+
+def _identity(head: Mapping[str, Any], kind: Kind) -> str:
+    """Return the digest of what must stay the same."""
+    kept = json.loads(json.dumps([head.get(key) for key in kind.identity]))
+    return hashlib.sha256(json.dumps([kind.noun, kept], sort_keys=True).encode()).hexdigest()
+
+
+def _place(path: Path) -> tuple[int, int] | None:
+    try:
+        stat = path.stat()
+    except OSError:
+        return None
+    return stat.st_dev, stat.st_ino
