@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from turing_learning import figures, report
+from turing_learning import report
+from turing_learning.figures import Picture
+from turing_learning.figures._one_run import error_figure
 
 INTERVAL_S = 0.1
 FRAMES = 301
@@ -35,15 +37,13 @@ def make_replay() -> report.Replay:
 
 
 def make_report() -> report.RunReport:
-    drawing = figures.svg_markup(
-        figures.error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9)), "error", "MAE"
-    )
+    drawing = error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9))
     return report.RunReport(
         title="<script>console.error('title')</script>",
         verdict="<img src='https://example.org/verdict.png'>",
         table=report.RunTable((report.ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
         selection=("active",) * 9,
-        figures=(report.Picture("Error", drawing),),
+        figures=(Picture("error", "Error", "", drawing),),
         configuration="</code></pre><script src='https://example.org/a.js'></script>",
         manifest=(("<i>seed</i>", "</table><iframe src='https://example.org'></iframe>"),),
         replay=make_replay(),

@@ -1,4 +1,4 @@
-"""What all figures share: colors, axes over generations, and the checks at the door."""
+"""What all figures share: colors, axes, panels and legends."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
@@ -20,31 +20,24 @@ PURPLE = "#aa5d8f"
 SKY = "#56b4e9"
 AMBER = "#b8860b"
 
-# Colors that a page may replace, for its dark mode; see `svg_markup`.
 PAGE_COLORS = {
-    INK: "--ink",
-    MUTED: "--muted",
-    RULE: "--rule",
-    BLUE: "--blue",
-    ORANGE: "--orange",
-    GREEN: "--green",
-    PURPLE: "--purple",
-    SKY: "--sky",
-    AMBER: "--amber",
-}
+    INK: "--ink", MUTED: "--muted", RULE: "--rule", BLUE: "--blue", ORANGE: "--orange", GREEN: "--green", PURPLE: "--purple",
+    SKY: "--sky", AMBER: "--amber",
+}  # fmt: skip
+"""Colors that a page may replace, for its dark mode; see `svg_markup`."""
 
 DASHED = (0, (4, 2.5))
 """Line style of true values and limits."""
+THIN: dict[str, Any] = {"linewidth": 0.7, "linestyle": (0, (2, 3)), "label": "_"}
+"""Look of lines that others are compared with."""
 
-SERIES_COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
-SERIES_DASHES: tuple[Any, ...] = (
-    "-",
-    (0, (5, 1.5)),
-    (0, (1.5, 1.2)),
-    (0, (6, 1.5, 1.5, 1.5)),
-    (0, (9, 2)),
-    (0, (3, 3)),
-)
+_COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, AMBER)
+_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), (0, (9, 2)), (0, (3, 3)))
+
+
+def series(k: int) -> dict[str, Any]:
+    """Return color and dashes of the k-th of several lines, which differ without color, too."""
+    return {"color": _COLORS[k % len(_COLORS)], "linestyle": _DASHES[k % len(_DASHES)]}
 
 
 def new_figure(width: float, height: float) -> "Figure":
@@ -52,6 +45,41 @@ def new_figure(width: float, height: float) -> "Figure":
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def one_panel(width: float, height: float) -> "tuple[Figure, Axes]":
+    """Return a figure with one panel."""
+    figure = new_figure(width, height)
+    axes = figure.subplots()
+    prepare_axes(axes)
+    return figure, axes
+
+
+def row_of_panels(
+    titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any
+) -> "tuple[Figure, list[Axes]]":
+    """Return a figure with panels side by side."""
+    figure = new_figure(width, height)
+    panels = list(figure.subplots(1, len(titles), sharey=sharey, squeeze=False)[0])
+    for axes, title in zip(panels, titles, strict=True):
+        prepare_axes(axes)
+        axes.set_title(title, color=INK, **({"loc": "left", "fontsize": 10} | look))
+    return figure, panels
+
+
+def grid_of_panels(titles: Sequence[str], height: float, *, sharex: bool = False) -> "tuple[Figure, list[Axes], int]":
+    """Return a figure with panels in rows, and how many there are in a row."""
+    count = len(titles)
+    columns = min(count, 2 if count in (2, 4) else 3)
+    rows = -(-count // columns)
+    figure = new_figure(8.4, height * rows + 0.55)
+    panels = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)
+    for axes in panels[count:]:
+        axes.set_visible(False)
+    for axes, title in zip(panels, titles, strict=False):
+        prepare_axes(axes)
+        axes.set_title(title, loc="left", fontsize=10, color=INK, fontweight="bold", parse_math=False)
+    return figure, panels[:count], columns
 
 
 def prepare_axes(axes: "Axes") -> None:
@@ -69,8 +97,13 @@ def label(axes: "Axes", y: str, x: str = "Generation") -> None:
     axes.set_ylabel(y, color=INK, fontsize=9.5)
 
 
+def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
+    """Write a remark above the right end of a panel."""
+    axes.text(1, height, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
+
+
 def over_generations(axes: "Axes", generations: int) -> None:
-    """Let the horizontal axis run from 0 to the number of generations, with whole numbers as ticks."""
+    """Let the horizontal axis run from 0 to the number of generations, with integers as ticks."""
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(0, generations)
@@ -103,35 +136,13 @@ def add_legend(target: Any, **options: Any) -> None:
     target.legend(frameon=False, fontsize=8.5, labelcolor=INK, handlelength=2.6, **options)
 
 
-def checked(name: str, values: Any, *shape: str | int) -> np.ndarray:
-    """Return `values` as float array of the given shape; a letter stands for any length of at least 1.
-
-    Raises
-    ------
-    ValueError
-        If the shape differs, an axis is empty, or a value is not finite.
-    """
-    array = np.asarray(values, dtype=float)
-    fits = array.ndim == len(shape) and all(
-        have >= 1 and (isinstance(want, str) or have == want) for have, want in zip(array.shape, shape, strict=True)
+def legend_above(figure: "Figure", panels: "Sequence[Axes]", *, ncols: int | None = None, loc: str = "left") -> None:
+    """Add one legend for some panels, above all, in which each name stands once."""
+    entries = {name: handle for axes in panels for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    add_legend(
+        figure,
+        handles=list(entries.values()),
+        labels=list(entries),
+        loc=f"outside upper {loc}",
+        ncols=ncols or len(entries),
     )
-    if not fits:
-        expected = f"({', '.join(map(str, shape))}{',' if len(shape) == 1 else ''})"
-        raise ValueError(f"`{name}` must have the shape {expected}, no axis empty; got {array.shape}.")
-    if not np.isfinite(array).all():
-        where = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-        raise ValueError(f"`{name}` must be finite; got {array[where]} at index {where}.")
-    return array
-
-
-def checked_names(names: Sequence[str], count: int) -> tuple[str, ...]:
-    """Return the parameter names, one for each of `count` parameters.
-
-    Raises
-    ------
-    ValueError
-        If there are more or fewer names.
-    """
-    if len(names) != count:
-        raise ValueError(f"`names` must hold one name per parameter, {count}; got {len(names)}.")
-    return tuple(names)

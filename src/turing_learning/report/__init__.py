@@ -27,13 +27,12 @@ from ._listing import Listing
 from ._numbers import counted, describe_unknown, short_number, shown
 from ._page import is_page, replay_page, report_page, write_page
 from ._replay import Replay, Swarm
-from ._run import ParameterRow, Picture, RunReport, RunTable, describe_selection
+from ._run import ParameterRow, RunReport, RunTable, describe_selection
 from ._study import StudyReport, study_page
 
 __all__ = [
     "Listing",
     "ParameterRow",
-    "Picture",
     "Replay",
     "RunReport",
     "RunTable",

@@ -14,11 +14,12 @@ import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.analysis import is_known
+from turing_learning.figures import Picture
 
 from ._listing import NOTHING, listing_markup, number_markup, section
 from ._numbers import shown
 from ._replay import Replay, Swarm
-from ._run import ACTIVE, ParameterRow, Picture, RunReport, RunTable, describe_selection
+from ._run import ACTIVE, ParameterRow, RunReport, RunTable, describe_selection
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from turing_learning.figures import Picture
+
 from ._listing import Listing
 from ._replay import Replay
 
@@ -59,28 +61,6 @@ class RunTable:
     estimate_mae: float | None = None
     best_model_mae: float | None = None
     note: str = ""
-
-
-@dataclass(frozen=True)
-class Picture:
-    """One figure of a page.
-
-    Parameters
-    ----------
-    title
-        Heading.
-    svg
-        Markup from `turing_learning.figures.svg_markup`; it goes into the page as it is.
-    caption
-        What to see in it.
-    wide
-        Whether it takes the whole width.
-    """
-
-    title: str
-    svg: str
-    caption: str = ""
-    wide: bool = False
 
 
 @dataclass(frozen=True)

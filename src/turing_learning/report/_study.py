@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 from html import escape
 
+from turing_learning.figures import Picture
+
 from ._listing import Listing, listing_markup
 from ._page import _configuration, _figures, _page
-from ._run import Picture
 
 
 @dataclass(frozen=True)

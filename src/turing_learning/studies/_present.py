@@ -1,32 +1,24 @@
 """Figures and page of a study: hand the numbers to the rooms that draw."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from turing_learning import figures, report
+from turing_learning import report
 from turing_learning.config import to_toml
+from turing_learning.figures import Picture, box_figure
+from turing_learning.figures._many_runs import convergence_figure, error_box_figure, error_histogram_figure
 
 from ._convergence import Convergence
 from ._folder import StudyFolder
 from ._plan import Plan
 from ._table import FAIR, GOOD, ParameterSummary, StudyResult, describe, errors_of, members, paired
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 MOST_GROUPS = 40  # boxes in one picture
 
 
-class _Drawing(NamedTuple):
-    name: str
-    title: str
-    caption: str
-    figure: "Figure"
-
-
-def draw_study(result: StudyResult, plan: Plan, convergences: Sequence[Convergence]) -> list[_Drawing]:
+def draw_study(result: StudyResult, plan: Plan, convergences: Sequence[Convergence]) -> list[Picture]:
     """Draw the figures of a study; none if no run is complete.
 
     Parameters
@@ -47,70 +39,71 @@ def draw_study(result: StudyResult, plan: Plan, convergences: Sequence[Convergen
     return [_boxes(result, plan), _convergence(plan, convergences[0]), _histogram(result)]
 
 
-def _boxes(result: StudyResult, plan: Plan) -> _Drawing:
+def _boxes(result: StudyResult, plan: Plan) -> Picture:
     models = [list(run.result["best_model"].values()) for run in result.runs if run.result is not None]
     scenario = plan.base.scenario
-    return _Drawing(
+    return Picture(
         "boxes",
         "Inferred parameters",
         f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
         "interquartile ranges; the truth is dashed (figure 4 of the paper)."
         + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
-        figures.box_figure(np.array(models), names=scenario.parameter_labels, truth=scenario.truth),
+        box_figure(np.array(models), names=scenario.parameter_labels, truth=scenario.truth),
     )
 
 
-def _convergence(plan: Plan, one: Convergence) -> _Drawing:
+def _convergence(plan: Plan, one: Convergence) -> Picture:
     scenario = plan.base.scenario
-    return _Drawing(
+    return Picture(
         "convergence",
         "Convergence",
         "Median over the runs of the parameters of the subjectively best model; the truth is thin (figure 5 of the "
         "paper).",
-        figures.convergence_figure(one.best_model, names=scenario.parameter_labels, truth=scenario.truth),
+        convergence_figure(one.best_model, names=scenario.parameter_labels, truth=scenario.truth),
     )
 
 
-def _convergence_of_errors(plan: Plan, one: Convergence) -> _Drawing:
-    return _Drawing(
+def _convergence_of_errors(plan: Plan, one: Convergence) -> Picture:
+    return Picture(
         "convergence",
         "Convergence",
         "Median over the runs of the absolute errors of the subjectively best model.",
-        figures.convergence_figure(one.best_error, names=plan.base.scenario.parameter_names),
+        convergence_figure(one.best_error, names=plan.base.scenario.parameter_names),
     )
 
 
-def _histogram(result: StudyResult) -> _Drawing:
-    return _Drawing(
+def _histogram(result: StudyResult) -> Picture:
+    return Picture(
         "histogram",
         "Mean absolute errors",
         f"Of the estimate, {len(result.maes)} runs; the limits {GOOD:g} and {FAIR:g} are dashed (figure 14a of the "
         "paper).",
-        figures.error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR)),
+        error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR)),
     )
 
 
-def _errors(result: StudyResult, plan: Plan) -> _Drawing:
+def _errors(result: StudyResult, plan: Plan) -> Picture:
     names = plan.base.scenario.parameter_names
-    return _Drawing(
+    return Picture(
         "errors",
         "Absolute errors",
         "Of the subjectively best model of the last generation, parameter by parameter (figure 14b of the paper).",
-        figures.error_box_figure([errors_of(result.runs, "best_model", name) for name in names], names=names),
+        error_box_figure([errors_of(result.runs, "best_model", name) for name in names], names=names),
     )
 
 
-def _by_configuration(result: StudyResult, plan: Plan) -> _Drawing:
+def _by_configuration(result: StudyResult, plan: Plan) -> Picture:
     found = members(plan, result.runs)[:MOST_GROUPS]
     maes = [np.array([run.estimate_mae for run in own], dtype=float) for _, own in found]
-    return _Drawing(
+    return Picture(
         "configurations",
         "Mean absolute errors",
         "Of the estimate, configuration by configuration"
         + (f"; the first {MOST_GROUPS} of {len(result.groups)}." if len(result.groups) > MOST_GROUPS else "."),
-        figures.error_box_figure(
+        error_box_figure(
             maes, names=[label(group).replace(", ", "\n") for group, _ in found], what="Mean absolute error", where=""
         ),
+        wide=True,
     )
 
 
@@ -119,31 +112,22 @@ def label(group: Mapping[str, Any]) -> str:
     return ", ".join(f"{key.rpartition('.')[2]} {value}" for key, value in group.items())
 
 
-def save_study_figures(drawings: Sequence[_Drawing], folder: StudyFolder) -> None:
+def save_study_figures(drawings: Sequence[Picture], folder: StudyFolder) -> None:
     """Write every figure as PNG and SVG."""
     folder.figures_path.mkdir(exist_ok=True)
     for drawing in drawings:
-        figures.save_figure(drawing.figure, folder.figures_path, drawing.name)
+        drawing.save(folder.figures_path)
 
 
-def study_report(result: StudyResult, plan: Plan, drawings: Sequence[_Drawing]) -> str:
+def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -> str:
     """Return the page of a study."""
-    pictures = tuple(
-        report.Picture(
-            title=drawing.title,
-            svg=figures.svg_markup(drawing.figure, drawing.name, drawing.caption),
-            caption=drawing.caption,
-            wide=drawing.name in ("configurations",),
-        )
-        for drawing in drawings
-    )
     listings = (*_summaries(result), _kinds(result), _runs(result))
     return report.study_page(
         report.StudyReport(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
             verdict=f"{describe(result)}.",
             listings=listings,
-            figures=pictures,
+            figures=tuple(drawings),
             warning=_warning(result),
             configuration=to_toml(plan.base),
         )

@@ -5,18 +5,20 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from turing_learning import figures
+from turing_learning.figures import Picture, save_figure
+from turing_learning.figures._one_run import error_figure, fitness_figure
+from turing_learning.figures._picture import svg_markup
 
 SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
 def figure():
-    return figures.fitness_figure(np.full((4, 2), 0.25), np.full((4, 2), 0.75), stopped=[0, 1, 1, 0])
+    return fitness_figure(np.full((4, 2), 0.25), np.full((4, 2), 0.75), stopped=np.array([0, 1, 1, 0]))
 
 
 def test_a_figure_is_saved_as_png_and_svg(figure, tmp_path):
-    png, svg = figures.save_figure(figure, tmp_path, "fitness")
+    png, svg = save_figure(figure, tmp_path, "fitness")
     with Image.open(png) as picture:
         assert picture.size == tuple((200 * figure.get_size_inches()).astype(int))
     assert ET.parse(svg).getroot().tag == f"{SVG}svg"
@@ -26,8 +28,8 @@ def test_a_figure_is_saved_as_png_and_svg(figure, tmp_path):
 def test_the_same_figure_gives_the_same_bytes(tmp_path):
     def files(folder):
         folder.mkdir()
-        figure = figures.error_figure([1.0, 0.5], [0.5, 0.1])
-        return [path.read_bytes() for path in figures.save_figure(figure, folder, "error")]
+        figure = error_figure(np.array([1.0, 0.5]), np.array([0.5, 0.1]))
+        return [path.read_bytes() for path in save_figure(figure, folder, "error")]
 
     assert files(tmp_path / "a") == files(tmp_path / "b")
 
@@ -41,18 +43,18 @@ def test_a_failed_save_leaves_the_old_file_and_nothing_else(figure, tmp_path, mo
 
     monkeypatch.setattr(figure, "savefig", fail)
     with pytest.raises(OSError, match="No space left"):
-        figures.save_figure(figure, tmp_path, "a")
+        save_figure(figure, tmp_path, "a")
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [("a.png", "old")]
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "..", ".hidden"])
 def test_a_name_that_is_a_path_is_refused(figure, tmp_path, name):
     with pytest.raises(ValueError, match=f"`name` must be a file name .* got {re.escape(repr(name))}"):
-        figures.save_figure(figure, tmp_path, name)
+        save_figure(figure, tmp_path, name)
 
 
 def test_markup_is_one_element_with_a_description(figure):
-    root = ET.fromstring(figures.svg_markup(figure, "fit", 'Fitness "of" <both>'))
+    root = ET.fromstring(svg_markup(figure, "fit", 'Fitness "of" <both>'))
     assert root.tag == f"{SVG}svg"
     assert root.get("aria-label") == 'Fitness "of" <both>'
     width, height = 72 * figure.get_size_inches()
@@ -60,41 +62,47 @@ def test_markup_is_one_element_with_a_description(figure):
 
 
 def test_markup_of_two_figures_shares_no_id(figure):
-    first, second = (figures.svg_markup(figure, prefix, "") for prefix in ("a", "b"))
+    first, second = (svg_markup(figure, prefix, "") for prefix in ("a", "b"))
     ids = [set(re.findall(r'\bid="([^"]*)"', text)) for text in (first, second)]
     assert ids[0]
     assert not ids[0] & ids[1]
 
 
 def test_every_reference_in_markup_has_its_target(figure):
-    text = figures.svg_markup(figure, "a", "")
+    text = svg_markup(figure, "a", "")
     references = set(re.findall(r'(?:url\(|href=")#([^")]*)', text))
     assert references
     assert references <= set(re.findall(r'\bid="([^"]*)"', text))
 
 
 def test_markup_refers_to_nothing_outside(figure):
-    text = figures.svg_markup(figure, "a", "")
+    text = svg_markup(figure, "a", "")
     assert set(re.findall(r"https?://[^\"']*", text)) == {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
 
 
 def test_markup_takes_the_colors_of_the_page(figure):
-    text = figures.svg_markup(figure, "a", "")
+    text = svg_markup(figure, "a", "")
     assert "var(--blue, #0072b2)" in text
     assert "var(--ink, #1f2933)" in text
 
 
 def test_markup_keeps_texts_as_texts(figure):
-    root = ET.fromstring(figures.svg_markup(figure, "a", ""))
+    root = ET.fromstring(svg_markup(figure, "a", ""))
     texts = {"".join(element.itertext()).strip() for element in root.iter(f"{SVG}text")}
     assert {"Generation", "models", "classifiers", "selection stopped"} <= texts
 
 
 def test_markup_has_no_style_that_leaks_into_the_page(figure):
-    assert "<style" not in figures.svg_markup(figure, "a", "")
+    assert "<style" not in svg_markup(figure, "a", "")
 
 
 @pytest.mark.parametrize("prefix", ["", "1a", 'a"', "a b"])
 def test_a_prefix_that_is_no_id_is_refused(figure, prefix):
     with pytest.raises(ValueError, match=f"`prefix` must be a letter.* got {re.escape(repr(prefix))}"):
-        figures.svg_markup(figure, prefix, "")
+        svg_markup(figure, prefix, "")
+
+
+def test_a_picture_is_saved_under_its_name_and_is_markup_with_its_caption(figure, tmp_path):
+    picture = Picture("one", "Title", "What it shows.", figure)
+    assert [path.name for path in picture.save(tmp_path)] == ["one.png", "one.svg"]
+    assert picture.svg == svg_markup(figure, "one", "What it shows.")

@@ -7,8 +7,10 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from turing_learning import report
+from turing_learning.figures import Picture
 
 NASTY = """</script><script>alert("x")</script><!-- & ' ${title}"""
 
@@ -100,11 +102,11 @@ def test_a_run_whose_selection_stopped_says_when():
 
 
 def test_configuration_manifest_and_figures_are_on_the_page():
-    picture = report.Picture("Error", '<svg id="one"></svg>', "What it shows.", wide=True)
+    picture = Picture("one", "Error", "What it shows.", Figure(), wide=True)
     page = report.report_page(make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,)))
     assert "<pre><code>a = 1\nb = 2</code></pre>" in page
     assert ["seed", "7"] in Reader(page).rows
-    assert '<svg id="one"></svg>' in page
+    assert picture.svg in page
     assert "<b>Error</b> What it shows." in page
 
 
@@ -116,14 +118,14 @@ def test_every_text_of_the_user_is_escaped():
         verdict=NASTY,
         table=report.RunTable((report.ParameterRow(NASTY, 1, 1),), note=NASTY),
         selection=[NASTY],
-        figures=(report.Picture(NASTY, "", NASTY),),
+        figures=(Picture("nasty", NASTY, NASTY, Figure()),),
         configuration=NASTY,
         manifest=[(NASTY, NASTY)],
         replay=replay,
     )
     page = report.report_page(dangerous)
     assert NASTY not in page
-    assert page.count(html.escape(NASTY)) == 15
+    assert page.count(html.escape(NASTY)) == 16
     assert Reader(page).scripts == 2
 
 

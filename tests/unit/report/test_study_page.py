@@ -1,4 +1,7 @@
+from matplotlib.figure import Figure
+
 from turing_learning import report
+from turing_learning.figures import Picture
 
 LISTINGS = (
     report.Listing(
@@ -26,8 +29,8 @@ def test_a_page_shows_its_tables_and_escapes_what_it_shows():
 
 
 def test_long_tables_are_folded_and_come_after_the_figures():
-    html = page(figures=(report.Picture("Boxes", "<svg></svg>"),))
-    assert html.index('id="errors"') < html.index("<svg>") < html.index('<details id="runs">')
+    html = page(figures=(Picture("boxes", "Boxes", "", Figure()),))
+    assert html.index('id="errors"') < html.index("<svg ") < html.index('<details id="runs">')
 
 
 def test_a_warning_is_shown_where_there_is_one():

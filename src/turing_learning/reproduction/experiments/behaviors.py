@@ -195,7 +195,7 @@ def _failures_table(outcome: _Outcome, seen: np.ndarray) -> Table:
 
 
 def _pictures(outcome: _Outcome) -> list[Picture]:
-    from turing_learning.figures import error_box_figure, error_histogram_figure
+    from turing_learning.figures._many_runs import error_box_figure, error_histogram_figure
 
     kind = next(iter(KINDS))
     text = f"preset {outcome.preset}, subjectively best model of the last generation, {len(outcome.seeds)} runs"

@@ -195,7 +195,7 @@ def _dynamics_table(outcomes: Sequence[_Outcome]) -> Table:
 
 
 def _pictures(outcomes: Sequence[_Outcome]) -> list[Picture]:
-    from turing_learning.figures import box_panels_figure, dynamic_outputs_figure
+    from turing_learning.figures._many_runs import box_panels_figure, dynamic_outputs_figure
 
     preset, titles = outcomes[0].preset, [outcome.title for outcome in outcomes]
     return [

@@ -117,7 +117,7 @@ def _models_table(outcome: _Outcome) -> Table:
 
 
 def _picture(outcome: _Outcome) -> Picture:
-    from turing_learning.figures import box_panels_figure
+    from turing_learning.figures._many_runs import box_panels_figure
 
     figure = box_panels_figure(
         [outcome.models[grouping]["best_model"] for grouping in GROUPINGS],

@@ -113,7 +113,7 @@ def _picture(row: _Row, found: dict[str, Any]) -> Picture:
 
 
 def _figure(row: _Row, found: dict[str, Any]) -> "Figure":
-    from turing_learning.figures import snapshots_figure
+    from turing_learning.figures._swarms import snapshots_figure
 
     return snapshots_figure(
         np.array(found["poses"]),

@@ -4,11 +4,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning import figures, report
+from turing_learning import report
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.figures import Picture
+from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
 
-from ._drawing import Drawing
 from ._result import Result
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from turing_learning.identifiability import Check, PinnedDown
 
 
-def draw_check(check: "Check", result: Result, configuration: Configuration) -> list[Drawing]:
+def draw_check(check: "Check", result: Result, configuration: Configuration) -> list[Picture]:
     """Draw the figures of a check.
 
     Parameters
@@ -30,24 +31,25 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
     drawings = []
     if check.profiles:
         drawings.append(
-            Drawing(
+            Picture(
                 "check-profiles",
                 "What each parameter leaves open",
                 "Accuracy on kept-out samples of fresh classifiers, trained against models in which one parameter is moved "
                 "across its initial range; below the dashed line they may be guessing. "
                 f"{report.describe_unknown(result.interval)}".strip(),
                 _profiles(check, result, configuration),
+                wide=True,
             )
         )
     if check.quantities:
         drawings.append(
-            Drawing(
+            Picture(
                 "check-quantities",
                 "Genuine motion and motion simulated at the estimate",
                 "Shares of the values in each bin; the outermost bins hold what is beyond them.",
-                figures.quantities_figure(
+                quantities_figure(
                     [
-                        figures.Distribution(
+                        Distribution(
                             name=f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
                             edges=np.array(each.edges),
                             genuine=np.array(each.genuine),
@@ -56,6 +58,7 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
                         for each in check.quantities
                     ]
                 ),
+                wide=True,
             )
         )
     return drawings
@@ -67,9 +70,9 @@ def _profiles(check: "Check", result: Result, configuration: Configuration) -> "
         for name, parameter in configuration.scenario.parameters.items():
             logarithmic[name] = parameter.scale == "log"
             names[name] = f"{name} ({parameter.unit})" if parameter.unit else name
-    return figures.profiles_figure(
+    return profiles_figure(
         [
-            figures.ParameterProfile(
+            ParameterProfile(
                 name=names.get(each.parameter, each.parameter),
                 values=np.array(each.values),
                 accuracies=np.array(each.accuracies),

@@ -6,14 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning import figures, report
+from turing_learning import report
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.config import Configuration, OwnConfiguration, to_toml
+from turing_learning.figures import Picture
+from turing_learning.figures._one_run import error_figure, fitness_figure, parameters_figure, step_sizes_figure
 from turing_learning.purposes import REPLAY
 from turing_learning.runs.folder._traces import SELECTION_CODES
 from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 
-from ._drawing import Drawing
 from ._paper import SOURCE
 from ._result import Result
 
@@ -33,7 +34,7 @@ def drawn_history(result: Result) -> "xarray.Dataset":
     return result.history.drop_vars(["model", "classifier"], errors="ignore").load()
 
 
-def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawing]:
+def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Picture]:
     """Draw the figures of a run.
 
     Parameters
@@ -46,11 +47,11 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawin
     return [
         _parameters(history, configuration),
         *([] if configuration.scenario.truth is None else [_error(history, configuration)]),
-        Drawing(
+        Picture(
             "fitness",
             "Fitness over generations",
             "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
-            figures.fitness_figure(
+            fitness_figure(
                 _fitness(history, "model"),
                 _fitness(history, "classifier"),
                 stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
@@ -60,15 +61,15 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Drawin
     ]
 
 
-def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
+def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     best, typical = _described(history, configuration)
     caption = "Subjectively best and typical model of each generation"
     caption += ", steady outputs of the networks" if configuration.models.hidden else ""
     scenario = configuration.scenario
     if scenario.truth is not None:
         caption += "; the truth is dashed"
-    drawn = figures.parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth)
-    return Drawing("parameters", "Parameters over generations", f"{caption}.", drawn)
+    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth)
+    return Picture("parameters", "Parameters over generations", f"{caption}.", drawn, wide=True)
 
 
 def _described(history: "xarray.Dataset", configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
@@ -77,14 +78,14 @@ def _described(history: "xarray.Dataset", configuration: Configuration) -> tuple
     return best, typical
 
 
-def _error(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
+def _error(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     best, typical = _described(history, configuration)
     truth = np.asarray(configuration.scenario.truth, dtype=float)
-    return Drawing(
+    return Picture(
         "error",
         "Mean absolute error over generations",
         "Mean over the parameters, of the subjectively best and of the typical model.",
-        figures.error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
+        error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
     )
 
 
@@ -94,7 +95,7 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
     return history[name if name in history else f"{name}_quantiles"].to_numpy()
 
 
-def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Drawing:
+def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
     sizes = np.median(history["model_step_size"].to_numpy(), axis=1)
     if isinstance(configuration, OwnConfiguration):
@@ -104,11 +105,11 @@ def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Draw
         sizes = _weights_median(history, "model")[:, None]
     elif configuration.scenario.representation == "morphology":
         caption += " (that of theta is of the number x, theta = 2 pi sig(x))"
-    return Drawing(
+    return Picture(
         "step-sizes",
         "Step sizes over generations",
         f"{caption}, and of the classifiers' weights.",
-        figures.step_sizes_figure(sizes, _weights_median(history, "classifier"), names=names),
+        step_sizes_figure(sizes, _weights_median(history, "classifier"), names=names),
     )
 
 
@@ -117,18 +118,18 @@ def _weights_median(history: "xarray.Dataset", population: str) -> np.ndarray:
     return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
 
 
-def save_figures(drawings: list[Drawing], folder: Path) -> None:
+def save_figures(drawings: list[Picture], folder: Path) -> None:
     """Write every figure as PNG and SVG."""
     folder.mkdir(exist_ok=True)
     for drawing in drawings:
-        figures.save_figure(drawing.figure, folder, drawing.name)
+        drawing.save(folder)
 
 
 def report_page(
     result: Result,
     history: "xarray.Dataset",
     configuration: Configuration,
-    drawings: list[Drawing],
+    drawings: list[Picture],
     manifest: list[tuple[str, str]],
     check: "Check | None" = None,
 ) -> str:
@@ -158,16 +159,14 @@ def report_page(
             verdict=verdict(result),
             table=run_table(result),
             selection=[words[int(code)] for code in history["selection"].to_numpy()],
-            figures=tuple(_picture(drawing, wide=drawing.name == "parameters") for drawing in drawings),
+            figures=tuple(drawings),
             configuration=to_toml(configuration),
             manifest=manifest,
             replay=None
             if isinstance(configuration, OwnConfiguration)
             else replay(configuration, np.array(list(_executed(result).values()))),
             check=None if check is None else check_listing(check),
-            check_figures=()
-            if check is None
-            else tuple(_picture(drawing, wide=True) for drawing in draw_check(check, result, configuration)),
+            check_figures=() if check is None else tuple(draw_check(check, result, configuration)),
         )
     )
 
@@ -175,11 +174,6 @@ def report_page(
 def _executed(result: Result) -> dict[str, float]:
     """Return the parameters of the model that stands for the estimate."""
     return result.estimate if result.networks is None else result.networks["estimate"]
-
-
-def _picture(drawing: Drawing, *, wide: bool) -> report.Picture:
-    svg = figures.svg_markup(drawing.figure, drawing.name, drawing.caption)
-    return report.Picture(title=drawing.title, svg=svg, caption=drawing.caption, wide=wide)
 
 
 def verdict(result: Result) -> str:

@@ -231,7 +231,8 @@ def _checks_table(checks: tuple[Check, ...]) -> Table:
 
 
 def _pictures(outcome: _Outcome) -> list[Picture]:
-    from turing_learning.figures import box_figure, prediction_figure
+    from turing_learning.figures import box_figure
+    from turing_learning.figures._many_runs import prediction_figure
 
     scenario, runs = outcome.scenario, len(outcome.seeds)
     return [

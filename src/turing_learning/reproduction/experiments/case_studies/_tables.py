@@ -101,7 +101,8 @@ def dispersion_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
 
 def outcome_pictures(outcome: Outcome) -> list[Picture]:
     """Return boxes, convergence and dispersion."""
-    from turing_learning.figures import box_figure, convergence_figure, dispersion_figure
+    from turing_learning.figures import box_figure
+    from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
 
     scenario, case, runs = outcome.case.scenario, outcome.case, len(outcome.seeds)
     name, title = f"{scenario.name}-{outcome.preset}", f"{scenario.title}, preset {outcome.preset}"

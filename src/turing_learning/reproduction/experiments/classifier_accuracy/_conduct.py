@@ -161,7 +161,7 @@ def _runs_table(outcomes: list[_Outcome], seeds: tuple[int, ...]) -> Table:
 
 
 def _picture(outcome: _Outcome) -> Picture:
-    from turing_learning.figures import accuracy_figure
+    from turing_learning.figures._classifiers import accuracy_figure
 
     best = outcome.best
     return Picture(

@@ -175,7 +175,7 @@ def _ends(outcome: "Outcome", k: int) -> list[Cell]:
 
 
 def _picture(outcomes: "list[Outcome]") -> Picture:
-    from turing_learning.figures import budget_figure
+    from turing_learning.figures._many_runs import budget_figure
 
     panels: dict[str, dict[str, dict[int, np.ndarray]]] = {}
     for one in outcomes:

@@ -96,7 +96,8 @@ def accuracy_table(best: BestAccuracies) -> Table:
 
 def run_pictures(outcomes: dict[str, LaboratoryRuns], truth: np.ndarray, names: tuple[str, ...]) -> list[Picture]:
     """Return the inferred models, and the dynamics in the emulated laboratory and in plain simulation."""
-    from turing_learning.figures import box_figure, convergence_panels_figure, error_panels_figure
+    from turing_learning.figures import box_figure
+    from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
 
     shown = [outcomes[kind] for kind in (EMULATED, SIMULATED)]
     number, titles = len(shown[0].best), [f"{kind[0].upper()}{kind[1:]}" for kind in (EMULATED, SIMULATED)]
@@ -131,7 +132,7 @@ def run_pictures(outcomes: dict[str, LaboratoryRuns], truth: np.ndarray, names: 
 
 def validation_pictures(validation: Validation, sizes: ValidationSizes) -> list[Picture]:
     """Return what swarms come to over time, and moments of a trial with the inferred model."""
-    from turing_learning.figures import gathering_figure, snapshots_figure
+    from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
     names = {"agents": validation.agents, "inferred model": validation.replicas}
     share, spread = "Proportion in largest cluster", "Dispersion"
@@ -169,7 +170,7 @@ def validation_pictures(validation: Validation, sizes: ValidationSizes) -> list[
 
 def accuracy_picture(best: BestAccuracies, models: int) -> Picture:
     """Return the accuracy of the best classifiers over generations."""
-    from turing_learning.figures import accuracy_figure
+    from turing_learning.figures._classifiers import accuracy_figure
 
     return Picture(
         "accuracy",

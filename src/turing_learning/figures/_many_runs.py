@@ -1,0 +1,355 @@
+"""Many runs in one figure: boxes, medians over generations, a histogram of errors, errors over effort."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.arrays import array
+from turing_learning.errors import require
+
+from ._style import (
+    BLUE,
+    DASHED,
+    GREEN,
+    INK,
+    MUTED,
+    ORANGE,
+    RULE,
+    SKY,
+    THIN,
+    add_legend,
+    draw_line,
+    label,
+    legend_above,
+    logarithmic,
+    note,
+    one_panel,
+    over_generations,
+    row_of_panels,
+    series,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WHISKERS = 1.5  # interquartile ranges: paper, footnote on box plots
+SMALLEST = 1e-6  # error that a logarithmic axis can show
+MOST_LEVEL_LABELS = 12  # names that fit side by side
+HIGHEST = 4.0  # dispersions that are drawn, in multiples of the agents' largest
+MARKERS = ("o", "s", "^", "D", "v", "P")
+ERRORS: dict[str, dict[str, Any]] = {
+    "average of all models": {"color": ORANGE, "linestyle": (0, (1.5, 1.2))},
+    "subjectively best": {"color": GREEN, "linestyle": "-"},
+    "objectively best": {"color": BLUE, "linestyle": (0, (5, 1.5))},
+}
+"""Curve of `error_panels_figure` -> its look."""
+
+
+def box_figure(
+    values: np.ndarray, *, names: Sequence[str], truth: Sequence[float] | np.ndarray | None = None
+) -> "Figure":
+    """Draw the inferred parameters of many runs as boxes.
+
+    A box spans the quartiles and is divided by the median; whiskers reach the last values within 1.5 interquartile ranges;
+    circles are beyond. Circles so far off that the boxes could not be seen are left out, and their number is given.
+
+    Parameters
+    ----------
+    values : (R, P)
+        One model of each run.
+    names
+        Names of the P parameters.
+    truth : (P,)
+        The agents' parameters, dashed; None where they are unknown.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    RefusedError
+        If shapes do not agree or a value is not finite.
+
+    Source
+    ------
+    Paper, figure 4.
+    """
+    values = array("values", values, "R P")
+    parameters = values.shape[1]
+    require(len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names))
+    figure, axes = one_panel(max(3.6, 0.9 * parameters + 1.4), 3.4)
+    _draw_boxes(axes, list(values.T), names)
+    if truth is not None:
+        truth = array("truth", truth, "P", P=parameters)
+        _draw_truth(axes, truth)
+        add_legend(figure, loc="outside upper left")
+    axes.set_ylim(*_focus(axes, values, [] if truth is None else list(truth)))
+    label(axes, "Value of the parameter", "Parameter")
+    return figure
+
+
+def box_panels_figure(
+    groups: Sequence[np.ndarray],
+    *,
+    titles: Sequence[str],
+    names: Sequence[str],
+    truth: Sequence[float] | np.ndarray,
+    what: str = "Value of the parameter",
+) -> "Figure":
+    """Draw `box_figure` for several groups of runs (R, P), side by side at the same scale.
+
+    Source
+    ------
+    Paper, figures 11 and 13.
+    """
+    figure, panels = row_of_panels(titles, max(3.6, 2.7 * len(groups)), 3.2)
+    for axes, group in zip(panels, groups, strict=True):
+        _draw_boxes(axes, list(group.T), names)
+        _draw_truth(axes, np.asarray(truth))
+        label(axes, what if axes is panels[0] else "", "Parameter")
+    limits = np.array([_focus(axes, group, list(truth)) for axes, group in zip(panels, groups, strict=True)])
+    panels[0].set_ylim(limits[:, 0].min(), limits[:, 1].max())
+    legend_above(figure, panels[:1], ncols=1)
+    return figure
+
+
+def error_box_figure(
+    errors: Sequence[np.ndarray], *, names: Sequence[str], what: str = "Absolute error", where: str = "Parameter"
+) -> "Figure":
+    """Draw groups of errors (R,) as boxes on a logarithmic axis; errors below 1e-6 are drawn there.
+
+    Source
+    ------
+    Paper, figure 14b.
+    """
+    groups = [np.maximum(group, SMALLEST) for group in errors]
+    figure, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
+    _draw_boxes(axes, groups, names)
+    logarithmic(axes, *groups)
+    if len(names) > MOST_LEVEL_LABELS:
+        axes.tick_params(axis="x", rotation=60)
+    label(axes, what, where)
+    return figure
+
+
+def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str) -> "Figure":
+    """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
+
+    The least possible dispersion is dashed. Values above four times the agents' largest are left out, and counted.
+
+    Source
+    ------
+    Paper, figure 6.
+    """
+    figure, axes = one_panel(7.2, 3.2)
+    numbers = range(1, len(models) + 1)
+    _boxes(axes, [agents], INK, facecolor="#c9ced4", hatch="////", positions=[0])
+    _boxes(axes, list(models), BLUE, facecolor="white", hatch="", positions=list(numbers))
+    axes.axhline(least, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
+    axes.set_xlim(-0.9, len(models) + 0.9)
+    named = [k for k in numbers if len(models) <= 12 or k % 5 == 0]  # so that "agents" has room
+    axes.set_xticks([0, *named], ["agents", *map(str, named)])
+    values = np.concatenate([agents, models.ravel()])
+    top, bottom = min(float(values.max()), HIGHEST * float(agents.max())), min(least, float(values.min()))
+    margin = 0.06 * (top - bottom)
+    axes.set_ylim(bottom - margin, top + margin)
+    if beyond := int(np.count_nonzero(values > top)):
+        note(axes, f"{beyond} trials beyond")
+    label(axes, f"Dispersion of the {gathered}", "Model")
+    add_legend(figure, loc="outside upper left")
+    return figure
+
+
+def _boxes(axes: "Axes", groups: list[np.ndarray], color: str, *, positions: list[int], **face: Any) -> None:
+    line: dict[str, Any] = {"color": color, "linewidth": 1.0}
+    axes.boxplot(
+        groups, positions=positions, whis=WHISKERS, widths=0.55, patch_artist=True, manage_ticks=False,
+        boxprops={"edgecolor": color, "linewidth": 1.0, **face}, whiskerprops=line, capprops=line,
+        medianprops={"color": ORANGE, "linewidth": 1.5},
+        flierprops={"marker": "o", "markersize": 3, "markerfacecolor": "none", "markeredgecolor": MUTED},
+    )  # fmt: skip
+
+
+def _draw_boxes(axes: "Axes", groups: list[np.ndarray], names: Sequence[str]) -> None:
+    line: dict[str, Any] = {"color": BLUE, "linewidth": 1.1}
+    axes.boxplot(
+        groups, whis=WHISKERS, widths=0.5, patch_artist=True,
+        boxprops={"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.1}, whiskerprops=line, capprops=line,
+        medianprops={"color": ORANGE, "linewidth": 1.6},
+        flierprops={"marker": "o", "markersize": 3.5, "markerfacecolor": "none", "markeredgecolor": MUTED},
+    )  # fmt: skip
+    axes.set_xticks(range(1, len(names) + 1), names, parse_math=False)
+
+
+def _draw_truth(axes: "Axes", truth: np.ndarray) -> None:
+    places, look = np.arange(1, len(truth) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
+    axes.hlines(truth, places - 0.42, places + 0.42, label="true value", zorder=3, **look)
+
+
+def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
+    """Return limits that show all whiskers, the truth, and as much again on both sides; note how many values are beyond."""
+    lower, upper = np.quantile(values, (0.25, 0.75), axis=0)
+    reach = WHISKERS * (upper - lower)
+    inside = values[(values >= lower - reach) & (values <= upper + reach)]
+    low, high = min([inside.min(), *truth]), max([inside.max(), *truth])
+    span = (high - low) or 1.0
+    seen = values[(values >= low - span) & (values <= high + span)]
+    if beyond := values.size - seen.size:
+        note(axes, f"{beyond} outliers beyond")
+    return min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span
+
+
+def convergence_figure(
+    medians: np.ndarray, *, names: Sequence[str], truth: Sequence[float] | np.ndarray | None = None
+) -> "Figure":
+    """Draw medians over the runs (G, P); true values are thin and dashed in the same colors.
+
+    Source
+    ------
+    Paper, figure 5.
+    """
+    figure, axes = one_panel(6.4, 3.4)
+    _draw_convergence(axes, medians, names, truth)
+    label(axes, "Median over the runs")
+    add_legend(figure, loc="outside upper left", ncols=min(len(names), 6))
+    return figure
+
+
+def convergence_panels_figure(
+    medians: Sequence[np.ndarray], *, titles: Sequence[str], names: Sequence[str], truth: Sequence[float] | np.ndarray
+) -> "Figure":
+    """Draw `convergence_figure` for several kinds of runs, side by side on one scale.
+
+    Source
+    ------
+    Paper, figure 19.
+    """
+    figure, panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
+    for axes, values in zip(panels, medians, strict=True):
+        _draw_convergence(axes, values, names, truth)
+        label(axes, "Median over the runs" if axes is panels[0] else "")
+    legend_above(figure, panels[:1], ncols=min(len(names), 6))
+    return figure
+
+
+def _draw_convergence(axes: "Axes", medians: np.ndarray, names: Sequence[str], truth: Any) -> None:
+    for k, name in enumerate(names):
+        draw_line(axes, medians[:, k], linewidth=1.3, label=name, **series(k))
+        if truth is not None:
+            axes.axhline(truth[k], color=series(k)["color"], **THIN)
+    over_generations(axes, len(medians))
+
+
+def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: Sequence[str]) -> "Figure":
+    """Draw the errors of the models of each generation in several kinds of runs: the curves (G,) that `ERRORS` names.
+
+    Source
+    ------
+    Paper, figure 20.
+    """
+    figure, panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
+    for axes, curves in zip(panels, errors, strict=True):
+        for name, style in ERRORS.items():
+            axes.plot(curves[name], label=name, linewidth=1.4, **style)
+            over_generations(axes, len(curves[name]))
+        axes.set_ylim(bottom=0)
+        label(axes, "Mean absolute error" if axes is panels[0] else "")
+    legend_above(figure, panels[:1], ncols=3)
+    return figure
+
+
+def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> "Figure":
+    """Draw the distribution of the mean absolute errors (R,) of many runs; the limits of good and fair ones are dashed.
+
+    Errors of more than three times the second limit share the last bar.
+
+    Source
+    ------
+    Paper, figure 14a.
+    """
+    end, width = 3 * limits[1], limits[0] / 5
+    edges = np.arange(0, end + 1.5 * width, width)
+    figure, axes = one_panel(5.2, 3.1)
+    axes.hist(np.minimum(maes, end + width / 2), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
+    for limit in limits:
+        axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
+    if beyond := int(np.count_nonzero(maes > end)):
+        note(axes, f"{beyond} beyond {end:g}")
+    label(axes, "Number of runs", "Mean absolute error")
+    return figure
+
+
+def prediction_figure(
+    values: np.ndarray, *, predicted: np.ndarray, truth: np.ndarray, names: Sequence[str]
+) -> "Figure":
+    """Draw median and quartiles of what many runs have inferred (R, P) beside what theory predicts and beside the truth."""
+    low, middle, high = np.quantile(values, (0.25, 0.5, 0.75), axis=0)
+    places = np.arange(len(names))
+    figure, axes = one_panel(max(4.2, 0.8 * len(names) + 1.4), 3.2)
+    axes.hlines(truth, places - 0.36, places + 0.36, color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
+    axes.plot(places - 0.14, predicted, "D", color=ORANGE, markersize=6, markerfacecolor="none", label="predicted")
+    axes.errorbar(
+        places + 0.14, middle, np.stack([middle - low, high - middle]),
+        fmt="o", color=BLUE, ecolor=SKY, markersize=5, capsize=3, label="inferred: median, quartiles",
+    )  # fmt: skip
+    axes.set_xticks(places, names, parse_math=False)
+    label(axes, "Value of the parameter", "Parameter")
+    add_legend(figure, loc="outside upper left", ncols=3)
+    return figure
+
+
+def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) -> "Figure":
+    """Draw errors over the number of trials: every run as a dot, the medians as a line, methods by color, mark and dashes.
+
+    `panels` holds title -> name of the method -> number of trials -> error of each run (R,), > 0.
+    """
+    from matplotlib.ticker import FuncFormatter
+
+    figure, row = row_of_panels(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
+    for axes, methods in zip(row, panels.values(), strict=True):
+        for place, (name, errors) in enumerate(methods.items()):
+            look, marker = series(place), MARKERS[place % len(MARKERS)]
+            dots = {"color": look["color"], "markersize": 3.5, "alpha": 0.45, "markeredgewidth": 0}
+            for trials in sorted(errors):
+                axes.plot(np.full(len(errors[trials]), trials), errors[trials], marker, **dots)
+            medians = [float(np.median(errors[trials])) for trials in sorted(errors)]
+            axes.plot(sorted(errors), medians, marker=marker, markersize=5.5, linewidth=1.3, label=name, **look)
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
+        label(axes, "Mean absolute error" if axes is row[0] else "", "Trials")
+    logarithmic(
+        row[0], *(runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
+    )
+    legend_above(figure, row[:1], loc="center")
+    return figure
+
+
+def dynamic_outputs_figure(
+    outputs: Sequence[np.ndarray], *, readings: np.ndarray, titles: Sequence[str], truth: np.ndarray
+) -> "Figure":
+    """Draw both outputs (T, 2) of networks while the sensor reading (T,) changes, a panel each; those of agents are dashed.
+
+    A panel is shaded where the reading is not 0.
+
+    Source
+    ------
+    Paper, figure 12.
+    """
+    figure, panels = row_of_panels(titles, max(3.6, 2.7 * len(outputs)), 3.0)
+    steps = np.arange(1, len(readings) + 1)
+    for axes, one in zip(panels, outputs, strict=True):
+        for step in steps[readings != 0]:
+            axes.axvspan(step - 0.5, step + 0.5, color=RULE, alpha=0.6, linewidth=0, zorder=0)
+        for side, color, name in ((0, BLUE, "left wheel"), (1, ORANGE, "right wheel")):
+            axes.plot(steps, truth[:, side], color=color, linewidth=1.0, linestyle=DASHED, drawstyle="steps-mid")
+            axes.plot(steps, one[:, side], "o-", color=color, markersize=3, linewidth=1.2, label=name)
+        axes.plot([], [], color=MUTED, linewidth=1.0, linestyle=DASHED, label="agents")
+        axes.axvspan(0, 0, color=RULE, alpha=0.6, linewidth=0, label="I = 1")
+        axes.set_xlim(0.5, len(steps) + 0.5)
+        label(axes, "Output" if axes is panels[0] else "", "Time step")
+    panels[0].set_ylim(-1.1, 1.1)
+    legend_above(figure, panels[:1], ncols=4)
+    return figure

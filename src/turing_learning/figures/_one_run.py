@@ -1,0 +1,128 @@
+"""Figures of one run, over its G generations."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._style import (
+    BLUE,
+    DASHED,
+    INK,
+    MUTED,
+    ORANGE,
+    SKY,
+    add_legend,
+    draw_line,
+    grid_of_panels,
+    label,
+    legend_above,
+    logarithmic,
+    note,
+    one_panel,
+    over_generations,
+    series,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+CENTRAL = (0.5, 99.5)  # percentiles that a panel shows in any case
+MOST_POINTS = 1000  # corners of a band's edge; more could not be seen
+WIDTH_OF_NAMES = 75  # characters that fit side by side above a figure, with 4 for each line that a name explains
+
+
+def parameters_figure(
+    best_models: np.ndarray, typical_models: np.ndarray, *, names: Sequence[str], truth: Sequence[float] | None = None
+) -> "Figure":
+    """Draw the parameters of the best and of the typical model (G, P), a panel for each of P; the truth is dashed.
+
+    A panel spans the central 99 % of its values and the truth; where that hides excursions, it names the full range.
+
+    Source
+    ------
+    Paper, figure 5, which shows the same quantities for 30 runs.
+    """
+    figure, panels, columns = grid_of_panels(names, 2.15, sharex=True)
+    for k, axes in enumerate(panels):
+        best, typical = best_models[:, k], typical_models[:, k]
+        draw_line(axes, best, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
+        draw_line(axes, typical, color=BLUE, linewidth=1.2, label="median of the better half")
+        values = np.concatenate([best, typical])
+        limits = np.percentile(values, CENTRAL)
+        if truth is not None:
+            axes.axhline(truth[k], color=INK, linewidth=1.1, linestyle=DASHED, label="true value")
+            limits = np.append(limits, truth[k])
+        low, high = limits.min(), limits.max()
+        margin = 0.12 * (high - low) or 0.1 * max(abs(high), 1.0)
+        axes.set_ylim(low - margin, high + margin)
+        if values.min() < low - margin or values.max() > high + margin:
+            text = f"whole range {values.min():.3g} to {values.max():.3g}"
+            note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
+        over_generations(axes, len(best))
+        below = k + columns >= len(names)
+        axes.tick_params(labelbottom=below)
+        label(axes, "", "Generation" if below else "")
+    legend_above(figure, panels[:1], ncols=3)
+    return figure
+
+
+def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray) -> "Figure":
+    """Draw the mean absolute errors (G,) of the best and of the typical model on a logarithmic axis."""
+    figure, axes = one_panel(5.2, 3.1)
+    draw_line(axes, mae_best, color=SKY, linewidth=0.7, label="best model")
+    draw_line(axes, mae_typical, color=BLUE, linewidth=1.2, label="median of the better half")
+    logarithmic(axes, mae_best, mae_typical)
+    over_generations(axes, len(mae_best))
+    label(axes, "Mean absolute error")
+    add_legend(figure, loc="outside upper left", ncols=2)
+    return figure
+
+
+def fitness_figure(model_fitness: np.ndarray, classifier_fitness: np.ndarray, *, stopped: np.ndarray) -> "Figure":
+    """Draw the subjective fitness of models (G, M) and classifiers (G, N): median and quartiles.
+
+    Generations in which selection stopped, (G,) bool, are shaded.
+
+    Source
+    ------
+    Paper, equations 1 and 2.
+    """
+    figure, axes = one_panel(5.2, 3.1)
+    edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
+    for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
+        name = "selection stopped" if number == 0 else "_"
+        axes.axvspan(start - 0.5, stop - 0.5, facecolor=MUTED, alpha=0.3, edgecolor=MUTED, linewidth=0.5, label=name)
+    _draw_band(axes, model_fitness, color=ORANGE, linestyle=(0, (5, 1.2)), label="models")
+    _draw_band(axes, classifier_fitness, color=BLUE, linestyle="-", label="classifiers")
+    over_generations(axes, len(model_fitness))
+    label(axes, "Fitness (median, quartiles)")
+    add_legend(figure, loc="outside upper left", ncols=3)
+    return figure
+
+
+def _draw_band(axes: "Axes", fitness: np.ndarray, *, color: str, **options: Any) -> None:
+    lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
+    starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
+    low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
+    axes.fill_between(starts, low, high, color=color, alpha=0.22, linewidth=0)
+    draw_line(axes, middle, color=color, linewidth=1.2, **options)
+
+
+def step_sizes_figure(
+    model_step_sizes: np.ndarray, classifier_step_sizes: np.ndarray, *, names: Sequence[str]
+) -> "Figure":
+    """Draw the step sizes of each parameter (G, P) and of the classifiers (G,) on a logarithmic axis."""
+    figure, axes = one_panel(5.2, 3.1)
+    for k, name in enumerate(names):
+        # A legend reads dollar signs as formulas and skips names with a leading underscore.
+        plain = ("\u200b" if name.startswith("_") else "") + name.replace("$", r"\$")
+        draw_line(axes, model_step_sizes[:, k], linewidth=1.1, label=plain, **series(k))
+    draw_line(axes, classifier_step_sizes, color=INK, linewidth=1.8, label="classifiers")
+    logarithmic(axes, model_step_sizes, classifier_step_sizes)
+    over_generations(axes, len(model_step_sizes))
+    label(axes, "Step size (median)")
+    longest = max(map(len, (*names, "classifiers")))
+    add_legend(figure, loc="outside upper left", ncols=max(1, min(5, WIDTH_OF_NAMES // (longest + 4))))
+    return figure

@@ -1,0 +1,130 @@
+"""A figure with its words, as files and as markup of a page."""
+
+import io
+import re
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from turing_learning._files import whole
+from turing_learning.errors import require
+
+from ._style import PAGE_COLORS
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DOTS_PER_INCH = 200
+SALT = "turing-learning"
+_METADATA: dict[str, dict[str, str | None]] = {"png": {"Software": None}, "svg": {"Date": None}}
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A figure with its name and words.
+
+    Attributes
+    ----------
+    name
+        Of its files, without suffix; makes its ids unique in a page.
+    title
+        Heading in a page; in an experiment, the id of the claim that the figure belongs to, "" if to none.
+    caption
+        What it shows.
+    figure
+        The figure.
+    wide
+        Whether it takes the width of a page.
+    """
+
+    name: str
+    title: str
+    caption: str
+    figure: "Figure"
+    wide: bool = False
+
+    @property
+    def svg(self) -> str:
+        """The figure as markup of a page."""
+        return svg_markup(self.figure, self.name, self.caption)
+
+    def save(self, folder: str | Path) -> tuple[Path, Path]:
+        """Write the figure into a folder; see `save_figure`."""
+        return save_figure(self.figure, folder, self.name)
+
+
+def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, Path]:
+    """Write a figure as PNG (200 dots per inch) and as SVG; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    folder
+        An existing folder. Files appear complete or not at all.
+    name
+        Name of the files, without suffix.
+
+    Returns
+    -------
+    tuple of Path
+        The PNG and the SVG file.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be written to.
+    """
+    import matplotlib as mpl
+
+    fits = name and Path(name).name == name and not name.startswith(".")
+    require(fits, "name", "be a file name without folder and leading dot", repr(name))
+    if figure.get_layout_engine() is not None:  # lay it out once; otherwise it is drawn twice for each file
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+    png, svg = Path(folder) / f"{name}.png", Path(folder) / f"{name}.svg"
+    for path in (png, svg):
+        kind = path.suffix[1:]
+        with whole(path) as temporary, mpl.rc_context({"svg.hashsalt": SALT}):
+            figure.savefig(temporary, format=kind, dpi=DOTS_PER_INCH, facecolor="white", metadata=_METADATA[kind])
+    return png, svg
+
+
+def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
+    """Return a figure as one ``<svg>`` element to be put inline into a page.
+
+    Texts stay texts, the background is transparent, ids start with `prefix`, and the figure's colors become the page's
+    CSS variables (``--ink``, ``--muted``, ``--rule``, ``--blue``, ``--orange``, ...) with the printed colors as
+    fallback, so that the figure follows the page into dark mode.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    prefix
+        What makes its ids unique in the page: a letter, then letters, digits, and hyphens.
+    description
+        What the figure shows, for those who cannot see it.
+    """
+    import matplotlib as mpl
+
+    fits = re.fullmatch(r"[A-Za-z][A-Za-z0-9-]*", prefix)
+    require(fits, "prefix", "be a letter, then letters, digits, and hyphens", repr(prefix))
+    file = io.StringIO()
+    with mpl.rc_context({"svg.hashsalt": SALT, "svg.fonttype": "none"}):
+        figure.savefig(file, format="svg", transparent=True, metadata={"Date": None})
+    drawing = re.sub(r"<(metadata|style).*?</\1>", "", file.getvalue(), flags=re.DOTALL)
+    drawing = re.sub(r'\bid="', f'id="{prefix}-', drawing)
+    drawing = re.sub(r"(url\(|href=\")#", rf"\1#{prefix}-", drawing)
+    # Hundredths of a point are finer than any screen; the digits behind them are half of the file.
+    drawing = re.sub(r"\bd=\"[^\"]*\"", lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]).replace("\n", ""), drawing)
+    drawing = re.sub(r"('DejaVu Sans'[^;\"]*?)(?=[;\"])", "system-ui, sans-serif", drawing)
+    for color, variable in PAGE_COLORS.items():
+        drawing = drawing.replace(color, f"var({variable}, {color})")
+    width, height = 72 * figure.get_size_inches()
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+        f'viewBox="0 0 {width:g} {height:g}" role="img" aria-label="{escape(description)}" stroke-linejoin="round">'
+        f"{drawing.split('<svg', 1)[1].split('>', 1)[1].strip()}"
+    )

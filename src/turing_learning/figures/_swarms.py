@@ -1,0 +1,147 @@
+"""Swarms: one moment, several moments side by side, and what they come to over time."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.arrays import array
+from turing_learning.errors import integer
+
+from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, label, legend_above, new_figure, row_of_panels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SMALLEST_BODY = 0.008  # radius of a robot as drawn, over the side of its panel: smaller ones could not be seen
+
+
+def swarm_frame(
+    axes: "Axes",
+    poses: np.ndarray,
+    *,
+    robots: int,
+    replicas: np.ndarray | None = None,
+    trail: np.ndarray | None = None,
+    robot_radius_cm: float = 3.5,
+    object_radius_cm: float = 5.0,
+) -> None:
+    """Draw robots as disks with their heading, replicas as rings in another color, and objects as plain disks.
+
+    Axes get the same scale in both directions and no frame; their limits are the caller's.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    poses : (A + O, 3)
+        x, y (cm), heading (rad, anticlockwise); robots first.
+    robots
+        Number of robots A.
+    replicas : (A,) bool
+        Which robots execute a model; none by default.
+    trail : (F, A + O, 3)
+        Past poses, drawn as faint lines.
+    robot_radius_cm, object_radius_cm
+        Radii (cm).
+
+    Raises
+    ------
+    RefusedError
+        If a shape or a number does not fit.
+    """
+    from matplotlib.patches import Circle
+
+    def disk(x: float, y: float, radius: float, **options: Any) -> None:
+        axes.add_patch(Circle((x, y), radius, **options))
+
+    poses = array("poses", poses, "B 3")
+    robots = integer("robots", robots, 0, len(poses))
+    given = np.zeros(robots, dtype=bool) if replicas is None else replicas
+    is_replica = array("replicas", given, "A", dtype=bool, empty=True, A=robots)
+    if trail is not None:
+        paths = array("trail", trail, "F B 3", B=len(poses))[:, :robots]
+        for k, replica in enumerate(is_replica):
+            color = ORANGE if replica else BLUE
+            axes.plot(paths[:, k, 0], paths[:, k, 1], color=color, linewidth=0.6, alpha=0.35, zorder=2)
+    for x, y, _ in poses[robots:]:
+        disk(x, y, object_radius_cm, facecolor=GREEN, edgecolor="none", alpha=0.75)
+    for (x, y, heading), replica in zip(poses[:robots], is_replica, strict=True):
+        ahead = robot_radius_cm * np.array([np.cos(heading), np.sin(heading)])
+        if replica:
+            disk(x, y, robot_radius_cm, facecolor=ORANGE, edgecolor="none", alpha=0.35, zorder=3)
+            disk(x, y, 0.88 * robot_radius_cm, facecolor="none", edgecolor=ORANGE, linewidth=1.2, zorder=3)
+        else:
+            disk(x, y, robot_radius_cm, facecolor=BLUE, edgecolor="none", zorder=3)
+        color = INK if replica else "white"
+        axes.plot([x, x + ahead[0]], [y, y + ahead[1]], color=color, linewidth=1, solid_capstyle="butt", zorder=4)
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def snapshots_figure(
+    poses: np.ndarray,
+    *,
+    times_s: Sequence[float],
+    robots: int,
+    robot_radius_cm: float,
+    object_radius_cm: float = 5.0,
+    columns: int | None = None,
+) -> "Figure":
+    """Draw some moments of one trial, poses (F, A + O, 3), side by side or in rows of so many columns, at the same scale.
+
+    In a wide arena robots and objects are enlarged, together, until they can be seen; the figure says how much.
+
+    Source
+    ------
+    Paper, figures 2, 3 and 22.
+    """
+    low, high = poses[..., :2].min(axis=(0, 1)), poses[..., :2].max(axis=(0, 1))
+    center, reach = (low + high) / 2, float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
+    growth = max(1.0, SMALLEST_BODY * 2 * reach / robot_radius_cm)
+    columns = min(columns or len(times_s), len(times_s))
+    rows = -(-len(times_s) // columns)
+    figure = new_figure(1.95 * columns, 2.4 + 2.15 * (rows - 1))
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for unused in panels[len(times_s) :]:
+        unused.axis("off")
+    radii = dict[str, Any](robot_radius_cm=growth * robot_radius_cm, object_radius_cm=growth * object_radius_cm)
+    for axes, moment, time_s in zip(panels[: len(times_s)], poses, times_s, strict=True):
+        swarm_frame(axes, moment, robots=robots, **radii)
+        axes.axis("on")
+        axes.set(xlim=(center[0] - reach, center[0] + reach), ylim=(center[1] - reach, center[1] + reach))
+        axes.set_xticks([])
+        axes.set_yticks([])
+        axes.spines[:].set_color(MUTED)
+        axes.set_title(f"after {time_s:g} s" if time_s else "initial configuration", fontsize=9, color=INK)
+    enlarged = f"; drawn {growth:.1f} times as large" if growth > 1 else ""
+    figure.suptitle(" ", fontsize=2)  # room above the titles of the panels
+    text = f"side of a panel: {2 * reach / 100:.1f} m{enlarged}"
+    figure.supxlabel(text, fontsize=8, color=MUTED, x=0.995, ha="right")
+    return figure
+
+
+def gathering_figure(
+    times_s: np.ndarray, curves: Mapping[str, Mapping[str, np.ndarray]], *, limits: Mapping[str, float]
+) -> "Figure":
+    """Draw quantities of swarms over time (K,), a panel each: mean over trials as a line, standard deviation as a band.
+
+    `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity, dashed.
+
+    Source
+    ------
+    Paper, figure 21.
+    """
+    figure, panels = row_of_panels([""] * len(curves), 7.4, 3.2, sharey=False)
+    for axes, (quantity, swarms) in zip(panels, curves.items(), strict=True):
+        for (name, values), color, dashes in zip(swarms.items(), (ORANGE, BLUE), ("-", (0, (5, 1.5))), strict=True):
+            mean, deviation = values.mean(axis=0), values.std(axis=0)
+            axes.fill_between(times_s, mean - deviation, mean + deviation, color=color, alpha=0.15, linewidth=0)
+            axes.plot(times_s, mean, color=color, linestyle=dashes, linewidth=1.4, label=name)
+        axes.axhline(limits[quantity], color=INK, linewidth=1.1, linestyle=DASHED, label="best possible")
+        axes.set_xlim(0, times_s[-1])
+        axes.set_ylim(bottom=0)
+        label(axes, quantity, "Time (s)")
+    legend_above(figure, panels[:1], ncols=3)
+    return figure
