@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from . import _arena, _check, _detect, _pool, _reproduce, _robots, _search, _study
+from . import _arena, _check, _detect, _pool, _reproduce, _robots, _study
 from ._exit import Interrupted
 from ._numbers import integer, real
 from ._options import (
@@ -323,6 +323,5 @@ _pool.register(app)
 _check.register(app)
 _detect.register(app)
 _reproduce.register(app)
-_search.register(app)
 _robots.register(app)
 _arena.register(app)

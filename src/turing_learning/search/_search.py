@@ -1,31 +1,106 @@
 """The search: all controllers of a grid in few trials, the better ones in more, the best in many."""
 
-import csv
-import io
 import json
+import math
 import time
 from collections.abc import Callable
 from dataclasses import MISSING, asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from turing_learning._files import in_home
-from turing_learning.config import PROSE, dotted
+from turing_learning.config import PROSE, ConfigurationError, dotted, require_whole_cycles
+from turing_learning.errors import integer, number, require
 from turing_learning.purposes import SEARCH_NOISE, SEARCH_STARTS
-from turing_learning.runs import RunFolderError, storage, writable, write_atomically, write_json
+from turing_learning.store import Kind, RunFolderError, Store, storage, writable
 from turing_learning.swarm import Scenario, initial_poses
 
-from ._cost import gathering_costs
-from ._grid import grid_controllers
-from ._settings import Round, SearchSettings
+from ._grid import gathering_costs, grid_controllers
 
 BLOCK = 500
 """Controllers whose costs are stored in one file."""
 BATCH = 128
 """Trials that are simulated, and kept in memory, at a time."""
-FORMAT_VERSION = 1
+MOST_CONTROLLERS = 1_000_000
+"""On the whole grid; their costs are kept in memory."""
+LONGEST_S = 3600.0
+LARGEST_TRIALS = 100_000
+SEMIFINALISTS = 20
+"""Controllers of the second round, for each of the last one."""
+SEARCH = Kind("search", "search.json", identity=("scenario", "settings"), pieces=("round*/*.npy",))
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How large a search is.
+
+    Parameters
+    ----------
+    steps
+        Settings of each wheel speed, from -1 to 1; >= 2.
+    trials
+        Of each controller on the grid in the first round, the screening; >= 1.
+    finalists
+        Controllers of the last round; >= 1.
+    final_trials
+        Of each of them; >= `trials`.
+    duration_s
+        Of a trial (s); at most 3600, and an integer multiple of the control interval.
+    seed
+        Of initial poses and wheel noise; >= 0.
+
+    Raises
+    ------
+    ConfigurationError
+        If a number breaks its rule.
+
+    Source
+    ------
+    Steps and duration: Gauci et al. 2014, Int. J. Robotics Research 33, as far as is known; docs/decisions/0016.
+    """
+
+    steps: int = 21
+    trials: int = 1
+    finalists: int = 50
+    final_trials: int = 100
+    duration_s: float = 180.0
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        integer("steps", self.steps, 2, MOST_CONTROLLERS, error=ConfigurationError)
+        integer("trials", self.trials, 1, LARGEST_TRIALS, error=ConfigurationError)
+        integer("finalists", self.finalists, 1, MOST_CONTROLLERS, error=ConfigurationError)
+        integer("final_trials", self.final_trials, self.trials, LARGEST_TRIALS, error=ConfigurationError)
+        integer("seed", self.seed, 0, 2**63 - 1, error=ConfigurationError)
+        number("duration", self.duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
+
+    def check(self, scenario: Scenario) -> None:
+        """Reject a grid that is too large for a scenario, or trials that do not fit its control cycles.
+
+        Raises
+        ------
+        ConfigurationError
+            Of which one does not.
+        """
+        speeds = len(scenario.controller)
+        got = f"{self.steps}, which gives {self.steps}^{speeds} in scenario {scenario.name!r}"
+        require(self.steps**speeds <= MOST_CONTROLLERS, "steps", f"give at most {MOST_CONTROLLERS} controllers", got,
+                "Choose fewer steps.", error=ConfigurationError)  # fmt: skip
+        shortest = max(1.0, scenario.trial.control_interval_s)
+        require(self.duration_s >= shortest, "duration", f"be at least {shortest:g} s", self.duration_s,
+                error=ConfigurationError)  # fmt: skip
+        require_whole_cycles(scenario, self.duration_s)
+
+    def rounds(self, controllers: int) -> tuple[tuple[int, int], ...]:
+        """Return the rounds of a search among that many controllers: all of them, the better ones in more trials, the finalists.
+
+        Each is a number of controllers and of trials.
+        """
+        sizes = (controllers, min(controllers, SEMIFINALISTS * self.finalists), min(controllers, self.finalists))
+        trials = (self.trials, math.isqrt(self.trials * self.final_trials), self.final_trials)
+        return tuple(zip(sizes, trials, strict=True))
 
 
 @dataclass(frozen=True)
@@ -97,7 +172,7 @@ def search_controller(
 ) -> SearchResult | None:
     """Search the reactive controller with which a swarm gathers best, on a grid over all wheel speeds.
 
-    What has been simulated before is not simulated again: a call that was stopped or killed is gone on with.
+    A search that was stopped or killed is resumed by the same call.
 
     Parameters
     ----------
@@ -112,7 +187,7 @@ def search_controller(
     should_stop
         Asked every second or so.
     observer
-        Told how far the search is.
+        Called with a `SearchProgress` after every 500 controllers.
 
     Returns
     -------
@@ -124,7 +199,7 @@ def search_controller(
     ConfigurationError
         If the settings do not fit the scenario.
     RunFolderError
-        If the folder cannot be written, or holds something else.
+        If the folder cannot be written, is in use, or holds something else.
     RunStorageError
         If the results cannot be written; the call can be repeated.
 
@@ -134,157 +209,103 @@ def search_controller(
     """
     settings = settings or SearchSettings()
     settings.check(scenario)
-    folder = in_home(out)
-    _begin(folder, scenario, settings)
-    search = _Search(scenario, settings, folder, threads, should_stop or (lambda: False), observer or (lambda _: None))
-    with storage(folder, "give the same command again: it goes on."):
-        return search.conduct()
-
-
-def _begin(folder: Path, scenario: Scenario, settings: SearchSettings) -> None:
-    """Make this the folder of a search, or leave it if it is."""
-    path = folder / "search.json"
-    content = {"format_version": FORMAT_VERSION, "scenario": asdict(scenario), "settings": asdict(settings)}
-    content = json.loads(json.dumps(content))
-    with writable("out", folder):
-        if not folder.exists() or not any(folder.iterdir()):
-            folder.mkdir(parents=True, exist_ok=True)
-            write_json(path, content)
-            return
-    try:
-        held = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise RunFolderError(
-            f"`out` must be a new folder, or that of a search; got {folder}, without a readable {path.name}. Choose another folder."
-        ) from error
-    if isinstance(held, dict) and isinstance(held.get("scenario"), dict):
-        held["scenario"] = _later_defaults() | held["scenario"]
-    if _without_prose(held) != _without_prose(content):
-        raise RunFolderError(
-            f"`out` must be the folder of the same search; got one of other settings [{path}]. Choose another folder."
-        )
-
-
-def _later_defaults() -> dict[str, Any]:
-    """Return the simple settings of a scenario that have a default: folders of before they came do not name them."""
-    return {each.name: each.default for each in fields(Scenario) if each.default is not MISSING}
-
-
-def _without_prose(content: Any) -> Any:
-    return (
-        {key: value for key, value in dotted(content).items() if key not in PROSE}
-        if isinstance(content, dict)
-        else content
-    )
-
-
-class _Search:
-    def __init__(
-        self,
-        scenario: Scenario,
-        settings: SearchSettings,
-        folder: Path,
-        threads: int | None,
-        should_stop: Callable[[], bool],
-        observer: Callable[[SearchProgress], None],
-    ) -> None:
-        self._scenario, self._settings, self._folder = scenario, settings, folder
-        self._threads, self._should_stop, self._observer = threads, should_stop, observer
-
-    def conduct(self) -> SearchResult | None:
-        controllers = grid_controllers(self._scenario.sensor.states, self._settings.steps)
-        rounds = self._settings.rounds(len(controllers))
-        costs = np.zeros((len(controllers), 1, 2))
-        for number, one in enumerate(rounds, start=1):
-            controllers = controllers[_best(costs, one.controllers)] if number > 1 else controllers
-            found = self._round(number, len(rounds), one, controllers)
-            if found is None:
-                return None
-            costs = found
-        order = _best(costs, len(costs))
-        result = SearchResult(
-            self._scenario,
-            self._settings,
-            controllers[order],
-            costs[order, :, 0],
-            costs[order, :, 1],
-            self._folder,
-        )
-        write_atomically(self._folder / "controllers.csv", _table(result))
-        return result
-
-    def _round(self, number: int, rounds: int, one: Round, controllers: np.ndarray) -> np.ndarray | None:
-        """Return costs and final dispersions (M, R, 2) of a round; None if it was stopped."""
-        rng = np.random.default_rng((SEARCH_STARTS, self._settings.seed, number))
-        starts = initial_poses(self._scenario, one.trials, rng)
-        folder = self._folder / f"round{number}"
-        folder.mkdir(exist_ok=True)
-        blocks, begun, fresh = [], time.monotonic(), 0
-        for start in range(0, len(controllers), BLOCK):
-            own = controllers[start : start + BLOCK]
-            path = folder / f"{start:07d}.npy"
-            block = _stored(path, (len(own), one.trials, 2))
-            if block is None:
-                block = self._block(number, start, own, starts)
+    store = Store(out, SEARCH)
+    _begin(store, scenario, settings)
+    stopped = should_stop or (lambda: False)
+    with storage(store.path, "give the same command again: it goes on."), store.locked():
+        controllers = grid_controllers(scenario.sensor.states, settings.steps)
+        costs, rounds = np.zeros((len(controllers), 1, 2)), settings.rounds(len(controllers))
+        for number, (count, trials) in enumerate(rounds, start=1):
+            controllers = controllers[_best(costs)[:count]]
+            starts = initial_poses(scenario, trials, np.random.default_rng((SEARCH_STARTS, settings.seed, number)))
+            blocks, begun, fresh = [], time.monotonic(), 0
+            for start in range(0, len(controllers), BLOCK):
+                own = controllers[start : start + BLOCK]
+                place = (SEARCH_NOISE, settings.seed, number, start)
+                compute = partial(_costs, scenario, own, starts, place, settings.duration_s, threads, stopped)
+                name, shape = f"round{number}/{start:07d}.npy", (len(own), trials, 2)
+                fresh += 0 if (store.path / name).exists() else len(own)
+                block = store.once(name, compute, fits=lambda found, shape=shape: found.shape == shape)  # type: ignore[misc]
                 if block is None:
                     return None
-                write_atomically(path, _bytes(block))
-                fresh += len(own)
-            blocks.append(block)
-            done = start + len(own)
-            left = (time.monotonic() - begun) / max(fresh, 1) * (len(controllers) - done)
-            self._observer(SearchProgress(number, rounds, done, len(controllers), left))
-        return np.concatenate(blocks)
-
-    def _block(self, number: int, start: int, controllers: np.ndarray, starts: np.ndarray) -> np.ndarray | None:
-        size = max(1, BATCH // len(starts))
-        batches = []
-        for k in range(0, len(controllers), size):
-            if self._should_stop():
-                return None
-            entropy = (SEARCH_NOISE, self._settings.seed, number, start + k)
-            batches.append(
-                gathering_costs(
-                    self._scenario,
-                    controllers[k : k + size],
-                    starts,
-                    duration_s=self._settings.duration_s,
-                    seed=int(np.random.SeedSequence(entropy).generate_state(1, np.uint64)[0]),
-                    threads=self._threads,
-                )
-            )
-        return np.concatenate(batches)
+                blocks.append(block)
+                done = start + len(own)
+                left = (time.monotonic() - begun) / max(fresh, 1) * (len(controllers) - done)
+                if observer is not None:
+                    observer(SearchProgress(number, len(rounds), done, len(controllers), left))
+            costs = np.concatenate(blocks)
+        order = _best(costs)
+        result = SearchResult(
+            scenario, settings, controllers[order], costs[order, :, 0], costs[order, :, 1], store.path
+        )
+        store.write("controllers.csv", _table(result))
+        return result
 
 
-def _best(costs: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices of the controllers with the smallest mean cost, best first; of equals the first come first."""
-    return np.argsort(costs[..., 0].mean(axis=1), kind="stable")[:count]
+def _begin(store: Store, scenario: Scenario, settings: SearchSettings) -> None:
+    """Make this the folder of a search, or leave it if it is."""
+    content = json.loads(json.dumps({"scenario": asdict(scenario), "settings": asdict(settings)}))
+    with writable("out", store.path):
+        if not store.foreign_names():
+            store.create(content)
+            return
+    if not store.exists():
+        raise RunFolderError(
+            f"`out` must be a new folder, or that of a search; got {store.path}, without a readable {SEARCH.head}. "
+            "Choose another folder."
+        )
+    held = store.head()
+    # folders of before a setting came do not name it
+    later = {each.name: each.default for each in fields(Scenario) if each.default is not MISSING}
+    held["scenario"] = later | held["scenario"]
+    if _settings(held) != _settings(content):
+        raise RunFolderError(
+            f"`out` must be the folder of the same search; got one of other settings [{store.head_path}]. Choose another folder."
+        )
 
 
-def _stored(path: Path, shape: tuple[int, ...]) -> np.ndarray | None:
-    try:
-        block = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError):
-        return None
-    return block if block.shape == shape else None
+def _settings(content: dict[str, Any]) -> dict[str, Any]:
+    kept = {key: content[key] for key in ("scenario", "settings")}
+    return {key: value for key, value in dotted(kept).items() if key not in PROSE}
 
 
-def _bytes(array: np.ndarray) -> bytes:
-    content = io.BytesIO()
-    np.save(content, array, allow_pickle=False)
-    return content.getvalue()
+def _costs(
+    scenario: Scenario,
+    controllers: np.ndarray,
+    starts: np.ndarray,
+    place: tuple[int, int, int, int],
+    duration_s: float,
+    threads: int | None,
+    should_stop: Callable[[], bool],
+) -> np.ndarray | None:
+    """Return the `gathering_costs` of controllers, batch by batch, each with noise of its own place; None if it was stopped."""
+    batches, size = [], max(1, BATCH // len(starts))
+    for k in range(0, len(controllers), size):
+        if should_stop():
+            return None
+        entropy = np.random.SeedSequence((*place[:3], place[3] + k))
+        seed = int(entropy.generate_state(1, np.uint64)[0])
+        own = controllers[k : k + size]
+        batches.append(gathering_costs(scenario, own, starts, duration_s=duration_s, seed=seed, threads=threads))
+    return np.concatenate(batches)
+
+
+def _best(costs: np.ndarray) -> np.ndarray:
+    """Return the indices of controllers by mean cost, best first; of equals the first come first."""
+    return np.argsort(costs[..., 0].mean(axis=1), kind="stable")
 
 
 def _table(result: SearchResult) -> bytes:
     """Return the finalists as CSV."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    names = tuple(f"v{side}{state}" for state in range(result.scenario.sensor.states) for side in "lr")
-    writer.writerow(("rank", *names, "trials", "cost", "standard_error", "median_cost", "median_dispersion_at_the_end"))
-    for rank, (controller, costs, ends, error) in enumerate(
-        zip(result.controllers, result.costs, result.ends, result.standard_errors, strict=True), start=1
-    ):
-        numbers: tuple[Any, ...] = (costs.mean(), error, np.median(costs), np.median(ends))
-        row = (*controller, len(costs), *numbers)
-        writer.writerow((rank, *(f"{float(value):.6g}" for value in row)))
-    return text.getvalue().encode()
+    import pandas
+
+    speeds = [f"v{side}{state}" for state in range(result.scenario.sensor.states) for side in "lr"]
+    columns = dict(zip(speeds, result.controllers.T, strict=True)) | {
+        "trials": [result.costs.shape[1]] * len(result.costs),
+        "cost": result.costs.mean(axis=1),
+        "standard_error": result.standard_errors,
+        "median_cost": np.median(result.costs, axis=1),
+        "median_dispersion_at_the_end": np.median(result.ends, axis=1),
+    }
+    table = pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(result.costs) + 1, name="rank"))
+    return table.to_csv(float_format="%.6g", lineterminator="\n").encode()

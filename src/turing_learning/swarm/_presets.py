@@ -48,7 +48,7 @@ AGGREGATION_VIEW_60 = replace(
     sensor=Sensor(field_of_view=math.pi / 3),
 )
 """The same with a field of view of 60 degrees. The paper does not print this controller; it was found by
-`turing-learning search-controller`, see experiments/4.6.1."""
+`turing_learning.search.search_controller`, see experiments/4.6.1."""
 
 SCENARIOS: dict[str, Scenario] = {
     scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)

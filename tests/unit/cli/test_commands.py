@@ -36,7 +36,7 @@ def refused(call, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"], ["search-controller"]]
+    "command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]]
 )
 def test_every_command_explains_itself(command, call):
     code, out, _ = call(*command, "--help")

@@ -7,9 +7,9 @@ import pytest
 
 from turing_learning.analysis import dispersion
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import RunFolderError, RunStorageError
 from turing_learning.search import SearchSettings, gathering_costs, grid_controllers, mirrored, search_controller
 from turing_learning.search import _search as rounds
+from turing_learning.store import DamagedError, RunFolderError, RunStorageError, Store
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, initial_poses, simulate
 
 SMALL = SearchSettings(steps=2, trials=1, finalists=3, final_trials=4, duration_s=5.0, seed=3)
@@ -97,11 +97,28 @@ def test_a_search_that_was_stopped_goes_on_to_the_same_table(found, tmp_path, mo
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
-def test_a_damaged_block_is_computed_again(found, tmp_path):
+def test_a_damaged_block_is_set_aside_and_computed_again(found, tmp_path, caplog):
     search(tmp_path / "run")
-    block = next((tmp_path / "run" / "round1").iterdir())
-    block.write_bytes(block.read_bytes()[:50])
-    assert table(search(tmp_path / "run")) == table(found)
+    block = tmp_path / "run" / "round1" / "0000000.npy"
+    sound = block.read_bytes()
+    for damaged in (sound[:50], sound[:-8] + bytes(8), (tmp_path / "run" / "round2" / "0000000.npy").read_bytes()):
+        block.write_bytes(damaged)
+        assert table(search(tmp_path / "run")) == table(found)
+        assert block.read_bytes() == sound
+        assert "round1/0000000.npy is damaged (it has been changed)" in caplog.messages[-1]
+    assert len(list(block.parent.glob("*.damaged*"))) == 3
+
+
+def test_a_search_in_use_is_refused(found):
+    with Store(found.path, rounds.SEARCH).locked(), pytest.raises(RunFolderError, match="`search` must not be in use"):
+        search(found.path)
+
+
+def test_changed_settings_of_a_search_are_refused(tmp_path):
+    path = search(tmp_path / "run").path / "search.json"
+    path.write_text(path.read_text().replace('"seed": 3', '"seed": 4'))
+    with pytest.raises(DamagedError, match=r"^`search` must hold search\.json as it was written"):
+        search_controller(SWARM, replace(SMALL, seed=4), out=tmp_path / "run")
 
 
 def test_progress_says_how_far_a_search_is(tmp_path):
@@ -121,6 +138,7 @@ def test_a_search_that_is_described_otherwise_is_the_same(found):
 
 def test_a_search_of_before_a_setting_came_is_the_same(found):
     file = found.path / "search.json"
+    (found.path / "seals.txt").unlink()  # as old as that
     content = json.loads(file.read_text())
     for later in ("known", "grouping"):
         del content["scenario"][later]
@@ -147,10 +165,15 @@ def test_a_folder_with_something_else_is_refused(tmp_path):
 
 
 def test_a_full_disk_ends_a_search_that_can_go_on(tmp_path, monkeypatch):
-    def full(*arguments):
+    def full(store, name, content):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(rounds, "write_atomically", full)
+    monkeypatch.setattr(rounds, "_begin", lambda store, *search: store.create({}))
+    monkeypatch.setattr(
+        rounds,
+        "gathering_costs",
+        lambda *given, **settings: monkeypatch.setattr(Store, "write", full) or np.zeros((10, 1, 2)),
+    )
     with pytest.raises(RunStorageError, match=r"`out` must be a folder with space left; .*No space left"):
         search(tmp_path / "run")
 
@@ -165,7 +188,7 @@ def test_a_full_disk_ends_a_search_that_can_go_on(tmp_path, monkeypatch):
         ({"finalists": 0}, "`finalists` must be an integer from 1 to 1000000; got 0"),
         ({"trials": 9}, "`final_trials` must be an integer from 9 to 100000; got 4"),
         ({"seed": -1}, "`seed` must be an integer from 0 to 9223372036854775807; got -1"),
-        ({"duration_s": 0.0}, "`duration` must be above 0 and at most 3600 s; got 0"),
+        ({"duration_s": 0.0}, "`duration` must be a finite number above 0 and of at most 3600; got 0"),
     ],
 )
 def test_sizes_that_make_no_sense_are_refused(change, message):

@@ -179,7 +179,7 @@ EXPERIMENT = Experiment(
         "The verdict is about the default preset and the paper's rule, the subjectively best model of the last generation; the "
         "preset `paper`, and the `estimate`, stand beside it. The preset `paper` has ten runs, each of which takes minutes.",
         "The agents' controller for a field of view of pi/3 is not printed. It was found by a grid search like the one that the "
-        "paper mentions, `turing-learning search-controller --field-of-view 60`; its table is in `search/60-degrees`, and what was "
+        "paper mentions, `turing_learning.search.search_controller`; its table is in `search/60-degrees`, and what was "
         "assumed in docs/decisions/0016.",
         "Where in the sector an item lies does not matter, and no item hides another: with a binary sensor both are the same.",
         "Seeds 2001 to 2030, which nothing has been tuned on. That the default preset, as it was first, ended in a mirror image of "
