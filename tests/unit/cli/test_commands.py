@@ -35,9 +35,7 @@ def refused(call, tmp_path):
     return refused
 
 
-@pytest.mark.parametrize(
-    "command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]]
-)
+@pytest.mark.parametrize("command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]])
 def test_every_command_explains_itself(command, call):
     code, out, _ = call(*command, "--help")
     assert code == 0
