@@ -22,17 +22,21 @@
 ========================  ============================================================================
 """
 
-from ._clusters import largest_cluster
-from ._comparison import Comparison, compare
-from ._decision import decision_accuracy
-from ._dispersion import dispersion, least_dispersion
-from ._errors import absolute_error, mean_absolute_error
-from ._estimate import estimate, interval
-from ._failure import name_failure
-from ._known import UNKNOWN, WHY_UNKNOWN, is_known, known_or
-from ._polarization import polarization
-from ._pooled import pooled_estimate, pooled_interval, r_hat
+from ._disks import dispersion, largest_cluster, least_dispersion
+from ._errors import absolute_error, mean_absolute_error, name_failure
+from ._estimate import (
+    UNKNOWN,
+    WHY_UNKNOWN,
+    estimate,
+    interval,
+    is_known,
+    known_or,
+    pooled_estimate,
+    pooled_interval,
+    r_hat,
+)
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
+from ._tests import Comparison, compare, decision_accuracy, polarization
 
 __all__ = [
     "DYNAMIC_READINGS",

@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..arrays import array
+
 if TYPE_CHECKING:
     from turing_learning.models import ElmanModel
 
@@ -46,24 +48,15 @@ def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.A
     (...)
         Sum of the squared differences over all parameters and steps.
 
-    Raises
-    ------
-    ValueError
-        If a shape does not fit.
-
     Source
     ------
     Paper, section 4.6.2: the metric by which the network of median performance is chosen.
     """
-    true = np.asarray(truth, dtype=np.float64)
-    if true.shape != (2 * model.states,):
-        raise ValueError(f"`truth` must be of shape (2 n,) = ({2 * model.states},); got {true.shape}.")
+    true = array("truth", truth, "P", finite=False, P=2 * model.states)
     return np.square(model.constant_responses(networks) - true).sum(axis=(-2, -1))
 
 
 def median_place(errors: np.typing.ArrayLike) -> int:
     """Return the place of the median among errors (R,), of two middle ones the smaller."""
-    errors = np.asarray(errors, dtype=np.float64)
-    if errors.ndim != 1 or errors.size == 0 or not np.isfinite(errors).all():
-        raise ValueError(f"`errors` must be finite numbers of shape (R,), not empty; got {errors}.")
+    errors = array("errors", errors, "R")
     return int(np.argsort(errors, kind="stable")[(errors.size - 1) // 2])

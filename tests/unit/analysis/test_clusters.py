@@ -1,5 +1,4 @@
 import numpy as np
-import pytest
 
 from turing_learning.analysis import largest_cluster
 
@@ -23,13 +22,3 @@ def test_every_moment_of_every_trial_has_a_largest_cluster():
     positions = np.zeros((2, 3, 4, 2))
     positions[1, 2, :, 0] = [0, 50, 100, 150]
     np.testing.assert_array_equal(largest_cluster(positions, 3.5), [[4, 4, 4], [4, 4, 1]])
-
-
-def test_positions_that_are_not_finite_are_refused():
-    with pytest.raises(ValueError, match=r"`positions` must be finite; got nan at \(0, 0\)"):
-        largest_cluster([[np.nan, 0.0]], 3.5)
-
-
-def test_a_negative_radius_is_refused():
-    with pytest.raises(ValueError, match="`radius_cm` must be a finite number above 0; got -1"):
-        largest_cluster([[0.0, 0.0]], -1)

@@ -24,21 +24,3 @@ def test_equal_samples_do_not_differ():
 
 def test_samples_may_differ_in_length():
     assert compare(LOW, [HIGH, HIGH[:3]]).p_values.shape == (2,)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((LOW, []), "`samples` must hold at least one sample; got none"),
-        (([], [LOW]), r"`reference` must be of shape \(R,\) and not empty; got \(0,\)"),
-        ((LOW, [LOW, [np.nan]]), r"`samples\[1\]` must be finite; got nan"),
-    ],
-)
-def test_what_cannot_be_tested_is_refused(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        compare(*arguments)
-
-
-def test_a_level_of_one_is_refused():
-    with pytest.raises(ValueError, match=r"`level` must be in \(0, 1\); got 1"):
-        compare(LOW, [HIGH], level=1)

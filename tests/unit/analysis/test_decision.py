@@ -22,13 +22,3 @@ def test_each_classifier_has_an_accuracy():
     agents, models = np.ones((3, 5, 10)), np.zeros((3, 6, 10))
     models[1] = 1
     np.testing.assert_array_equal(decision_accuracy(agents, models), [1.0, 0.5, 1.0])
-
-
-def test_outputs_of_networks_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must hold nothing but 0 and 1; got 0\.7"):
-        decision_accuracy([[1]], [[0.7]])
-
-
-def test_judgments_without_trials_are_refused():
-    with pytest.raises(ValueError, match=r"`agents` must be of shape \(.*none of them 0; got \(3, 0\)"):
-        decision_accuracy(np.zeros((3, 0)), [[1]])

@@ -29,31 +29,7 @@ def test_dispersion_does_not_depend_on_where_the_swarm_is_and_how_it_is_turned()
 
 
 @pytest.mark.parametrize(
-    ("positions", "message"),
-    [
-        (np.zeros((5, 3)), r"`positions` must be of shape \(\.\.\., S, 2\) with S at least 1; got \(5, 3\)"),
-        (np.zeros((0, 2)), r"with S at least 1; got \(0, 2\)"),
-        ([[0.0, 0.0], [0.0, np.inf]], r"`positions` must be finite; got inf at \(1, 1\)"),
-    ],
-)
-def test_other_positions_are_refused(positions, message):
-    with pytest.raises(ValueError, match=message):
-        dispersion(positions, 3.5)
-
-
-@pytest.mark.parametrize("radius", [0.0, -1.0, np.nan])
-def test_a_radius_that_is_not_positive_is_refused(radius):
-    with pytest.raises(ValueError, match=f"`radius_cm` must be a finite number above 0; got {radius}"):
-        dispersion([[0.0, 0.0]], radius)
-
-
-@pytest.mark.parametrize(
     ("disks", "least"), [(1, 0.0), (2, 0.5), (3, 1.0), (7, 6.0), (10, 13.5), (40, 220.3), (50, 343.5)]
 )
 def test_the_least_dispersion_is_that_of_the_best_known_packing(disks, least):
     assert least_dispersion(disks) == pytest.approx(least, abs=0.05)
-
-
-def test_the_least_dispersion_of_no_disks_is_refused():
-    with pytest.raises(ValueError, match="`disks` must be at least 1; got 0"):
-        least_dispersion(0)

@@ -130,16 +130,3 @@ def test_r_hat_does_not_depend_on_the_scale_nor_an_excursion():
     np.testing.assert_allclose(r_hat(np.exp(series)), expected)
     series[2, 40:50] = 1e12
     np.testing.assert_allclose(r_hat(series), expected, rtol=0.1)
-
-
-@pytest.mark.parametrize("told", [pooled_estimate, pooled_interval, r_hat])
-@pytest.mark.parametrize("shape", [(3, 4), (1, 4, 2), (2, 0, 2), (2, 4, 0)])
-def test_another_shape_is_refused(told, shape):
-    with pytest.raises(ValueError, match=r"`typical_models` must be of shape \(runs, W, P\) with at least 2 runs"):
-        told(np.zeros(shape))
-
-
-@pytest.mark.parametrize("told", [pooled_estimate, pooled_interval, r_hat])
-def test_what_is_not_finite_is_refused(told):
-    with pytest.raises(ValueError, match="`typical_models` must be finite; got nan"):
-        told(still(1, np.nan))

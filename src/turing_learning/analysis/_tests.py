@@ -1,0 +1,129 @@
+"""Whether samples differ, and how often decisions are right."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import array
+from ..errors import number, require
+
+LEVEL = 0.05
+"""Significance level of the paper's tests, section 4.3."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two-sided Mann-Whitney tests of several samples against one reference.
+
+    Attributes
+    ----------
+    p_values : (S,)
+        Of each test, not corrected.
+    level
+        Significance level of all tests together.
+    """
+
+    p_values: np.ndarray
+    level: float
+
+    @property
+    def significant(self) -> np.ndarray:
+        """Which samples differ (S,), with Bonferroni's correction: p below the level over the number of tests."""
+        return self.p_values < self.level / len(self.p_values)
+
+    @property
+    def without_difference(self) -> int:
+        """Number of samples that do not differ significantly."""
+        return int(np.count_nonzero(~self.significant))
+
+
+def compare(
+    reference: np.typing.ArrayLike, samples: Sequence[np.typing.ArrayLike] | np.ndarray, *, level: float = LEVEL
+) -> Comparison:
+    """Test samples against a reference, each with a two-sided Mann-Whitney test, and Bonferroni's correction.
+
+    Parameters
+    ----------
+    reference : (R,)
+        For example the dispersion of agents in R trials.
+    samples : S arrays (R,)
+        For example the dispersion of replicas; they may differ in length.
+    level
+        Significance level of all tests together, in (0, 1).
+
+    Source
+    ------
+    Paper, section 4.3.
+    """
+    from scipy.stats import mannwhitneyu
+
+    number("level", level, above=0, below=1)
+    require(len(samples), "samples", "hold at least one sample", "none")
+    first = array("reference", reference, "R")
+    others = [array(f"samples[{k}]", sample, "R") for k, sample in enumerate(samples)]
+    tests = (mannwhitneyu(first, other, alternative="two-sided") for other in others)
+    return Comparison(np.array([test.pvalue for test in tests]), level)
+
+
+def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) -> np.ndarray:
+    """Compute the decision accuracy of classifiers.
+
+    An individual counts as a model only if it is judged counterfeit in all of its trials. Agents and models have half of
+    the weight each.
+
+    Parameters
+    ----------
+    agents : (..., S, R) bool
+        Whether each of S agents was judged genuine in each of R trials; classifiers come first.
+    models : (..., M, R) bool
+        Whether each of M models was judged genuine.
+
+    Returns
+    -------
+    (...)
+        In [0, 1].
+
+    Source
+    ------
+    Paper, section 4.4.
+    """
+    shares = []
+    for name, judgments in (("agents", agents), ("models", models)):
+        given = np.asarray(judgments)
+        judged = array(name, given.astype(int) if given.dtype == bool else given, "... S R")
+        require(
+            np.isin(judged, (0, 1)).all(),
+            name,
+            "hold nothing but 0 and 1",
+            judged[~np.isin(judged, (0, 1))][:1].tolist(),
+        )
+        shares.append(judged.any(axis=-1).mean(axis=-1))
+    return (shares[0] + (1 - shares[1])) / 2
+
+
+def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> np.ndarray:
+    """Compute the length of the mean direction of a group: 1 if all go one way, about 0 in disorder.
+
+    Parameters
+    ----------
+    directions : (..., A, 2)
+        Displacements or headings as vectors of any length; those of length 0 have no direction and do not count.
+    present : (..., A)
+        Which of them are known; None for all.
+
+    Returns
+    -------
+    (moments,)
+        0 to 1, of the moments in which at least two individuals have a direction.
+
+    Source
+    ------
+    Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized velocity.
+    """
+    length = np.hypot(directions[..., 0], directions[..., 1])
+    counted = (length > 0) if present is None else present & (length > 0)
+    unit = np.where(counted[..., None], directions / np.where(length > 0, length, 1.0)[..., None], 0.0)
+    count, total = counted.sum(axis=-1), unit.sum(axis=-2)
+    aligned = np.asarray(np.hypot(total[..., 0], total[..., 1]) / np.maximum(count, 1))
+    return aligned[count >= 2]
