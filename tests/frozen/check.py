@@ -1,3 +1,4 @@
+# ruff: noqa: T201
 """The behavior of version 0.1.0, frozen: small runs of every kind, compared bit by bit with a stored reference.
 
     python tests/frozen/check.py            # all cases, a minute; --quick: those of a few seconds; --only NAME
@@ -8,8 +9,9 @@ Every setting of 0.1.0 is written out below, so that later defaults do not matte
 change numbers leaves the reference alone. Times, dates, versions and paths are left out. What is called is public: if a name
 changes, change the doors below and nothing else.
 
-Another kind of processor, or another version of numpy, may round differently (decisions 0005 and 0006), and a run is chaotic:
-there only what does not depend on rounding is compared, and the last line says so.
+Another kind of processor, or another version of numpy, rounds differently (decisions 0005 and 0006): there numbers are compared
+but for their last digits, of arrays the means, and the last line says so. Runs are chaotic, and these are so short that
+no rounding has yet become a decision.
 """
 
 import argparse
@@ -17,6 +19,7 @@ import hashlib
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -137,10 +140,10 @@ LEFT_OUT = object()
 SPLIT = {key: value for key, value in OWN.items() if key != "held_out"}
 EFFORT = {
     "samples": 24,
-    "generations": 30,
-    "population": 20,
+    "generations": 20,
+    "population": 12,
     "points": 6,
-    "profile_generations": 12,
+    "profile_generations": 8,
     "profile_population": 12,
 }
 FAMILY: dict[str, Any] = {
@@ -186,8 +189,8 @@ LABORATORY = {
     "run.generations": 3,
     "run.checkpoint_every": 1,
     "scenario.robot.clamp_wheel_speeds": True,
-    "scenario.arena.width_cm": 200.0,
-    "scenario.arena.height_cm": 225.0,
+    "scenario.arena.width_cm": 90.0,
+    "scenario.arena.height_cm": 100.0,
     "scenario.trial.duration_s": 1.0,
 }
 
@@ -226,12 +229,18 @@ def outcome(result: Any) -> dict[str, Any]:
 
 
 def digest(array: Any) -> str:
-    """Return the digest of an array: type, shape and every bit."""
+    """Return what is compared of an array: type, shape, mean, and a digest of every bit."""
     array = np.asarray(array)
     if array.dtype.kind in "OUT":
         return ",".join(map(str, array.ravel()))
     data = np.ascontiguousarray(array).tobytes()
-    return f"{array.dtype} {array.shape} {hashlib.sha256(data).hexdigest()[:20]}"
+    mean = float(np.mean(array, dtype=float))
+    return f"{array.dtype} {array.shape} mean {mean!r} bits {hashlib.sha256(data).hexdigest()[:20]}"
+
+
+def numbers(text: str) -> str:
+    """Return what is compared of a text: the digest of all numbers in it."""
+    return digest([float(each) for each in re.findall(r"-?\d+(?:\.\d+)?(?:e-?\d+)?", text)])
 
 
 def plain(value: Any) -> Any:
@@ -305,9 +314,10 @@ def field_of_view(folder: Path) -> Any:
 
 @case
 def narrow_view(folder: Path) -> Any:
-    """As above, with agents whose sensor is a line, at full length."""
+    """As above, with agents whose sensor is a line, and longer trials."""
     line = {"scenario.controller": [-0.7, -1.0, 1.0, -1.0], "scenario.sensor.field_of_view": 0.0}
-    return outcome(infer("aggregation-field-of-view-0", FIELD_OF_VIEW | line | SMALL | {"run.generations": 8}))
+    short = {"run.generations": 6, "scenario.trial.duration_s": 30.0}
+    return outcome(infer("aggregation-field-of-view-0", FIELD_OF_VIEW | line | SMALL | short))
 
 
 @case(quick=True)
@@ -593,8 +603,8 @@ def study_on_two_workers(folder: Path) -> Any:
     pooled = tl.pool(runs[:2])
     return {
         "runs": [outcome(run) for run in runs],
-        "summary": summary.splitlines(),
-        "convergence": hashlib.sha256((folder / "study" / "convergence.csv").read_bytes()).hexdigest()[:20],
+        "summary": numbers(summary),
+        "convergence": numbers((folder / "study" / "convergence.csv").read_text()),
         "pooled": [pooled.estimate, pooled.interval],
     }
 
@@ -614,7 +624,7 @@ def check(folder: Path) -> Any:
             "test": plain(each.test),
             "profiles": plain(each.profiles),
             "recoveries": plain(each.recoveries),
-            "quantities": digest(json.dumps(plain(each.quantities), sort_keys=True).encode().hex()),
+            "quantities": numbers(json.dumps(plain(each.quantities), sort_keys=True)),
         }
         for each in checks
     ]
@@ -643,7 +653,7 @@ def rehearsal(folder: Path) -> Any:
     from turing_learning.runs import load_run, read_post_evaluation
 
     replica = 'name = "{0}"\nrole = "replica"\nmarker = "{0}"\naddress = "{0}"\n'
-    robots = [f'name = "a{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(8)]
+    robots = [f'name = "a{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(3)]
     robots += [replica.format(color) for color in ("orange", "purple")]
     head = (
         'camera = { source = 0, fps = 10.0, calibration = "camera.json", markers = "triangles", marker_height_cm = 6.0 }\n'
@@ -700,13 +710,20 @@ def same_bits(found: Any, expected: Any) -> bool:
     return type(found) is type(expected) and found == expected
 
 
-def same_kind(found: Any, expected: Any) -> bool:
-    """Return whether two values could be the same on different machines: numbers both, or arrays of one type and shape."""
+def nearly_same(found: Any, expected: Any) -> bool:
+    """Return whether two values are the same but for the last digits of numbers; of an array, its mean."""
     if isinstance(found, str) and isinstance(expected, str):
-        return found.rpartition(" ")[0] == expected.rpartition(" ")[0] or not expected.endswith(
-            tuple("0123456789abcdef")
-        )
-    return type(found) is type(expected)
+        (here, value, _), (there, other, _) = (parts(each) for each in (found, expected))
+        return here == there and nearly_same(value, other)
+    if isinstance(found, float) and isinstance(expected, float):
+        return found == expected or math.isclose(found, expected, rel_tol=1e-8, abs_tol=1e-10)
+    return same_bits(found, expected)
+
+
+def parts(text: str) -> tuple[str, float, str]:
+    """Return what an array is, its mean and its digest; any other text is what it is."""
+    found = re.fullmatch(r"(.*) mean (\S+) bits (\S+)", text)
+    return (found[1], 0.0 if found[2] == "nan" else float(found[2]), found[3]) if found else (text, 0.0, "")
 
 
 def execute(names: list[str], report: Callable[[str], None]) -> dict[str, Any]:
@@ -718,9 +735,6 @@ def execute(names: list[str], report: Callable[[str], None]) -> dict[str, Any]:
             found[name] = json.loads(json.dumps(plain(CASES[name][0](Path(folder)))))
         report(f"{name}: {time.perf_counter() - began:.1f} s")
     return found
-
-
-# ruff: noqa: T201
 
 
 def main() -> int:
@@ -746,12 +760,12 @@ def main() -> int:
     reference = json.loads(REFERENCE.read_text())
     here, there = machine(), reference["machine"]
     exact = options.strict or here == there
-    same = same_bits if exact else same_kind
+    same = same_bits if exact else nearly_same
     wrong = [line for name in names for line in differences(found[name], reference["cases"][name], same, name)]
     print(*wrong[:200], sep="\n")
     print(f"frozen: {len(names)} cases, {len(wrong)} differences")
     if not exact:
-        print(f"not bit by bit, but kinds and shapes alone: the reference is from {there}, this is {here}")
+        print(f"but for the last digits of numbers: the reference is of {there}, and this is {here}")
     return 1 if wrong else 0
 
 
