@@ -5,6 +5,7 @@
 `mean_absolute_error`     MAE over all parameters, equation 10.
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
+`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN;
@@ -35,6 +36,7 @@ from ._estimate import (
     pooled_interval,
     r_hat,
 )
+from ._matching import Matched, match
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 from ._tests import Comparison, compare, decision_accuracy, polarization
 
@@ -43,6 +45,7 @@ __all__ = [
     "UNKNOWN",
     "WHY_UNKNOWN",
     "Comparison",
+    "Matched",
     "absolute_error",
     "compare",
     "decision_accuracy",
@@ -54,6 +57,7 @@ __all__ = [
     "known_or",
     "largest_cluster",
     "least_dispersion",
+    "match",
     "mean_absolute_error",
     "median_place",
     "name_failure",

@@ -1,0 +1,388 @@
+"""The parameters with which classifiers judge a model as they judge the agents, and how surely the samples tell them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from turing_learning.arrays import array
+from turing_learning.errors import require
+
+from ._emulator import Emulator, conditioned, learned_kernel
+
+FOLDS = 5
+"""Parts of the counterfeit samples; what is learned from four is applied to the fifth."""
+
+TAIL = 0.05
+"""Share of the draws beyond each end of an interval."""
+
+FEWEST = 30
+"""Counterfeit samples below which there is nothing to regress."""
+
+WHOLE = 1.5
+"""Central 90 % of draws as wide as that, on a range of 2, tell nothing: 1.8 is all of it."""
+
+ROUNDS = 4
+"""How often samples near the solution are chosen anew."""
+
+
+@dataclass(frozen=True)
+class Matched:
+    """The solution of a matching, see `match`.
+
+    Parameters
+    ----------
+    estimate : (P,)
+        Median of the draws.
+    covariance : (P, P)
+        Covariance of the draws.
+    interval_low, interval_high : (P,)
+        Ends of the central 90 % of the draws; NaN where none can be given.
+    draws : (D, P)
+        Parameters that explain the judgments, in proportion to how well they do.
+    identified : (P,) bool
+        Whether the judgments say something of the parameter: whether its draws cover less than the range.
+    distance, p_value
+        How far the classifiers still tell the model with the estimate from the agents, and how often they would by chance.
+    leverage
+        Variance of the predicted judgment at the estimate, in units of that of one sample: one by the number of
+        samples that it rests on.
+    canary
+        Share of its range that a parameter without any effect, added to all, was left.
+    """
+
+    estimate: np.ndarray
+    covariance: np.ndarray
+    interval_low: np.ndarray
+    interval_high: np.ndarray
+    draws: np.ndarray
+    identified: np.ndarray
+    distance: float
+    p_value: float
+    leverage: float
+    canary: float
+    lengths: np.ndarray
+
+
+def match(
+    parameters: np.ndarray,
+    counterfeit_outputs: np.ndarray,
+    genuine_outputs: np.ndarray,
+    *,
+    low: np.ndarray,
+    high: np.ndarray,
+    start: np.ndarray,
+    spread: np.ndarray,
+    recordings: np.ndarray | None = None,
+    rng: np.random.Generator,
+    draws: int = 300,
+    size: int = 500,
+) -> Matched:
+    """Find the parameters whose samples every classifier judges as it judges the genuine ones.
+
+    Parameters
+    ----------
+    parameters : (S, P)
+        Of the model of each counterfeit sample; equal rows are samples of one model.
+    counterfeit_outputs : (J, S)
+        Outputs of the classifiers for the counterfeit samples.
+    genuine_outputs : (J, K)
+        Their outputs for the genuine samples.
+    low, high : (P,)
+        The range of each parameter, within which all values are equally likely beforehand.
+    start, spread : (P,)
+        Where to look, and how far around: samples count the less the farther they are.
+    recordings : (K,)
+        A label for each genuine sample; those with the same one are alike. None: each is on its own.
+    rng
+        For the folds and the draws.
+    draws
+        How many of them, D.
+    size
+        How many of the nearest counterfeit samples the regression is fitted to; time goes with its cube.
+
+    Notes
+    -----
+    1. From the outputs for the samples of four fifths of the models, the parameters are predicted by ridge regression: one
+       composite judgment for each parameter. It is applied to the other fifth, and to the genuine samples.
+    2. Near the solution the mean composite judgments are Gaussian processes of the parameters (`Emulator`), the covariance of
+       single samples about them is that of the left-out residuals.
+    3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the genuine samples, in units of
+       the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it.
+    4. The samples nearest in judgment to the agents are chosen, and all is done again.
+
+    Source
+    ------
+    docs/decisions/0028. Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation (2012);
+    Price et al., Bayesian synthetic likelihood (2018); Goodman and Weare, Ensemble samplers with affine invariance (2010).
+    """
+    parameters = array("parameters", parameters, "S P")
+    x = array("counterfeit_outputs", counterfeit_outputs, "J S", S=len(parameters)).T
+    g = array("genuine_outputs", genuine_outputs, "J K", J=x.shape[1]).T
+    low, high, start, spread = (
+        array(name, value, "P", P=parameters.shape[1])
+        for name, value in (("low", low), ("high", high), ("start", start), ("spread", spread))
+    )
+    require(len(parameters) >= FEWEST, "parameters", f"be at least {FEWEST} models", str(len(parameters)))
+    require((low < high).all(), "low", "be below `high`", low)
+    require((spread > 0).all(), "spread", "be positive", spread)
+    if recordings is not None:
+        require(len(recordings) == len(g), "recordings", "be a label for each genuine sample", str(len(recordings)))
+    units = (high - low) / 2
+    z, center, width = (parameters - low) / units - 1, (start - low) / units - 1, spread / units
+    fold, canary = _folds(z, rng)
+    z, center, width = np.c_[z, canary], np.append(center, 0.0), np.append(width, 1.0)
+    x, g = _standardized(x, g)
+    near, logs, middle = _around(z, center, width), None, center
+    for _ in range(ROUNDS):
+        local, logs = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size)
+        points = _sample(local, draws, rng)
+        before, middle = middle, np.median(points, axis=0)
+        near = local.remoteness(z)
+        if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
+            break
+    low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
+    known = high_z - low_z < WHOLE
+    distance, p_value = _distance(x, g, z, _widened(near, size), middle, rng)
+    return Matched(
+        estimate=low + units * (middle[:-1] + 1),
+        covariance=np.atleast_2d(np.cov(points[:, :-1].T)) * np.outer(units, units),
+        interval_low=np.where(known[:-1], low + units * (low_z[:-1] + 1), low),
+        interval_high=np.where(known[:-1], low + units * (high_z[:-1] + 1), high),
+        draws=low + units * (points[:, :-1] + 1),
+        identified=known[:-1],
+        distance=distance,
+        p_value=p_value,
+        leverage=float(local.emulator.predict(middle[None])[1][0]),
+        lengths=np.exp(local.emulator.logs),
+        canary=(high_z - low_z)[-1] / (2 - 4 * TAIL),
+    )
+
+
+@dataclass(frozen=True)
+class _Local:
+    """Composite judgments, one for each parameter, as functions of the parameters, and where those of the agents are."""
+
+    emulator: Emulator
+    trust: float  # largest variance of a prediction that counts
+    target: np.ndarray  # (P,), in units of the noise of one sample
+    variance: np.ndarray  # (P,), of the target, likewise
+
+    def remoteness(self, z: np.ndarray) -> np.ndarray:
+        """Return how far (S,) models are judged from the agents, in standard deviations of one sample, squared."""
+        distances: np.ndarray = ((self.emulator.mean(z) - self.target) ** 2).sum(axis=1)
+        return distances
+
+    def log_likelihood(self, z: np.ndarray) -> np.ndarray:
+        """Return the logarithm (S,) of the likelihood of the target; minus infinity outside the range."""
+        inside = (np.abs(z) <= 1).all(axis=1)
+        result = np.full(len(z), -np.inf)
+        mean, extra = self.emulator.predict(z[inside])
+        total = self.variance + extra[:, None]
+        result[inside] = -0.5 * ((mean - self.target) ** 2 / total + np.log(total)).sum(axis=1)
+        result[inside] = np.where(extra <= self.trust, result[inside], -np.inf)
+        return result
+
+
+def _standardized(x: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    varies = x.std(axis=0) > 1e-4
+    x, g = x[:, varies], g[:, varies]
+    mean, scale = x.mean(axis=0), x.std(axis=0)
+    return (x - mean) / scale, (g - mean) / scale
+
+
+def _folds(z: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Return a fold for each sample and a number in [-1, 1], the same for samples of one model."""
+    models = np.unique(z, axis=0, return_inverse=True)[1].reshape(-1)
+    return rng.permutation(models.max() + 1)[models] % FOLDS, rng.uniform(-1, 1, models.max() + 1)[models]
+
+
+def _around(z: np.ndarray, center: np.ndarray, width: np.ndarray) -> np.ndarray:
+    remoteness: np.ndarray = (((z - center) / width) ** 2).sum(axis=1)
+    return remoteness
+
+
+def _widened(remoteness: np.ndarray, size: int) -> np.ndarray:
+    """Return weights (S,) that fall with the remoteness of samples, slowly enough for a regression."""
+    wanted = min(size / 2, 0.7 * len(remoteness))
+    factor = 1.0
+    while True:
+        weights = np.exp(-0.5 * (remoteness - remoteness.min()) / factor**2)
+        if weights.sum() ** 2 >= wanted * (weights**2).sum() or factor > 1e4:
+            return weights
+        factor *= 1.1
+
+
+def _fit(
+    z: np.ndarray,
+    x: np.ndarray,
+    g: np.ndarray,
+    fold: np.ndarray,
+    weights: np.ndarray,
+    recordings: np.ndarray | None,
+    logs: np.ndarray | None,
+    size: int,
+) -> tuple[_Local, np.ndarray]:
+    broad = np.sqrt(weights)
+    t, target_samples = np.zeros_like(z), np.zeros((len(g), z.shape[1]))
+    for part in range(FOLDS):
+        out = fold == part
+        middle, readout, offset = _readout(x[~out], z[~out], broad[~out])
+        t[out] = (x[out] - middle) @ readout + offset
+        target_samples += ((g - middle) @ readout + offset) / FOLDS
+    t, target_samples = t[:, :-1], target_samples[:, :-1]
+    order = np.argsort(-weights, kind="stable")
+    few = size * 6 // 7
+    chosen = np.r_[order[:few], order[few :: max((len(order) - few) // (size - few), 1)]]
+    z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
+    noise = 1 / np.maximum(weights, 0.3)
+    misses = t - _linear(z, t, weights)
+    offset = np.average(t, axis=0, weights=weights)
+    found: np.ndarray | None = None
+    for _ in range(2):  # the second time with the covariance that the first has found
+        residual = (misses * weights[:, None]).T @ misses / weights.sum()
+        residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
+        values, vectors = np.linalg.eigh(residual)
+        whiten = vectors / np.sqrt(values)
+        found = learned_kernel(z, (t - offset) @ whiten, noise, logs) if found is None else found
+        emulator = conditioned(z, (t - offset) @ whiten, noise, found)
+        misses = _left_out(emulator, noise) @ np.linalg.inv(whiten)
+    assert found is not None
+    residual = (misses * weights[:, None]).T @ misses / weights.sum()
+    target, covariance = _target(target_samples, residual, recordings)
+    values, turn = np.linalg.eigh(whiten.T @ covariance @ whiten)
+    emulator = replace(emulator, weights=emulator.weights @ turn)
+    trust = float(np.quantile(emulator.predict(z)[1], 0.9))
+    return _Local(emulator, trust, (target - offset) @ whiten @ turn, values), found
+
+
+def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    f, root = np.c_[np.ones(len(z)), z], np.sqrt(weights)[:, None]
+    return f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
+
+
+def _left_out(emulator: Emulator, noise: np.ndarray) -> np.ndarray:
+    """Return the misses of the emulator, each sized as that of a sample that it was not fitted to, less what it does not know."""
+    spread = 1 / np.diag(emulator.inverse)
+    misses: np.ndarray = emulator.weights * (spread / np.sqrt(1 + np.maximum(spread - noise, 0)))[:, None]
+    return misses
+
+
+def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Regress parameters on outputs, with the ridge that predicts best by generalized cross-validation."""
+    share = weights / weights.sum()
+    middle, offset = share @ x, share @ z
+    root = np.sqrt(weights)[:, None]
+    u, s, vt = np.linalg.svd(root * (x - middle), full_matrices=False)
+    projected = u.T @ (root * (z - offset))
+    total = ((root * (z - offset)) ** 2).sum(axis=0)
+    effective = weights.sum() ** 2 / (weights**2).sum()
+    best, score = s[0], np.inf
+    for ridge in s[0] ** 2 * 10.0 ** np.arange(-7, 1):
+        shrink = s**2 / (s**2 + ridge)
+        left = (total - ((2 * shrink - shrink**2)[:, None] * projected**2).sum(axis=0)) / total
+        freedom = 1 - min(shrink.sum() / effective, 0.99)
+        if left.sum() / freedom**2 < score:
+            best, score = ridge, left.sum() / freedom**2
+    return middle, vt.T @ ((s / (s**2 + best))[:, None] * projected), offset
+
+
+def _target(samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean composite judgment of genuine samples and its covariance.
+
+    Few recordings say little of their own covariance; that of the model's samples stands in for 2 P + 10 of them.
+    """
+    groups = np.arange(len(samples)) if recordings is None else np.unique(recordings, return_inverse=True)[1]
+    mean = samples.mean(axis=0)
+    sums = np.zeros((groups.max() + 1, samples.shape[1]))
+    np.add.at(sums, groups, samples - mean)
+    own = sums.T @ sums / len(samples) ** 2 * len(sums) / max(len(sums) - 1, 1)
+    expected, prior = residual / len(samples), 2 * samples.shape[1] + 10
+    return mean, (prior * expected + len(sums) * own) / (prior + len(sums))
+
+
+def _sample(local: _Local, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw points in proportion to the likelihood, uniform beforehand: tempered from the whole range, moved by stretches."""
+    points = local.emulator.points
+    values = local.log_likelihood(points)
+    inside = np.flatnonzero(np.isfinite(values))[rng.permutation(np.isfinite(values).sum())]
+    chosen = np.resize(inside, count)
+    points, values, power = points[chosen], values[chosen], 0.0
+    for _ in range(10):
+        points, values = _moved(local, points, values, power, rng)
+    while power < 1:
+        power, chosen = _tempered(values, power, rng)
+        points, values = points[chosen], values[chosen]
+        for _ in range(8):
+            points, values = _moved(local, points, values, power, rng)
+    for _ in range(30):
+        points, values = _moved(local, points, values, 1.0, rng)
+    return points
+
+
+def _tempered(values: np.ndarray, power: float, rng: np.random.Generator) -> tuple[float, np.ndarray]:
+    """Return the next power of the likelihood, at which half of the points count, and points drawn by it."""
+    best, last = values.max(), 1.0
+    low, high = power, 1.0
+
+    def share(power: float) -> tuple[float, np.ndarray]:
+        weights = np.exp((power - last_power) * (values - best))
+        return weights.sum() ** 2 / (weights**2).sum() / len(values), weights
+
+    last_power = power
+    if share(1.0)[0] < 0.5:
+        for _ in range(40):
+            last = (low + high) / 2
+            low, high = (last, high) if share(last)[0] > 0.5 else (low, last)
+        last = max(low, power + 1e-6)
+    weights = share(last)[1]
+    places = (np.arange(len(values)) + rng.random()) / len(values)
+    return last, np.minimum(np.searchsorted(np.cumsum(weights) / weights.sum(), places), len(values) - 1)
+
+
+def _moved(
+    local: _Local, points: np.ndarray, values: np.ndarray, power: float, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Move one half of the points after the other along lines through points of the other half (Goodman and Weare 2010)."""
+    order = rng.permutation(len(points))
+    points, values = points[order], values[order]
+    half = len(points) // 2
+    for mine, others in ((slice(0, half), slice(half, None)), (slice(half, None), slice(0, half))):
+        size = len(points[mine])
+        partners = points[others][rng.integers(len(points[others]), size=size)]
+        stretch = (1 + rng.random(size)) ** 2 / 2
+        proposal = partners + stretch[:, None] * (points[mine] - partners)
+        proposed = local.log_likelihood(proposal)
+        inside = np.isfinite(proposed)
+        gain = np.full(size, -np.inf)
+        gain[inside] = power * (proposed - values[mine])[inside]
+        gain += (points.shape[1] - 1) * np.log(stretch)
+        accept = np.log(rng.random(size)) < gain
+        points[mine][accept] = proposal[accept]
+        values[mine][accept] = proposed[accept]
+    return points, values
+
+
+def _distance(
+    x: np.ndarray, g: np.ndarray, z: np.ndarray, weights: np.ndarray, middle: np.ndarray, rng: np.random.Generator
+) -> tuple[float, float]:
+    """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it."""
+    near = weights > 1e-2 * weights.max()
+    x, z, weights = x[near], z[near], weights[near]
+    f = np.c_[np.ones(len(z)), z - middle]
+    root = np.sqrt(weights)[:, None]
+    inverse = np.linalg.pinv((f * weights[:, None]).T @ f)
+    coefficients = inverse @ (f * weights[:, None]).T @ x
+    misses = x - f @ coefficients
+    scale = np.sqrt((root**2 * misses**2).sum(axis=0) / weights.sum()) + 1e-9
+    slopes = coefficients[1:] / scale
+    basis = np.linalg.qr(slopes.T)[0]
+
+    def statistic(mean: np.ndarray) -> np.ndarray:
+        mean = mean / scale
+        return ((mean - mean @ basis @ basis.T) ** 2).mean(axis=-1) * len(g)
+
+    chance = rng.choice(len(x), (200, len(g)), p=weights / weights.sum())
+    simulated = np.array([statistic(misses[rows].mean(axis=0)) for rows in chance])
+    simulated *= 1 + len(g) * (weights**2).sum() / weights.sum() ** 2
+    observed = float(statistic(g.mean(axis=0) - coefficients[0]))
+    return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))

@@ -1,0 +1,73 @@
+"""Matching on a case with a known answer: classifiers whose outputs are linear in a normally distributed sample."""
+
+import numpy as np
+import pytest
+
+from turing_learning.analysis import match
+
+LOW, HIGH = np.array([-2.0, 0.0, 5.0]), np.array([2.0, 4.0, 9.0])
+TRUTH = np.array([0.5, 1.0, 6.0])
+MIXING = np.random.default_rng(3).normal(size=(12, 2)) / 12
+
+
+def outputs(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return the outputs (12, S) of classifiers for samples whose mean is the first two parameters; the third does nothing."""
+    samples = parameters[:, :2] + rng.normal(size=(len(parameters), 2))
+    return 0.5 + (MIXING @ samples.T) / 4 + 0.002 * rng.normal(size=(12, len(parameters)))
+
+
+def matched(seed: int, genuine: int = 100, counterfeit: int = 600):
+    rng = np.random.default_rng(seed)
+    parameters = rng.uniform(LOW, HIGH, (counterfeit, 3))
+    genuine_outputs = outputs(np.tile(TRUTH, (genuine, 1)), rng)
+    return match(
+        parameters,
+        outputs(parameters, rng),
+        genuine_outputs,
+        low=LOW,
+        high=HIGH,
+        start=(LOW + HIGH) / 2,
+        spread=(HIGH - LOW) / 2,
+        rng=rng,
+    )
+
+
+def test_the_solution_is_as_good_as_the_mean_of_the_samples():
+    solution = matched(1)
+    assert np.abs(solution.estimate - TRUTH)[:2].max() < 4 * np.sqrt(1 / 100 + 1 / 200)
+    assert 0.1 < np.sqrt(solution.covariance[0, 0]) < 0.2
+
+
+def test_a_parameter_without_effect_gets_its_whole_range():
+    solution = matched(2)
+    assert solution.identified.tolist() == [True, True, False]
+    assert solution.interval_low[2] < 5.5
+    assert solution.interval_high[2] > 8.5
+
+
+def test_the_same_generator_gives_the_same_solution():
+    assert np.array_equal(matched(3).draws, matched(3).draws)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"parameters": np.zeros((10, 3))}, "`counterfeit_outputs` must be of shape"),
+        ({"genuine_outputs": np.zeros((5, 4))}, "`genuine_outputs` must be of shape"),
+        ({"high": LOW}, "`low` must be below `high`"),
+        ({"spread": np.zeros(3)}, "`spread` must be positive"),
+        ({"recordings": np.zeros(3)}, "`recordings` must be a label for each genuine sample"),
+    ],
+)
+def test_what_does_not_fit_is_rejected(change, message):
+    given = {
+        "parameters": np.zeros((40, 3)),
+        "counterfeit_outputs": np.zeros((12, 40)),
+        "genuine_outputs": np.zeros((12, 5)),
+        "low": LOW,
+        "high": HIGH,
+        "start": LOW,
+        "spread": HIGH - LOW,
+    } | change
+    with pytest.raises(ValueError, match=message):
+        match(**given, rng=np.random.default_rng(0))
