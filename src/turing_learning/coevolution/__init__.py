@@ -14,32 +14,44 @@ In the order of the data:
 `ClassifierArchive`, `jury_reward`             Past classifiers go on judging models.
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
+`FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
+`SampleBuffer`                                 All samples of a run.
+`Moments`, `train_moments`                     What trained jurors say: 0 on average for a model that is right.
+`Observers`                                    Protocol: random classifiers beside the evolved ones.
 =============================================  ================================================================
 
 Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or classifier.
 """
 
 from ._archive import ClassifierArchive
+from ._buffer import SampleBuffer
+from ._few_trials import Batch, FewTrials, Observers
 from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import THRESHOLD, Judgments
 from ._loop import Coevolution
+from ._moments import Moments, train_moments
 from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
 from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
 from ._samples import Samples
 
 __all__ = [
     "THRESHOLD",
+    "Batch",
     "Classifier",
     "ClassifierArchive",
     "Coevolution",
+    "FewTrials",
     "Generation",
     "InteractiveInterrogation",
     "InteractiveSampleSource",
     "Interrogation",
     "Judgments",
+    "Moments",
+    "Observers",
     "PassiveInterrogation",
     "Reward",
+    "SampleBuffer",
     "SampleSource",
     "Samples",
     "classifier_reward",
@@ -47,4 +59,5 @@ __all__ = [
     "model_reward",
     "sensitivity",
     "specificity",
+    "train_moments",
 ]

@@ -1,29 +1,36 @@
 """Population-based optimizers with one interface: `ask` for the population to score, `tell` its fitness.
 
-The module knows no robots, no models and no classifiers; it imports nothing but numpy.
+The module knows no robots, no models and no classifiers; it imports nothing but numpy and scipy.
 
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
 `EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
+`MomentField`                A map of moments over the parameters, and the density of the right model.
+`TrialDesign`                Walkers that follow a density, and batches of trials around them.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.
 ===========================  ===============================================================================
 """
 
 from ._cma import CMAEvolutionStrategy
+from ._design import TrialDesign
 from ._evolution_strategy import EvolutionStrategy
+from ._field import INDUCING, MomentField
 from ._optimizer import Optimizer
 from ._randomness import Seed, check_seed, generation_rng
 from ._renewal import RenewedOptimizer
 
 __all__ = [
+    "INDUCING",
     "CMAEvolutionStrategy",
     "EvolutionStrategy",
+    "MomentField",
     "Optimizer",
     "RenewedOptimizer",
     "Seed",
+    "TrialDesign",
     "check_seed",
     "generation_rng",
 ]

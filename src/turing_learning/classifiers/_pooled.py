@@ -1,0 +1,116 @@
+"""A classifier that looks at short windows: random ones see what evolved networks have not learned to see."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import array
+from ..errors import integer, require
+from ..kernels.elman_source import LANES
+from ..kernels.parallel import run_range
+from ..kernels.pooled import judge_range
+
+_TAPS = (1, 2, 4, 8, 16)
+_GAPS = (1, 3)
+_GAINS = (2.0, 20.0)
+_LARGEST = 1e4
+
+
+@dataclass(frozen=True)
+class PooledClassifier:
+    """Judge every short stretch of a sample by one logistic neuron; the output is the mean over the sample.
+
+    A neuron sees `taps` time steps, `gap` steps apart. With the inputs x (T, D), weights w (taps, D) and threshold b the
+    output is the mean over t of sig(b + sum_k w_k . x_(t + k gap)): the share of the moments that look genuine. A recurrent
+    network mostly tells what it saw last; this one weighs all moments alike.
+
+    A genome holds the number of taps, the gap, b, and 16 D weights, step by step; those beyond the taps are without effect.
+
+    Parameters
+    ----------
+    inputs
+        Signals per time step, D >= 1.
+    scale : (D,)
+        What the signals are divided by, in their units; None divides by nothing.
+    threads
+        Number of threads, >= 1; None takes every processor. The outputs do not depend on it, nor on which samples are
+        judged together.
+
+    Source
+    ------
+    Rahimi and Recht, Random features for large-scale kernel machines (2007); Dempster, Schmidt and Webb, MiniRocket (2021).
+    """
+
+    inputs: int = 2
+    scale: Sequence[float] | None = None
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        integer("inputs", self.inputs, 1)
+        if self.threads is not None:
+            integer("threads", self.threads, 1)
+        if self.scale is not None:
+            scale = array("scale", self.scale, "D", D=self.inputs)
+            require((scale > 0).all(), "scale", "hold positive numbers", f"{self.scale}")
+            object.__setattr__(self, "scale", tuple(scale.tolist()))
+
+    @property
+    def parameters(self) -> int:
+        """Length of a genome, Q."""
+        return 3 + _TAPS[-1] * self.inputs
+
+    def draw(self, count: int, samples: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return random genomes (count, Q), each with its threshold at a moment of one of the samples (S, T, D).
+
+        Windows of 1 to 16 taps are equally frequent, as far as they fit into half of a sample.
+        """
+        inputs = self._inputs(samples)
+        steps, signals = inputs.shape[1:]
+        kinds = [
+            (taps, gap)
+            for taps in _TAPS
+            for gap in _GAPS
+            if (taps == 1 and gap == 1) or (taps > 1 and 2 * (taps - 1) * gap < steps)
+        ]
+        genomes = np.zeros((count, self.parameters))
+        for k, genome in enumerate(genomes):
+            taps, gap = kinds[k % len(kinds)]
+            gain = math.exp(rng.uniform(*np.log(_GAINS)))
+            weights = rng.standard_normal((taps, signals)) * (gain / math.sqrt(taps * signals))
+            first = rng.integers(steps - (taps - 1) * gap)
+            window = inputs[rng.integers(len(inputs)), first : first + (taps - 1) * gap + 1 : gap]
+            genome[:3] = taps, gap, -float((weights * window).sum())
+            genome[3 : 3 + weights.size] = weights.ravel()
+        return genomes
+
+    def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        """Return the output of every classifier for every sample.
+
+        Parameters
+        ----------
+        genomes : (N, Q)
+            As `draw` returns them.
+        samples : (S, T, D)
+            In the units of `scale`; T at least as long as the windows.
+
+        Returns
+        -------
+        (N, S) float32
+            From 0 to 1. Empty if there is no genome or no sample.
+        """
+        genomes = array("genomes", genomes, "N Q", empty=True, Q=self.parameters)
+        inputs = self._inputs(samples)
+        windows = np.ascontiguousarray(genomes[:, :2], dtype=np.int64)
+        longest = int((1 + (windows[:, 0] - 1) * windows[:, 1]).max(initial=1))
+        require(inputs.shape[1] >= longest, "samples", f"have at least {longest} time steps", f"{inputs.shape[1]}")
+        outputs = np.empty((len(inputs), len(genomes)), np.float32)
+        weights = np.ascontiguousarray(genomes[:, 2:], dtype=np.float32)
+        run_range(judge_range, -(-len(inputs) // LANES), self.threads, inputs, windows, weights, outputs)
+        return outputs.T
+
+    def _inputs(self, samples: np.ndarray) -> np.ndarray:
+        samples = array("samples", samples, "S T D", empty=True, D=self.inputs)
+        scaled = samples if self.scale is None else samples / np.asarray(self.scale)
+        return np.ascontiguousarray(np.clip(scaled, -_LARGEST, _LARGEST), dtype=np.float32)

@@ -1,0 +1,132 @@
+"""All samples of a run: nothing observed is thrown away."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..arrays import array
+from ..errors import integer, require
+
+
+class SampleBuffer:
+    """The samples of all trials of models, and the latest genuine ones; arrays that only grow.
+
+    Rows are appended and never changed, so that a store can write what has come since it last wrote (`since`), and nothing twice.
+
+    Parameters
+    ----------
+    pool
+        Number of genuine samples that are judged, the latest: those of trials with models that are nearly right.
+    share
+        Share of the pool that one batch may fill; of more, a random part is kept.
+
+    Attributes
+    ----------
+    parameters : (S, P)
+        Of the model of each trial.
+    samples : (S, C, T, D) float32
+        Its C samples.
+    usable : (S,) bool
+        Which trials have samples; those that failed count as trials.
+    """
+
+    def __init__(self, pool: int = 2000, share: float = 0.1) -> None:
+        self._pool = integer("pool", pool, 2)
+        self._most = max(1, round(share * pool))
+        self._arrays: dict[str, np.ndarray] = {}
+        self._counts: dict[str, int] = {}
+
+    def __len__(self) -> int:
+        return self._counts.get("parameters", 0)
+
+    @property
+    def parameters(self) -> np.ndarray:
+        """Parameters (S, P)."""
+        return self._filled("parameters")
+
+    @property
+    def samples(self) -> np.ndarray:
+        """Samples (S, C, T, D)."""
+        return self._filled("samples")
+
+    @property
+    def usable(self) -> np.ndarray:
+        """Which trials did not fail (S,)."""
+        return self._filled("usable")
+
+    @property
+    def genuine(self) -> np.ndarray:
+        """Genuine samples (K, T, D) float32 that are judged."""
+        return self._filled("genuine")[-self._pool :]
+
+    def append(
+        self,
+        parameters: np.ndarray,
+        samples: np.ndarray,
+        genuine: np.ndarray,
+        rng: np.random.Generator,
+        usable: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Take over trials of models (M, P): samples (M, C, T, D), genuine ones (K, T, D) met beside them, and which are usable.
+
+        Returns
+        -------
+        (k, T, D)
+            The genuine samples that were kept.
+        """
+        parameters = array("parameters", parameters, "M P")
+        samples = array("samples", samples, "M C T D", M=len(parameters))
+        genuine = array("genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3])
+        most = self._most if len(self) else self._pool
+        if len(genuine) > most:
+            genuine = genuine[np.sort(rng.permutation(len(genuine))[:most])]
+        self._add("parameters", parameters)
+        self._add("samples", samples.astype(np.float32))
+        self._add("usable", np.ones(len(parameters), bool) if usable is None else np.asarray(usable, bool))
+        self._add("genuine", genuine.astype(np.float32))
+        return genuine
+
+    def since(self, trials: int, genuine: int) -> dict[str, np.ndarray]:
+        """Return the rows that came after so many trials and kept genuine samples; `counts` says how many there are now."""
+        return {name: self._filled(name)[genuine if name == "genuine" else trials :] for name in self._arrays}
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Numbers of trials and of genuine samples kept so far."""
+        return len(self), self._counts.get("genuine", 0)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all rows."""
+        return {name: array.copy() for name, array in self.since(0, 0).items()}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over rows in the place of all that there are."""
+        names = {"parameters", "samples", "usable", "genuine"}
+        require(not state or names <= set(state), "state", f"hold {sorted(names)}", str(sorted(state)))
+        rows = len(state["parameters"]) if state else 0
+        fits = not state or (len(state["samples"]) == rows and len(state["usable"]) == rows)
+        require(fits, "state", "hold as many samples as parameters", str({k: len(v) for k, v in state.items()}))
+        self._arrays, self._counts = {}, {}
+        for name in names if state else ():
+            self._add(name, np.asarray(state[name]))
+
+    def _filled(self, name: str) -> np.ndarray:
+        return self._arrays[name][: self._counts[name]]
+
+    def _add(self, name: str, rows: np.ndarray) -> None:
+        held = self._counts.get(name, 0)
+        needed = held + len(rows)
+        if name not in self._arrays:
+            self._arrays[name] = np.empty((max(needed, 64), *rows.shape[1:]), rows.dtype)
+        elif len(self._arrays[name]) < needed:
+            larger = np.empty((max(needed, held + held // 2), *rows.shape[1:]), rows.dtype)
+            larger[:held] = self._arrays[name][:held]
+            self._arrays[name] = larger
+        require(
+            rows.shape[1:] == self._arrays[name].shape[1:],
+            name,
+            f"have rows of shape {self._arrays[name].shape[1:]}",
+            f"{rows.shape[1:]}",
+        )
+        self._arrays[name][held:needed] = rows
+        self._counts[name] = needed

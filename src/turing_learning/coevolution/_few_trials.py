@@ -1,0 +1,354 @@
+"""An estimate from few trials: every sample is kept and judged again, and the next trials are spent where they tell most."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..arrays import array
+from ..errors import integer, require
+from ..evolution import INDUCING, MomentField, Optimizer, TrialDesign, generation_rng
+from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
+from ._archive import ClassifierArchive
+from ._buffer import SampleBuffer
+from ._judgments import THRESHOLD
+from ._moments import train_moments
+from ._protocols import Classifier, SampleSource
+
+BATCHES = 40
+_FIRST_SHARE, _FIRST_LEAST, _FIRST_MOST = 0.1, 10, 40  # of the trials; times the number of parameters
+_GENERATIONS = 3  # of classifiers, in each batch
+_ARCHIVE, _PRESENT = 60, 20  # jurors
+_RECENT, _OLD, _GENUINE = 60, 40, 200  # samples that a generation of classifiers judges
+_OBSERVERS = 200
+_NEAR_SHARE, _NEAR_LEAST, _NEAR_MOST = 0.5, 250, 3000  # trials that the moments are trained on
+_FAR = 100  # and others among them
+_WIDE_EVERY, _WIDE_TRIALS = 3, 500
+_WIDE_POINTS = 120
+_SLACK = 10.0
+_POOL = (500, 3000)  # genuine samples: as many as trials, within these bounds
+
+
+class Observers(Classifier, Protocol):
+    """Classifiers that need not evolve: random ones, each looking for something else."""
+
+    def draw(self, count: int, samples: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return genomes (count, Q) for samples like these (S, T, D)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """What is known after a batch of trials.
+
+    Attributes
+    ----------
+    number
+        0 for the first batch.
+    trials
+        Trials spent so far.
+    estimate, spread : (P,)
+        Median, and standard deviation, of the draws of the right model.
+    explained : (P,)
+        Share of the variance of each parameter, among the trials that are matched, that jurors see in a single trial.
+    misfit
+        Chi square per moment of the best model, at least 1: above about 5 no model explains the judgments.
+    """
+
+    number: int
+    trials: int
+    estimate: np.ndarray
+    spread: np.ndarray
+    explained: np.ndarray
+    misfit: float
+
+
+class FewTrials:
+    """Infer a model from a given number of trials.
+
+    Each batch: (1) Models are tried; their samples, and the genuine ones, go to the buffer. (2) Classifiers evolve for some
+    generations on the buffer; the best of each goes to an archive. (3) Archived, present and random classifiers judge the
+    samples again. (4) From their outputs jurors are trained whose expectation for a right model is that for the system
+    (`train_moments`). (5) A map of these moments over the parameters (`MomentField`) says which models may be right; walkers
+    follow it (`TrialDesign`), and the next batch is tried around them.
+
+    Only judgments enter: no distance between behaviors, no summary made by hand.
+
+    Parameters
+    ----------
+    source
+        Yields the samples of models (M, P) in the optimizer's numbers; one execution of each is one trial.
+        If it has an attribute ``failed`` (M,), it marks simulations without samples.
+    classifier
+        Judges samples, as the genomes of `classifiers` say.
+    classifiers
+        Optimizer of the evolved classifiers.
+    low, high : (P,)
+        Range of first models.
+    trials
+        How many in all, at least 10.
+    seed
+        A non-negative integer.
+    observers
+        Random classifiers beside the evolved ones; None: evolved ones only.
+    genuine : (K, T, D)
+        All genuine samples there are, for a system that is not observed anew in each trial. None takes those that come with
+        each batch.
+    groups, dependent, limits
+        As for `TrialDesign`: what may be exchanged; which parameters end at `low` and `high`.
+
+    Attributes
+    ----------
+    buffer
+        All samples.
+    batch
+        What is known after the last batch; None before the first.
+
+    Examples
+    --------
+    ``for batch in FewTrials(source, classifier, optimizer, low=low, high=high, trials=1000, seed=1): print(batch.estimate)``
+    """
+
+    def __init__(
+        self,
+        source: SampleSource,
+        classifier: Classifier,
+        classifiers: Optimizer,
+        *,
+        low: np.typing.ArrayLike,
+        high: np.typing.ArrayLike,
+        trials: int,
+        seed: int,
+        observers: Observers | None = None,
+        genuine: np.ndarray | None = None,
+        groups: Sequence[Sequence[int]] = (),
+        dependent: Sequence[int] = (),
+        limits: np.typing.ArrayLike = False,
+    ) -> None:
+        low, high = array("low", low, "P"), array("high", high, "P")
+        require(low.shape == high.shape and (low < high).all(), "high", "be above `low`, for each parameter", f"{high}")
+        self.trials = integer("trials", trials, 10)
+        self._seed = integer("seed", seed)
+        self._middle, self._half = (low + high) / 2, (high - low) / 2
+        self._source, self._classifier, self._classifiers = source, classifier, classifiers
+        self._observers, self._fixed = observers, genuine
+        self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
+        self._design = TrialDesign(
+            len(low), seed=(DESIGN, self._seed), groups=groups, dependent=dependent, limits=limits
+        )
+        pool = int(np.clip(trials, *_POOL)) if genuine is None else len(genuine)
+        self.buffer = SampleBuffer(pool, 0.1 if genuine is None else 1.0)
+        self.batch: Batch | None = None
+        self._number = 0
+        self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
+        self._seen = np.empty((0, 0), np.float32)  # outputs (S, F) of the observers for all trials
+        self._seen_genuine = np.empty((0, 0), np.float32)
+        self._present = np.empty((0, classifier.parameters))
+        self._density = _Density(None)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all trials are spent."""
+        return len(self.buffer) >= self.trials
+
+    @property
+    def draws(self) -> np.ndarray:
+        """Draws (W, P) of the right model: the joint uncertainty as far as the moments tell."""
+        return self._middle + self._half * self._design.walkers
+
+    @property
+    def estimate(self) -> np.ndarray:
+        """The estimate (P,): the median of the draws."""
+        return np.median(self.draws, axis=0)
+
+    def __iter__(self) -> Iterator[Batch]:
+        while not self.complete:
+            yield self.step()
+
+    def step(self) -> Batch:
+        """Spend a batch of trials and return what is known then; after a failure, `restore` the state before."""
+        require(not self.complete, "trials", "be more than the run has spent", f"{self.trials}")
+        with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
+            self._try(self._models())
+            self._evolve()
+            explained = self._match()
+        self._number += 1
+        self.batch = self._known(explained)
+        return self.batch
+
+    def _known(self, explained: np.ndarray) -> Batch:
+        spread, field = self.draws.std(axis=0), self._density.near
+        misfit = 1.0 if field is None else field.temper
+        return Batch(self._number - 1, len(self.buffer), self.estimate, spread, explained, misfit)
+
+    def _models(self) -> np.ndarray:
+        """Return the models (M, P) of the next batch, in the design's units."""
+        spent, dimension = len(self.buffer), self._design.dimension
+        first = round(np.clip(_FIRST_SHARE * self.trials, _FIRST_LEAST * dimension, _FIRST_MOST * dimension))
+        first = min(first, self.trials // 2)
+        if spent == 0:
+            return self._design.start(first)
+        size = max(2, -(-(self.trials - first) // BATCHES))
+        return self._design.propose(min(size, self.trials - spent), spent / self.trials)
+
+    def _try(self, models: np.ndarray) -> None:
+        """Simulate models (M, P) and let the observers see what comes."""
+        samples = self._source.collect(self._middle + self._half * models, self._rng(INTERROGATION))
+        failed = getattr(self._source, "failed", None)
+        usable = None if failed is None else ~np.asarray(failed, bool)
+        genuine = samples.genuine if self._fixed is None else self._fixed[: 0 if len(self.buffer) else None]
+        rng = self._rng(BUFFER)
+        kept = self.buffer.append(models, samples.counterfeit, genuine, rng, usable)
+        if self._observers is not None and len(self._drawn) == 0:
+            shown = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
+            some = kept[rng.permutation(len(kept))[: len(shown)]]
+            self._drawn = self._observers.draw(_OBSERVERS, np.concatenate((shown, some)), rng)
+        self._observe(len(models), len(kept))
+
+    def _observe(self, trials: int, genuine: int) -> None:
+        """Let the observers judge the latest trials and genuine samples."""
+        samples, pool = self.buffer.samples[len(self.buffer) - trials :], self.buffer.genuine
+        fresh = pool[len(pool) - genuine :]
+        if self._observers is None:
+            new, system = (np.empty((len(some), 0), np.float32) for some in (samples, fresh))
+        else:
+            new = _judged(self._observers, self._drawn, samples)
+            system = self._observers.judge(self._drawn, fresh).T
+        first = trials == len(self.buffer)
+        self._seen = new if first else np.concatenate((self._seen, new))
+        self._seen_genuine = system if first else np.concatenate((self._seen_genuine, system))[-len(pool) :]
+
+    def _evolve(self) -> None:
+        """Let classifiers evolve on the buffer; keep the best."""
+        usable = np.flatnonzero(self.buffer.usable)
+        samples, genuine = self.buffer.samples, self.buffer.genuine
+        for k in range(_GENERATIONS):
+            rng = generation_rng((CLASSIFIERS, self._seed), _GENERATIONS * self._number + k)
+            trials = np.concatenate((usable[-_RECENT:], usable[rng.integers(len(usable), size=_OLD)]))
+            counterfeit = samples[trials, rng.integers(samples.shape[1], size=len(trials))]
+            others = genuine[rng.integers(len(genuine), size=_GENUINE)]
+            genomes = self._classifiers.ask()
+            accepted = (self._classifier.judge(genomes, others) >= THRESHOLD).mean(axis=1)
+            fooled = (self._classifier.judge(genomes, counterfeit) >= THRESHOLD).mean(axis=1)
+            fitness = 0.5 * (accepted + 1 - fooled)
+            self._classifiers.tell(fitness)
+            best = int(np.argmax(fitness))
+            self._archive.admit(genomes[best], float(accepted[best]))
+        self._present = genomes[np.argsort(-fitness, kind="stable")[:_PRESENT]]
+
+    def _match(self) -> np.ndarray:
+        """Map the moments and let the walkers follow; return how much of each parameter a trial tells (P,)."""
+        usable, rng = np.flatnonzero(self.buffer.usable), self._rng(MATCHING)
+        near = self._nearest(usable, rng)
+        field, explained = self._mapped(near, rng)
+        wide, reference = self._density.wide, 0.0
+        if len(usable) > _NEAR_LEAST and (wide is None or self._number % _WIDE_EVERY == 0):
+            rest = rng.permutation(np.setdiff1d(usable, near))[: _WIDE_TRIALS - _FAR]
+            some = rng.permutation(near)[: max(_FAR, _WIDE_TRIALS - len(rest))]
+            wide, _ = self._mapped(np.sort(np.concatenate((rest, some))), rng, _WIDE_POINTS)
+        if wide is not None:
+            reference = float(wide.log_density(self._design.walkers).max())
+        self._density = _Density(field, wide, reference)
+        self._design.move(self._density)
+        return explained
+
+    def _nearest(self, usable: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return the trials that are matched: those most likely to be right, and some of the others."""
+        size = round(np.clip(_NEAR_SHARE * len(usable), _NEAR_LEAST, _NEAR_MOST))
+        if len(usable) <= size or self._density.near is None:
+            return usable
+        order = usable[np.argsort(-self._density(self.buffer.parameters[usable]), kind="stable")]
+        others = rng.permutation(order[size - _FAR :])[:_FAR]
+        return np.sort(np.concatenate((order[: size - _FAR], others)))
+
+    def _mapped(
+        self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
+    ) -> tuple[MomentField, np.ndarray]:
+        """Return a field of the moments of some trials, and how much of each parameter a trial tells (P,)."""
+        jury = np.concatenate((self._archive.genomes, self._present))
+        samples, genuine = self.buffer.samples[trials], self.buffer.genuine
+        outputs = np.concatenate((self._seen[trials], _judged(self._classifier, jury, samples)), axis=1)
+        system = np.concatenate((self._seen_genuine, self._classifier.judge(jury, genuine).T), axis=1)
+        parameters = self.buffer.parameters[trials]
+        moments = train_moments(parameters, outputs.astype(np.float64), system.astype(np.float64), rng)
+        field = MomentField(parameters, moments.values, 1 / len(genuine), rng, inducing=points)
+        field.calibrate(self._design.walkers)
+        return field, moments.explained
+
+    def _rng(self, purpose: int) -> np.random.Generator:
+        return generation_rng((purpose, self._seed), self._number)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to resume, as arrays.
+
+        The rows of those named "buffer/..." only grow: `SampleBuffer.since` gives the new ones. All else is small.
+        """
+        parts = {
+            "buffer": self.buffer.state(),
+            "classifiers": self._classifiers.state(),
+            "archive": self._archive.state(),
+            "design": self._design.state(),
+            "density": self._density.state(),
+        }
+        batch = {} if self.batch is None else {"explained": self.batch.explained}
+        return {
+            "number": np.array(self._number, dtype=np.int64),
+            "drawn": self._drawn.copy(),
+            "present": self._present.copy(),
+            **batch,
+            **{f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()},
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state of a run with the same settings; `trials` may be more than they were."""
+        require("number" in state, "state", "be that of an estimate from few trials", str(sorted(state)))
+        self._number = int(state["number"])
+        self._drawn, self._present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
+        self.buffer.restore(_part(state, "buffer/"))
+        self._classifiers.restore(_part(state, "classifiers/"))
+        self._archive.restore(_part(state, "archive/"))
+        self._design.restore(_part(state, "design/"))
+        self._density = _Density.restored(_part(state, "density/"))
+        self._seen = self._seen_genuine = np.empty((0, len(self._drawn)), np.float32)
+        if self._number:
+            self._observe(len(self.buffer), len(self.buffer.genuine))
+            self.batch = self._known(np.array(state["explained"], dtype=np.float64))
+        else:
+            self.batch = None
+
+
+class _Density:
+    """The density of the right model: where it is by the nearest trials, as far as a map of all trials does not exclude it."""
+
+    def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:
+        self.near, self.wide, self._reference = near, wide, reference
+
+    def __call__(self, models: np.ndarray) -> np.ndarray:
+        assert self.near is not None
+        density = self.near.log_density(models)
+        if self.wide is not None:
+            density += np.minimum(self.wide.log_density(models) - self._reference + _SLACK, 0)
+        return density
+
+    def state(self) -> dict[str, np.ndarray]:
+        fields = {"near": self.near, "wide": self.wide}
+        parts = {f"{k}/{name}": value for k, field in fields.items() if field for name, value in field.state().items()}
+        return {"reference": np.array(self._reference), **parts}
+
+    @classmethod
+    def restored(cls, state: Mapping[str, np.ndarray]) -> "_Density":
+        parts = [_part(state, f"{name}/") for name in ("near", "wide")]
+        near, wide = (MomentField.restored(part) if part else None for part in parts)
+        return cls(near, wide, float(state["reference"]))
+
+
+def _judged(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return the outputs (S, N) float32 of classifiers for trials (S, C, T, D), each the mean over its samples."""
+    trials, count, *series = samples.shape
+    outputs = classifier.judge(genomes, samples.reshape(trials * count, *series))
+    return outputs.reshape(len(genomes), trials, count).mean(axis=2, dtype=np.float32).T
+
+
+def _part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)}

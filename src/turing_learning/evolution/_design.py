@@ -1,0 +1,161 @@
+"""Where to spend the next trials: models that may be right, as a cloud of walkers in the space of parameters."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from ..arrays import array
+from ..errors import integer, number, require
+from ._randomness import Seed, check_seed, generation_rng
+
+Density = Callable[[np.ndarray], np.ndarray]
+"""Logarithm (N,) of the density with which models (N, P) are the right one."""
+
+WALKERS = 150
+_NEAREST = 2  # a walker's companions are the nearest 1 / 2 of all
+_SCATTER = 1e-4
+
+
+class TrialDesign:
+    """Walkers that follow a density, and batches of models around them.
+
+    After `start`, a uniform Latin hypercube, each batch is drawn by `propose` around walkers, wider than they lie; in the
+    first part of a run some proposals have a parameter drawn anew, or two groups exchanged. `move` lets the walkers follow a
+    new density by the Metropolis rule: by differences of two others, by one parameter drawn anew, and by exchanges of two
+    groups, in turn. Moves cost no trial, so every exchange is tried in earnest, and as many centers stay alive as the density has.
+
+    Parameters
+    ----------
+    dimension
+        Number of parameters P, in units in which the range of first models is [-1, 1].
+    seed
+        Entropy: a non-negative integer or a sequence of them.
+    groups, dependent
+        Indices of parameters that may be exchanged, and of those drawn anew then; see `EvolutionStrategy`.
+    limits : (P,) bool
+        Which parameters end at -1 and 1. The others may leave the range at a cost, that of a normal one with the deviation
+        `margin` beyond it.
+    walkers
+        Number of walkers W.
+    moves
+        Moves of each walker per batch.
+    widening
+        How many times wider than the walkers the proposals lie.
+    exploration
+        Share of proposals that jump at the beginning; it falls to 0 at 0.6 of the run.
+    margin
+        See `limits`.
+
+    Attributes
+    ----------
+    walkers : (W, P)
+        Draws of the right model.
+
+    Source
+    ------
+    ter Braak, A Markov chain Monte Carlo version of the genetic algorithm differential evolution (2006).
+    """
+
+    def __init__(
+        self,
+        dimension: int,
+        *,
+        seed: Seed,
+        groups: Sequence[Sequence[int]] = (),
+        dependent: Sequence[int] = (),
+        limits: np.typing.ArrayLike = False,
+        walkers: int = WALKERS,
+        moves: int = 12,
+        widening: float = 2.5,
+        exploration: float = 0.15,
+        margin: float = 0.05,
+    ) -> None:
+        self.dimension = integer("dimension", dimension, 1)
+        self._seed = check_seed(seed)
+        self._groups = [list(group) for group in groups]
+        self._dependent = list(dependent)
+        self._limits = np.broadcast_to(np.asarray(limits, dtype=bool), (dimension,))
+        self._moves = integer("moves", moves, 1)
+        self._widening = number("widening", widening, least=1)
+        self._exploration = number("exploration", exploration, least=0, most=1)
+        self._margin = number("margin", margin, above=0)
+        count = integer("walkers", walkers, 4)
+        self.walkers = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
+        self._step = 0
+
+    def start(self, count: int) -> np.ndarray:
+        """Return the first models (count, P): in each parameter one in each of `count` equal parts of its range."""
+        rng = generation_rng(self._seed, 1)
+        strata = np.stack([rng.permutation(count) for _ in range(self.dimension)], axis=1)
+        return 2 * (strata + rng.random(strata.shape)) / count - 1
+
+    def propose(self, count: int, progress: float) -> np.ndarray:
+        """Return models (count, P) to be tried next; `progress` is the share of the trials spent."""
+        rng = generation_rng(self._seed, 2 * self._step + 2)
+        walkers = self.walkers
+        chosen = np.concatenate([rng.permutation(len(walkers)) for _ in range(-(-count // len(walkers)))])[:count]
+        models, scale = walkers[chosen].copy(), walkers.std(axis=0) + 1e-9
+        distances = (((walkers[chosen][:, None] - walkers) / scale) ** 2).sum(axis=2)
+        near = np.argsort(distances, axis=1, kind="stable")[:, 1 : 1 + len(walkers) // _NEAREST]
+        pairs = rng.integers(near.shape[1], size=(2, count))
+        jump = rng.random(count) < self._exploration * max(0.0, 1 - progress / 0.6)
+        first, second = (walkers[near[np.arange(count), pair]] for pair in pairs)
+        models[~jump] += (np.sqrt((self._widening**2 - 1) / 2) * (first - second))[~jump]
+        for k in np.flatnonzero(jump):
+            self._jump(models[k : k + 1], rng, exchange=bool(rng.random() < 0.5))
+        return self._within(models)
+
+    def move(self, density: Density) -> None:
+        """Let all walkers follow a density."""
+        rng = generation_rng(self._seed, 2 * self._step + 3)
+        place, height = self.walkers.copy(), self._height(self.walkers, density)
+        count = self._moves if self._step else 3 * self._moves
+        for k in range(count):
+            moved = self._moved(place, k, rng)
+            new = self._height(moved, density)
+            taken = np.log(rng.random(len(place))) < new - height
+            place[taken], height[taken] = moved[taken], new[taken]
+        self.walkers = place
+        self._step += 1
+
+    def _moved(self, place: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
+        moved, count = place.copy(), len(place)
+        if number % 2 == 0:
+            pairs = rng.integers(count, size=(2, count))
+            reach = 2.38 / np.sqrt(2 * self.dimension) * rng.uniform(0.3, 1.2, count)
+            reach[rng.random(count) < 0.15] = 1.0  # to another center
+            moved += reach[:, None] * (place[pairs[0]] - place[pairs[1]])
+            moved += _SCATTER * rng.standard_normal(moved.shape)
+        else:
+            self._jump(moved, rng, exchange=number % 4 == 3)
+        return moved
+
+    def _jump(self, models: np.ndarray, rng: np.random.Generator, *, exchange: bool) -> None:
+        """Exchange two groups of each model (N, P) in place, or draw one of its parameters anew."""
+        if not exchange or len(self._groups) < 2:
+            parameter = rng.integers(self.dimension, size=len(models))
+            models[np.arange(len(models)), parameter] = rng.uniform(-1, 1, len(models))
+            return
+        for model in models:
+            first, second = (self._groups[k] for k in rng.permutation(len(self._groups))[:2])
+            model[first + second] = model[second + first]
+            model[self._dependent] = rng.uniform(-1, 1, len(self._dependent))
+
+    def _height(self, models: np.ndarray, density: Density) -> np.ndarray:
+        outside = np.maximum(np.abs(models) - 1, 0)
+        height = density(models) - 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
+        return np.where((outside[:, self._limits] > 0).any(axis=1), -np.inf, height)
+
+    def _within(self, models: np.ndarray) -> np.ndarray:
+        furthest = np.where(self._limits, 1.0, 1.5)
+        return np.clip(models, -furthest, furthest)
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the walkers and the number of moves made."""
+        return {"walkers": self.walkers.copy(), "step": np.array(self._step, dtype=np.int64)}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state of a design with the same settings."""
+        require({"walkers", "step"} <= set(state), "state", "hold 'walkers' and 'step'", str(sorted(state)))
+        self.walkers = array("state['walkers']", state["walkers"], "W P", W=len(self.walkers), P=self.dimension).copy()
+        self._step = int(state["step"])

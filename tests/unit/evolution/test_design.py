@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from turing_learning.evolution import TrialDesign
+
+
+def normal(center, deviation):
+    return lambda models: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
+
+
+def follow(design, density, moves=15):
+    for _ in range(moves):
+        design.move(density)
+    return design.walkers
+
+
+def test_the_first_models_fill_the_range_of_each_parameter_evenly():
+    models = TrialDesign(3, seed=1).start(50)
+    places = np.sort(np.floor((models + 1) / 2 * 50), axis=0)
+    np.testing.assert_array_equal(places, np.tile(np.arange(50)[:, None], 3))
+
+
+def test_walkers_become_draws_from_the_density():
+    center, deviation = np.array([0.3, -0.4, 0.0]), np.array([0.05, 0.1, 0.2])
+    walkers = follow(TrialDesign(3, seed=1, walkers=400), normal(center, deviation))
+    np.testing.assert_allclose(walkers.mean(axis=0), center, atol=4 * deviation.max() / 20)
+    np.testing.assert_allclose(walkers.std(axis=0), deviation, rtol=0.2)
+
+
+def test_walkers_leave_exchanged_states():
+    truth = np.array([0.5, 1.0, 1.0, 0.5])
+    design = TrialDesign(4, seed=1, groups=[(0, 1), (2, 3)])
+    follow(design, normal(truth[[2, 3, 0, 1]], 0.03))
+    walkers = follow(design, normal(truth, 0.03), moves=6)
+    assert np.abs(np.median(walkers, axis=0) - truth).max() < 0.05
+
+
+def test_two_centers_stay_alive():
+    first, second = normal(np.array([-0.6, 0.2]), 0.04), normal(np.array([0.6, 0.2]), 0.04)
+    walkers = follow(TrialDesign(2, seed=1), lambda models: np.logaddexp(first(models), second(models)), moves=30)
+    assert 0.2 < (walkers[:, 0] > 0).mean() < 0.8
+
+
+def test_proposals_lie_wider_than_walkers():
+    design = TrialDesign(2, seed=1, walkers=400, widening=3.0)
+    walkers = follow(design, normal(np.zeros(2), 0.05))
+    proposed = design.propose(2000, progress=1.0)
+    ratio = proposed.std(axis=0) / walkers.std(axis=0)
+    assert ((ratio > 1.8) & (ratio < 3.3)).all()
+
+
+def test_proposals_jump_at_the_beginning_only():
+    design = TrialDesign(2, seed=1, exploration=0.5)
+    follow(design, normal(np.zeros(2), 0.01))
+    far = [(np.abs(design.propose(400, progress)) > 0.2).any(axis=1).mean() for progress in (0.0, 0.3, 0.7)]
+    assert far[0] > far[1] > far[2] == 0
+
+
+@pytest.mark.parametrize(("limits", "furthest"), [(True, 1.0), (False, 1.5)])
+def test_only_parameters_without_limits_leave_the_range(limits, furthest):
+    design = TrialDesign(2, seed=1, limits=limits)
+    walkers = follow(design, normal(np.array([1.1, 0.0]), 0.05))
+    assert (walkers[:, 0].max() > 1) == (not limits)
+    assert np.abs(design.propose(500, progress=0.0)).max() <= furthest
+
+
+def test_a_restored_design_goes_on_as_if_nothing_had_happened():
+    density, whole, part = normal(np.zeros(2), 0.1), TrialDesign(2, seed=4), TrialDesign(2, seed=4)
+    follow(whole, density, moves=2)
+    part.restore(whole.state())
+    for design in (whole, part):
+        follow(design, density, moves=2)
+    np.testing.assert_array_equal(whole.propose(30, 0.2), part.propose(30, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: TrialDesign(0, seed=1), "`dimension` must be an integer of at least 1; got 0"),
+        (lambda: TrialDesign(2, seed=1, widening=0.5), "`widening` must be a finite number of at least 1; got 0.5"),
+        (lambda: TrialDesign(2, seed=1).restore({}), r"`state` must hold 'walkers' and 'step'; got \[\]"),
+    ],
+)
+def test_what_does_not_fit_is_rejected(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
