@@ -1,134 +1,100 @@
-"""The command that tells which individuals behave abnormally."""
+"""The command that says which individuals behave abnormally."""
 
+import json
+import os
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from cyclopts import Parameter
 
-from ._detect_recording import is_recording, read_recording, refuse_taken, show
-from ._numbers import integer, real
-from ._recording import PANEL, EveryOption, FormatOption, KeypointOption, YAxisOption
-from ._stored import opened
+from turing_learning.errors import refuse, refusing_as, require
+
+from ._options import Integer, Real, Tracks
+from ._runs import opened
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
-    from turing_learning.detection import Detector, Motion, RunClassifiers, Verdict
+    from turing_learning.detection import Detector, Motion, RecordedMotion, RunClassifiers, TimedVerdict
 
 SAMPLES = 10
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the command line."""
-    app.command(
-        epilog="Examples:\n\n"
-        "  turing-learning detect runs/mine motion.csv\n\n"
-        "  turing-learning detect runs/mine motion.npy --rule archive --false-alarms 0.001 --json\n\n"
-        "  turing-learning detect runs/fish other_trial.txt --fps 25 --scale 12.3 --out other_trial.csv\n\n"
-        "  turing-learning detect runs/mine --simulate 2\n\n"
-        "  turing-learning detect runs/fish today.npy --genuine normal.npy --abnormal other.npy\n\n"
-        "What a file holds is said in docs/detection.md."
-    )(detect)
+MOTION_FILES = (".npy", ".npz", ".csv")
 
 
 def detect(
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder with a full history.")],
-    motion: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="MOTION", help="Motion of individuals: a .npy, .npz or .csv file, or what a tracker wrote."
-        ),
-    ] = None,
-    simulate: Annotated[
-        int | None,
-        typer.Option(
-            "--simulate",
-            metavar="N",
-            help="Instead of a file: a swarm with N individuals that do something else.",
-            parser=integer,
-        ),
-    ] = None,
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            "--samples", metavar="S", help="Samples of each simulated individual; 10 by default.", parser=integer
-        ),
-    ] = None,
-    genuine: Annotated[
-        Path | None,
-        typer.Option(
-            "--genuine",
-            metavar="FILE",
-            help="Motion of normal individuals to calibrate with; simulated, or kept by the run, by default.",
-        ),
-    ] = None,
-    abnormal: Annotated[
-        Path | None,
-        typer.Option(
-            "--abnormal", metavar="FILE", help="Motion of others to calibrate with; as for --genuine by default."
-        ),
-    ] = None,
-    rule: Annotated[
-        str,
-        typer.Option(
-            "--rule",
-            metavar="RULE",
-            help="fittest, unanimous, single, majority, group, archive, jury, or discriminant.",
-        ),
-    ] = "discriminant",
-    false_alarms: Annotated[
-        float,
-        typer.Option(
-            "--false-alarms",
-            metavar="SHARE",
-            help="Share of normal individuals that may be called abnormal.",
-            parser=real,
-        ),
-    ] = 0.01,
-    seed: Annotated[
-        int, typer.Option("--seed", metavar="S", help="Seed of all that is simulated.", parser=integer)
-    ] = 0,
-    fps: Annotated[
-        float | None,
-        typer.Option("--fps", metavar="RATE", help="Frames per second.", parser=real, rich_help_panel=PANEL),
-    ] = None,
-    scale: Annotated[
-        float | None,
-        typer.Option(
-            "--scale", metavar="PIXELS", help="Pixels per cm; 1 for a file in cm.", parser=real, rich_help_panel=PANEL
-        ),
-    ] = None,
-    y_axis: YAxisOption = None,
-    format: FormatOption = None,
-    keypoint: KeypointOption = None,
-    every: EveryOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="FILE", help="Table of all windows (.csv), and a picture.", rich_help_panel=PANEL
-        ),
-    ] = None,
-    as_json: Annotated[bool, typer.Option("--json", metavar="", help="Print JSON.")] = False,
+    run: Path,
+    motion: Path | None = None,
+    /,
+    *,
+    simulate: Integer | None = None,
+    samples: Integer | None = None,
+    genuine: Path | None = None,
+    abnormal: Path | None = None,
+    rule: str = "discriminant",
+    false_alarms: Real = 0.01,
+    seed: Integer = 0,
+    tracks: Tracks = Tracks(),  # noqa: B008 - frozen
+    out: Path | None = None,
+    as_json: Annotated[bool, Parameter("--json")] = False,
 ) -> None:
-    """Tell from motion which individuals behave abnormally, by the classifiers of a run."""
-    from turing_learning.detection import Detector, plant_abnormal, run_classifiers
+    """Say from motion which individuals behave abnormally, by the classifiers of a run.
 
-    _require_one(motion, simulate, samples)
-    told: dict[str, Any] = {
-        "fps": fps,
-        "scale": scale,
-        "y_axis": y_axis,
-        "format": format,
-        "keypoint": keypoint,
-        "every": every,
-    }
-    recorded = motion is not None and is_recording(motion, told)
+    What a file holds is described in docs/detection.md.
+
+    Examples:
+
+      turing-learning detect runs/mine motion.csv
+
+      turing-learning detect runs/mine motion.npy --rule fittest --false-alarms 0.001 --json
+
+      turing-learning detect runs/fish other_trial.txt --fps 25 --scale 12.3 --out other_trial.csv
+
+      turing-learning detect runs/mine --simulate 2
+
+      turing-learning detect runs/fish today.npy --genuine normal.npy --abnormal other.npy
+
+    Parameters
+    ----------
+    run
+        A run folder with a full history.
+    motion
+        Motion of individuals: a .npy, .npz or .csv file, or a file of a tracker.
+    simulate
+        Instead of a file: a swarm with N individuals that do something else.
+    samples
+        Samples of each simulated individual; 10 by default.
+    genuine
+        Motion of normal individuals to calibrate with; simulated, or kept by the run, by default.
+    abnormal
+        Motion of others to calibrate with; as for --genuine by default.
+    rule
+        fittest, unanimous, single, majority, group, archive, jury, or discriminant.
+    false_alarms
+        Share of normal individuals that may be called abnormal; 0.01 by default.
+    seed
+        Seed of all that is simulated; 0 by default.
+    out
+        Of a recording: table of all windows (.csv), and a picture.
+    as_json
+        Print JSON.
+    """
+    from turing_learning.detection import Detector, holds_motion, plant_abnormal, run_classifiers
+
+    got = "neither" if motion is None else "both"
+    require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
+    if samples is not None and simulate is None:
+        refuse("samples", "be left out beside a file", str(samples), place="--samples")
+    recorded = motion is not None and (
+        motion.suffix.lower() not in MOTION_FILES or (bool(tracks.given) and not holds_motion(motion))
+    )
     if not recorded:
-        _refuse_options(told | {"out": out}, motion)
-    refuse_taken(out)
+        remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
+        for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
+            option = name.replace("_", "-")
+            refuse(option, "be left out where there is no recording", str(value), remedy, place=f"--{option}")
+    _refuse_taken(out)
     result = opened(run)
     learned = run_classifiers(result)
-    timed = read_recording(motion, learned, **told) if recorded and motion is not None else None
+    timed = _recording(motion, tracks, learned) if recorded and motion is not None else None
     observed, *calibration = (
         None if path is None else _samples(path, option, learned)
         for path, option in ((None if recorded else motion, "motion"), (genuine, "--genuine"), (abnormal, "--abnormal"))
@@ -136,23 +102,30 @@ def detect(
     if observed is None and timed is None:
         swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
         observed = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
-    given = [None if each is None else each.samples for each in calibration]
+    normal, others = [None if each is None else each.samples for each in calibration]
     detector = Detector.from_run(
-        result, rule=rule, false_alarms=false_alarms, genuine=given[0], abnormal=given[1], seed=seed
+        result, rule=rule, false_alarms=false_alarms, genuine=normal, abnormal=others, seed=seed
     )
     if timed is not None:
-        show(detector, timed, detector.timeline(timed), out, as_json)
+        _show_timeline(detector, timed, out, as_json)
         return
     assert observed is not None
     verdicts = detector.verdicts(observed)
     if as_json:
-        _print_json(detector, observed, verdicts)
-    else:
-        _print_table(detector, observed, verdicts)
+        limit = None if detector.rule == "unanimous" else detector.false_alarms
+        head = {"rule": detector.rule, "false_alarms": limit, "classifiers": len(detector.genomes)}
+        head["samples"] = observed.samples.shape[1]
+        print(json.dumps({**head, "individuals": [asdict(verdict) for verdict in verdicts]}, indent=2))
+        return
+    from rich.console import Console
+
+    from ._tables import print_verdicts
+
+    print_verdicts(Console(), detector, observed, verdicts)
 
 
 def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
-    """Return the samples in a file; what is refused names the option, and what to do with a recording."""
+    """Return the samples in a file; what is rejected names the option, and what to do with a recording."""
     from turing_learning.config import ConfigurationError
     from turing_learning.detection import holds_motion, load_motion
 
@@ -166,27 +139,14 @@ def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
         raise ConfigurationError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
-def _require_one(motion: Path | None, simulate: int | None, samples: int | None) -> None:
+def _recording(path: Path, tracks: Tracks, learned: "RunClassifiers") -> "RecordedMotion":
+    """Return the windows of a recording that fits the run."""
     from turing_learning.config import ConfigurationError
+    from turing_learning.detection import recorded_motion
 
-    if (motion is None) == (simulate is None):
-        got = "neither" if motion is None else "both"
-        raise ConfigurationError(f"`MOTION` must be given, or --simulate; got {got}.")
-    if samples is not None and simulate is None:
-        raise ConfigurationError(f"`samples` must be left out beside a file; got {samples} [--samples].")
-
-
-def _refuse_options(options: dict[str, object], motion: Path | None) -> None:
-    """Refuse what is said of a recording where there is none, but samples or a simulated swarm."""
-    from turing_learning.config import ConfigurationError
-
-    samples = "" if motion is None else f" {motion} holds samples of the run's signals, in their units."
-    for name, value in options.items():
-        if value is not None:
-            option = name.replace("_", "-")
-            raise ConfigurationError(
-                f"`{option}` must be left out where there is no recording; got {value} [--{option}].{samples}"
-            )
+    recording = tracks.read(path, "motion")
+    with refusing_as(ConfigurationError, place=str(path)):
+        return recorded_motion(recording, learned)
 
 
 def _sorted(motion: "Motion") -> "Motion":
@@ -201,56 +161,81 @@ def _sorted(motion: "Motion") -> "Motion":
     return Motion(tuple(motion.individuals[k] for k in order), motion.samples[order])
 
 
-def _print_json(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:
-    import json
-    from dataclasses import asdict
+def _refuse_taken(out: Path | None) -> None:
+    """Reject a table that exists or has no folder, before anything runs."""
+    if out is None:
+        return
+    folder = out.absolute().parent
+    require(
+        out.suffix.lower() == ".csv", "out", "be a file that ends with .csv", str(out), "A picture is put beside it."
+    )
+    require(folder.is_dir(), "out", "be in an existing folder", str(out), "Make the folder first.")
+    require(os.access(folder, os.W_OK), "out", "be in a folder that can be written", str(out), "Choose another place.")
+    for path in _written(out):
+        require(not path.exists(), "out", "be a new file", f"{out}, and {path} exists", "Choose another name.")
 
-    content = {
-        "rule": detector.rule,
-        "false_alarms": None if detector.rule == "unanimous" else detector.false_alarms,
-        "classifiers": len(detector.genomes),
-        "samples": motion.samples.shape[1],
-        "individuals": [asdict(verdict) for verdict in verdicts],
-    }
-    typer.echo(json.dumps(content, indent=2))
+
+def _written(out: Path) -> tuple[Path, ...]:
+    return (out, out.with_suffix(".png"), out.with_suffix(".svg"))
 
 
-def _print_table(detector: "Detector", motion: "Motion", verdicts: "tuple[Verdict, ...]") -> None:
+def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | None, as_json: bool) -> None:
+    """Print verdicts on a recording, and write table and picture where that was asked for."""
+    import sys
+
     from rich.console import Console
 
-    from turing_learning.report import counted
+    from ._tables import print_timeline
 
-    console = Console()
-    console.print(verdict_table(verdicts))
-    limit = (
-        "all samples judged counterfeit" if detector.rule == "unanimous" else f"p-value up to {detector.false_alarms:g}"
+    verdicts = detector.timeline(motion)
+    if as_json:
+        names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
+        rows = [
+            {**{name: getattr(verdict, name) for name in names}, "spells_s": [list(spell) for spell in verdict.spells]}
+            for verdict in verdicts
+        ]
+        head = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": len(detector.genomes)}
+        print(json.dumps({**head, "steps": detector.steps, "individuals": rows}, indent=2))
+    else:
+        print_timeline(Console(), detector, verdicts)
+    if out is not None:
+        _write(out, motion, verdicts)
+        for path in _written(out):
+            print(path, file=sys.stderr if as_json else sys.stdout)
+
+
+def _write(out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, ...]") -> None:
+    """Write table and picture, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+    import pandas as pd
+
+    from turing_learning.figures import save_figure, timeline_figure
+    from turing_learning.runs import RunStorageError, told, write_atomically
+
+    judged = [verdict for verdict in verdicts if verdict.windows]
+    figure = timeline_figure(
+        [verdict.individual for verdict in judged],
+        [verdict.times for verdict in judged],
+        [verdict.scores for verdict in judged],
+        [verdict.flagged for verdict in judged],
+        limit=motion.duration_s,
     )
-    console.print(
-        f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by "
-        f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps; rule {detector.rule}, "
-        f"{counted(len(detector.genomes), 'classifier')}, {limit}",
-        highlight=False,
-    )
-
-
-def verdict_table(verdicts: "tuple[Verdict, ...]") -> "Table":
-    """Return the table individual / share of samples judged genuine / score / p-value / verdict / since when."""
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table()
-    table.add_column("individual")
-    for heading in ("judged genuine", "score", "p-value"):
-        table.add_column(heading, justify="right")
-    table.add_column("verdict")
-    table.add_column("since sample", justify="right")
-    for verdict in verdicts:
-        table.add_row(
-            Text(verdict.individual),
-            f"{100 * verdict.genuine_share:.0f} %",
-            f"{verdict.score:.3f}",
-            f"{verdict.p_value:.2g}",
-            Text("abnormal", style="bold red") if verdict.abnormal else "normal",
-            "-" if verdict.since is None else str(verdict.since),
+    rows = [
+        (verdict.individual, int(verdict.abnormal), number, f"{begin:.6g}", f"{end:.6g}", score, int(flagged))
+        for verdict in judged
+        for number, ((begin, end), score, flagged) in enumerate(
+            zip(verdict.times.tolist(), verdict.scores.tolist(), verdict.flagged.tolist(), strict=True), start=1
         )
-    return table
+    ]
+    columns = ["individual", "individual_abnormal", "window", "begin_s", "end_s", "score", "abnormal"]
+    what = f"`out` must be a file that can be written; could not write to {out}"
+    with told(RunStorageError, what, "Make room, or choose another place, and give the command again."):
+        try:
+            write_atomically(out, pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n").encode())
+            save_figure(figure, out.parent, out.stem)
+        except OSError:
+            for path in _written(out):
+                try:
+                    path.unlink(missing_ok=True)
+                except OSError:
+                    continue
+            raise

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 from turing_learning.errors import RefusedError
 
-from ._exit import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
-from ._wording import on_the_command_line
+from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
 from ._words import OPTIONS
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -35,10 +34,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _run(arguments: list[str]) -> int:
+    from cyclopts import CycloptsError
+
     from ._app import app
 
     try:
-        outcome = app(arguments, prog_name="turing-learning", standalone_mode=False)
+        if not arguments:
+            app.help_print([])
+            return REFUSED
+        outcome = app(arguments)
+        sys.stdout.flush()
     except Interrupted as stop:
         return _say(str(stop), INTERRUPTED)
     except KeyboardInterrupt:
@@ -48,9 +53,13 @@ def _run(arguments: list[str]) -> int:
         return FAILED
     except MemoryError as error:
         return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
+    except CycloptsError as error:
+        error.verbose = False
+        return _say(f"error: {' '.join(str(error).split())}", REFUSED)
+    except RefusedError as error:
+        return _say(f"error: {error.text(OPTIONS)}", REFUSED)
     except Exception as error:
-        code, message = _code(error), on_the_command_line(_message(error))
-        return _say(f"error: {message}", code) if message else code  # without a message help has been printed
+        return _say(f"error: {_failure(error)}", FAILED)
     return outcome if isinstance(outcome, int) else DONE
 
 
@@ -59,44 +68,18 @@ def _say(text: str, code: int) -> int:
     return code
 
 
-def _code(error: Exception) -> int:
-    """Return the exit code of an error that a user can cause; others are bugs, and are raised again."""
-    from turing_learning.config import ConfigurationError
+def _failure(error: Exception) -> str:
+    """Return what to say of an error that ends a run; others are bugs, and are raised again."""
     from turing_learning.robots import LaboratoryError
-    from turing_learning.runs import RunFolderError, RunStorageError
+    from turing_learning.runs import RunStorageError
     from turing_learning.sources import OwnSystemError
     from turing_learning.studies import ExecutorError
 
-    if isinstance(error, RunStorageError | OwnSystemError | ExecutorError | LaboratoryError):
-        return FAILED
-    if isinstance(error, ConfigurationError | RunFolderError) or _is_usage_error(error):
-        return REFUSED
-    if isinstance(error, OSError) and _told(error):
-        return FAILED
-    raise error
-
-
-def _is_usage_error(error: Exception) -> bool:
-    # typer has its own copy of click in newer versions, so that the class has several homes
-    return any(kind.__name__ in ("UsageError", "ClickException", "TyperException") for kind in type(error).__mro__)
-
-
-def _told(error: OSError) -> str:
-    """Return what is said of a file where no door has said it already; nothing of what no user can cause."""
-    if error.errno in _NO_ROOM:
-        return (
-            f"no room is left for {error.filename or 'what is written'} ({error.strerror}). Make room, then give the same "
-            "command again."
-        )
-    if error.errno in _NO_WAY and error.filename is not None:
+    if isinstance(error, OSError) and error.errno in _NO_ROOM:
+        what = f"{error.filename or 'what is written'} ({error.strerror})"
+        return f"no room is left for {what}. Make room, then give the same command again."
+    if isinstance(error, OSError) and error.errno in _NO_WAY and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
-    return ""
-
-
-def _message(error: Exception) -> str:
-    if isinstance(error, OSError) and (said := _told(error)):
-        return said
-    if isinstance(error, RefusedError):
-        return error.text(OPTIONS)
-    text = error.format_message() if hasattr(error, "format_message") else str(error)
-    return " ".join(text.split()) if _is_usage_error(error) else text
+    if isinstance(error, RunStorageError | OwnSystemError | ExecutorError | LaboratoryError):
+        return str(error)
+    raise error

@@ -1,98 +1,115 @@
-"""The commands of a laboratory with robots."""
+"""The commands of a laboratory with robots, and the one that emulates a laboratory."""
 
+import signal
+import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
+from cyclopts import App
 
-from ._exit import REFUSED, Interrupted
-from ._options import SettingsOption, settings_of
+from turing_learning.errors import refuse, refusing_as, require
+
+from ._options import Integer, Real, Settings, settings_of
+from ._stopping import REFUSED, Interrupted, stopping
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from turing_learning.robots import Equipment, Event, Laboratory
+    from turing_learning.robots import EmulatedLaboratory, Equipment, Event, Laboratory
     from turing_learning.runs import Progress, Result
 
-ConfigOption = Annotated[
-    Path, typer.Option("--config", metavar="FILE", help="The laboratory's file, see docs/robots/laboratory.md.")
-]
-EmulatedOption = Annotated[
-    bool, typer.Option("--emulated", metavar="", help="Rehearse with emulated robots, as fast as the computer can.")
-]
 LABORATORY_FILE = Path("lab.toml")
 
-app = typer.Typer(no_args_is_help=True, context_settings={"help_option_names": ["-h", "--help"]})
+robots = App(
+    name="robots",
+    help="Infer the behavior of real robots: check a laboratory, run it, track videos.",
+    sort_key=20,
+)
 
 
-def register(above: typer.Typer) -> None:
-    """Add the commands to the command line."""
-    above.add_typer(
-        app, name="robots", help="Infer the behavior of real robots: check a laboratory, run it, track videos."
-    )
+@robots.command(sort_key=0)
+def check(*, config: Path = LABORATORY_FILE, emulated: bool = False) -> int | None:
+    """Look at links, batteries, camera, calibration and markers; nothing moves.
 
+    Example: turing-learning robots check --config lab.toml
 
-@app.command(epilog="Example: turing-learning robots check --config lab.toml")
-def check(config: ConfigOption = LABORATORY_FILE, emulated: EmulatedOption = False) -> None:
-    """Look at links, batteries, camera, calibration and markers; nothing moves."""
+    Parameters
+    ----------
+    config
+        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+    emulated
+        Rehearse with emulated robots, as fast as the computer can.
+    """
     from rich.console import Console
 
-    with _opened(_load(config), emulated) as (laboratory, equipment):
-        fine = _inspected(Console(), laboratory, equipment)
-    if not fine:
-        raise typer.Exit(REFUSED)
+    from turing_learning.robots import load_laboratory
+
+    with _opened(load_laboratory(config), emulated) as (laboratory, equipment):
+        return None if _inspected(Console(), laboratory, equipment) else REFUSED
 
 
-@app.command(
-    epilog="Examples:\n\n"
-    "  turing-learning robots run --config lab.toml --out runs/first\n\n"
-    "  turing-learning robots run --config lab.toml --emulated --generations 20\n\n"
-    "  turing-learning robots run --resume runs/first\n\n"
-    "Ctrl-C stops after the present generation, a second one at once; the generation is started again by --resume."
-)
+@robots.command(sort_key=1)
 def run(
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            "--config",
-            metavar="FILE",
-            help=f"The laboratory's file, see docs/robots/laboratory.md; {LABORATORY_FILE} by default.",
-        ),
-    ] = None,
-    generations: Annotated[
-        str | None, typer.Option("--generations", metavar="G", help="Number of generations; 100 by default.")
-    ] = None,
-    seed: Annotated[str | None, typer.Option("--seed", metavar="S", help="Seed of all random numbers.")] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; a new one under runs/ by default.")
-    ] = None,
-    force: Annotated[
-        bool, typer.Option("--force", metavar="", help="Replace a run that is in the folder already.")
-    ] = False,
-    resume: Annotated[Path | None, typer.Option("--resume", metavar="RUN", help="Go on with this run instead.")] = None,
-    emulated: EmulatedOption = False,
-    settings: SettingsOption = None,
-) -> None:
-    """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed."""
-    from turing_learning.config import ConfigurationError
+    *,
+    config: Path | None = None,
+    generations: str | None = None,
+    seed: str | None = None,
+    out: Path | None = None,
+    force: bool = False,
+    resume: Path | None = None,
+    emulated: bool = False,
+    settings: Settings = None,
+) -> int | None:
+    """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed.
+
+    Ctrl-C stops after the present generation, a second one at once; the generation is started again by --resume.
+
+    Examples:
+
+      turing-learning robots run --config lab.toml --out runs/first
+
+      turing-learning robots run --config lab.toml --emulated --generations 20
+
+      turing-learning robots run --resume runs/first
+
+    Parameters
+    ----------
+    config
+        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+    generations
+        Number of generations; 100 by default.
+    seed
+        Seed of all random numbers.
+    out
+        Folder of the run; a new one under runs/ by default.
+    force
+        Replace a run that is in the folder already.
+    resume
+        Resume this run instead.
+    emulated
+        Rehearse with emulated robots, as fast as the computer can.
+    settings
+        Any setting, for example models.parents=20. Repeatable.
+    """
+    from turing_learning.robots import load_laboratory
     from turing_learning.runs import RunFolder, new_run_path, start_laboratory
 
     overrides, labels = settings_of(settings, {"run.generations": generations, "run.seed": seed})
     if resume is not None:
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
-        if told := [name for name, given in others.items() if given]:
-            raise ConfigurationError(
-                "`resume` must be given without a file, settings or a folder, which the run has, and without --force; got "
-                f"{' and '.join(told)}. Its laboratory may be edited in {RunFolder(resume).laboratory_path}."
-            )
-        go_on(resume, emulated=emulated)
-        return
-    loaded = _load(config or LABORATORY_FILE, overrides, labels)
+        if got := [name for name, given in others.items() if given]:
+            rule = "be given without a file, settings or a folder, which the run has, and without --force"
+            remedy = f"Its laboratory may be edited in {RunFolder(resume).laboratory_path}."
+            refuse("resume", rule, " and ".join(got), remedy)
+        return resume_run(resume, emulated=emulated)
+    loaded = load_laboratory(config or LABORATORY_FILE, overrides, labels)
     path = out or new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
     with _opened(loaded, emulated) as (laboratory, equipment):
-        _execute(
+        return _execute(
             laboratory,
             equipment,
             path,
@@ -100,66 +117,152 @@ def run(
         )
 
 
-def go_on(path: Path, *, emulated: bool = False) -> None:
-    """Go on with a run in a laboratory; a rehearsal goes on with emulated robots, unasked."""
-    from turing_learning.config import ConfigurationError
+def resume_run(path: Path, *, emulated: bool = False) -> int | None:
+    """Resume a run in a laboratory; a rehearsal is resumed with emulated robots."""
     from turing_learning.runs import RunFolder, awaits_robots, resume_laboratory, stored_laboratory
 
     stored = stored_laboratory(path)
-    if emulated and not stored.setup.emulated:
-        raise ConfigurationError(
-            f"`--emulated` must be left out for a run with real robots; got it [{path}]. Rehearse in another folder."
-        )
+    real = not stored.setup.emulated
+    if emulated and real:
+        rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
+        refuse("--emulated", rule, "it", remedy, place=str(path))
     with _opened(stored, emulated) as (laboratory, equipment):
-        _execute(
+        return _execute(
             laboratory,
             equipment,
             path,
             lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
             needed=awaits_robots(path),
-            stored=None if stored.setup.emulated else RunFolder(path).laboratory_path,
+            stored=RunFolder(path).laboratory_path if real else None,
         )
 
 
-@app.command(epilog="Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv")
-def track(
-    video: Annotated[Path, typer.Argument(metavar="VIDEO", help="A video from the laboratory's camera.")],
-    config: ConfigOption = LABORATORY_FILE,
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="The table; the video's name with .csv by default.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", metavar="", help="Replace a file that exists.")] = False,
-) -> None:
-    """Track all robots in a video, write a table that --trajectories reads, and list what went wrong."""
+@robots.command(sort_key=2)
+def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = None, force: bool = False) -> None:
+    """Track all robots in a video, write a table that --trajectories reads, and list what went wrong.
+
+    Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv
+
+    Parameters
+    ----------
+    video
+        A video from the laboratory's camera.
+    config
+        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+    out
+        The table; the video's name with .csv by default.
+    force
+        Replace a file that exists.
+    """
     from turing_learning.config import ConfigurationError
-    from turing_learning.robots import Capture, laboratory_tracker, refuse_taken_table, write_table
+    from turing_learning.robots import Capture, laboratory_tracker, load_laboratory, refuse_taken_table, write_table
     from turing_learning.runs import told
 
-    laboratory = _load(config)
+    laboratory = load_laboratory(config)
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup)
     try:
-        refuse_taken_table(path, force=force)
-        with Capture(video) as capture:
-            observed = tracker.track(capture)
-    except (OSError, ValueError) as error:
+        with refusing_as(ConfigurationError):
+            refuse_taken_table(path, force=force)
+            with Capture(video) as capture:
+                observed = tracker.track(capture)
+    except OSError as error:
         raise ConfigurationError(str(error)) from error
-    with told(
-        ConfigurationError, f"`out` must be a file that can be written; got {path}", "Choose another, or make room."
-    ):
+    what = f"`out` must be a file that can be written; got {path}"
+    with told(ConfigurationError, what, "Choose another, or make room."):
         write_table(observed, path, force=force)
     for fault in observed.faults:
-        typer.echo(f"image {fault.frame}: {fault.kind}: {fault.text}")
+        print(f"image {fault.frame}: {fault.kind}: {fault.text}")
     seen = observed.present.mean()
-    typer.echo(f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}")
+    print(f"{len(observed.poses)} images, {len(observed.labels)} robots, seen in {100 * seen:.2f} %: {path}")
 
 
-def _load(
-    config: Path, overrides: dict[str, object] | None = None, labels: dict[str, str] | None = None
-) -> "Laboratory":
-    from turing_learning.robots import load_laboratory
+def arena(
+    *,
+    out: Path = Path("lab"),
+    lines: str = "terminal",
+    speed: Real = 1.0,
+    agents: Integer = 8,
+    replicas: Integer = 2,
+    seed: Integer = 0,
+    force: bool = False,
+) -> None:
+    """Run an emulated laboratory: robots on serial lines and a camera, for `robots run` or a program of your own.
 
-    return load_laboratory(config, overrides, labels)
+    Type `help` while it runs for what may be done to the robots; `remote` lets them begin. Ctrl-C ends it. See
+    docs/robots/arena.md.
+
+    Example:
+
+      turing-learning arena --out lab
+
+    and in another terminal
+
+      turing-learning robots run --config lab/lab.toml
+
+    Parameters
+    ----------
+    out
+        Folder for lab.toml and camera.json; lab by default.
+    lines
+        Robots' lines: terminal (pseudo-terminals) or tcp.
+    speed
+        Seconds of the laboratory in one second; 1 by default.
+    agents
+        Number of agents; 8 by default.
+    replicas
+        Number of replicas, at most 4; 2 by default.
+    seed
+        Seed of everything; 0 by default.
+    force
+        Replace files in the folder.
+    """
+    from turing_learning.config import ConfigurationError
+    from turing_learning.robots import LABORATORY, ArenaService
+    from turing_learning.runs import told
+
+    require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
+    with refusing_as(ConfigurationError):
+        scenario = replace(LABORATORY, agents=agents, replicas=replicas)
+        service = ArenaService(scenario, seed=seed, lines=lines, speed=speed)
+    what = f"`out` must be a folder that can be written; got {out}"
+    with service, _ended_by_signals():
+        with told(ConfigurationError, what, "Choose another, or make room."):
+            path = service.write(out, force=force)
+        for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
+            print(f"{name:12} {address}")
+        print("type `remote` to let the robots begin, `help` for everything else; Ctrl-C ends", flush=True)
+        _listen(service.laboratory)
+    print("the laboratory is closed")
+
+
+@contextmanager
+def _ended_by_signals() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end the block, also where a shell has started the command in the background, deaf to Ctrl-C."""
+    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield
+    except KeyboardInterrupt:
+        print()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _listen(laboratory: "EmulatedLaboratory") -> None:
+    """Obey what is typed; wait for a signal when nothing more can be."""
+    from turing_learning.robots import obey, usage
+
+    for line in sys.stdin:
+        if line.strip() == "help":
+            for command, meaning in usage(laboratory):
+                print(f"{command:32} {meaning}", flush=True)
+        elif line.strip():
+            try:
+                obey(laboratory, line)
+            except ValueError as error:
+                print(error, flush=True)
+    threading.Event().wait()
 
 
 @contextmanager
@@ -173,7 +276,7 @@ def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laborat
     with as_emulated(laboratory) as rehearsed:
         asked = laboratory.setup.camera.calibration
         if rehearsed.setup.camera.calibration != asked:
-            typer.echo(f"rehearsal with a calibration of its own, as there is none yet: {asked}", err=True)
+            print(f"rehearsal with a calibration of its own, as there is none yet: {asked}", file=sys.stderr)
         yield rehearsed, rehearse(rehearsed)
 
 
@@ -198,35 +301,44 @@ def _execute(
     *,
     needed: bool = True,
     stored: Path | None = None,
-) -> None:
-    """Look at the laboratory, if its robots are needed, run, and print the result, or how to go on.
+) -> int | None:
+    """Look at the laboratory, if its robots are needed, run, and print the result, or how to resume.
 
-    Real robots of a run that goes on are where its folder says, in the file `stored`.
+    Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
     from rich.console import Console
 
+    from turing_learning.report import short_number
     from turing_learning.runs import read_post_evaluation, resume_command
 
-    from ._signals import stop_on_signals
     from ._tables import print_post_evaluation, print_result
 
     console = Console()
     if needed and not _inspected(console, laboratory, equipment):
         if stored is not None:
-            typer.echo(
-                f"The addresses of replicas and camera are those in {stored}, where they may be edited.", err=True
-            )
-        raise typer.Exit(REFUSED)
-    ahead, repeats = f"go on with: {resume_command(path)}", laboratory.setup.evaluation.repeats
-    try:
-        with stop_on_signals() as should_stop:
-            result = run(
-                observer=lambda progress: _show(console, progress),
-                should_stop=should_stop,
-                on_event=lambda event: _tell(console, event, repeats),
-            )
-    except KeyboardInterrupt as error:
-        raise Interrupted(f"interrupted; {ahead}") from error
+            text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."
+            print(text, file=sys.stderr)
+        return REFUSED
+    ahead, repeats = f"resume with: {resume_command(path)}", laboratory.setup.evaluation.repeats
+
+    def line(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    def progressed(progress: "Progress") -> None:
+        best = zip(progress.parameter_names, progress.generation.best_model, strict=True)
+        models = " ".join(f"{name} {short_number(value)}" for name, value in best)
+        each = f"{progress.seconds_per_generation:.0f} s each"
+        line(f"generation {progress.completed}/{progress.total}  {each}  {models}")
+
+    def happened(event: "Event") -> None:
+        stage, _, number = event.stage.rpartition("-")
+        if event.kind != "complete":
+            line(f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}")
+        elif stage == "post-evaluation":
+            line(f"last models observed again, {number}/{repeats}")
+
+    with stopping(ahead) as should_stop:
+        result = run(observer=progressed, should_stop=should_stop, on_event=happened)
     if not result.complete:
         raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
     print_result(console, result, path)
@@ -234,23 +346,4 @@ def _execute(
         print_post_evaluation(console, again)
     if repeats and not (again and again.complete):
         raise Interrupted(f"stopped before the last models had been observed again; {ahead}")
-
-
-def _show(console: "Console", progress: "Progress") -> None:
-    from turing_learning.report import short_number
-
-    names = zip(progress.parameter_names, progress.generation.best_model, strict=True)
-    models = " ".join(f"{name} {short_number(value)}" for name, value in names)
-    text = f"generation {progress.completed}/{progress.total}  {progress.seconds_per_generation:.0f} s each  {models}"
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
-
-
-def _tell(console: "Console", event: "Event", repeats: int) -> None:
-    stage, _, number = event.stage.rpartition("-")
-    if event.kind != "complete":
-        text = f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}"
-    elif stage == "post-evaluation":
-        text = f"last models observed again, {number}/{repeats}"
-    else:
-        return
-    console.print(text, highlight=False, markup=False, soft_wrap=True)
+    return None

@@ -1,16 +1,19 @@
 """What is printed at the end: inferred, true, absolute error, the paper's figure."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
+from rich.text import Text
 
 from turing_learning.report import counted, describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
+    from turing_learning.detection import Detector, Motion, TimedVerdict, Verdict
+    from turing_learning.identifiability import Check
     from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
 
@@ -20,6 +23,7 @@ _WITHOUT_PAPER = _ALL[:-1]
 _HALVES = (("estimate", "90 %", "true", "error:estimate"), ("best model", "error:best", "paper"))
 _PARTS = (("estimate", "90 %"), ("true", "error:estimate"), ("best model", "error:best", "paper"))
 _WITHOUT_TRUTH = ("estimate", "90 %", "best model")
+MOST_SPELLS = 3  # in a cell
 WIDEST = 1000  # characters, to ask how wide a table would be
 
 CAPTIONS = {
@@ -154,3 +158,76 @@ def _agents(scenario: "Scenario") -> list[str]:
     speeds = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
     unusual = view > 0 or scenario.representation == "morphology"
     return [*speeds, f"field of view {view:.4g} rad"] if unusual else speeds
+
+
+def check_table(found: "Check") -> Table:
+    """Return the table parameter / interval / left open / missed by / verdict, in shares of the initial range."""
+    table = _headed("parameter", ("interval", "left open", "missed by"), ("",), caption="shares of the initial range")
+    for each in found.parameters:
+        table.add_row(
+            each.parameter,
+            shown(each.interval_share, "{:.1%}".format),
+            shown(each.open_share, "at most {:.0%}".format),
+            shown(each.recovery_error, "{:.1%}".format),
+            "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
+        )
+    return table
+
+
+def print_verdicts(console: Console, detector: "Detector", motion: "Motion", verdicts: "Sequence[Verdict]") -> None:
+    """Print which individuals are abnormal, by samples."""
+    table = _headed("individual", ("judged genuine", "score", "p-value"), ("verdict",))
+    table.add_column("since sample", justify="right")
+    for verdict in verdicts:
+        table.add_row(
+            Text(verdict.individual),
+            f"{100 * verdict.genuine_share:.0f} %",
+            f"{verdict.score:.3f}",
+            f"{verdict.p_value:.2g}",
+            _abnormal(verdict.abnormal),
+            "-" if verdict.since is None else str(verdict.since),
+        )
+    console.print(table)
+    limit = f"p-value up to {detector.false_alarms:g}"
+    if detector.rule == "unanimous":
+        limit = "all samples judged counterfeit"
+    samples = f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps"
+    classifiers = counted(len(detector.genomes), "classifier")
+    found = sum(verdict.abnormal for verdict in verdicts)
+    text = f"{found} of {len(verdicts)} abnormal, by {samples}; rule {detector.rule}, {classifiers}, {limit}"
+    console.print(text, highlight=False)
+
+
+def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> None:
+    """Print which individuals of a recording are abnormal, and when."""
+    table = _headed("individual", ("windows", "score", "evidence", "threshold"), ("verdict", "when (s)"))
+    for verdict in verdicts:
+        numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
+        spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
+        more = len(verdict.spells) - MOST_SPELLS
+        table.add_row(
+            Text(verdict.individual),
+            str(verdict.windows),
+            *(numbers if verdict.windows else "---"),
+            _abnormal(verdict.abnormal) if verdict.windows else "no window",
+            ", ".join(spells + ([f"{more} more"] if more > 0 else [])) or "-",
+        )
+    console.print(table)
+    found = sum(verdict.abnormal for verdict in verdicts)
+    by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
+    console.print(f"{found} of {len(verdicts)} abnormal, {by}", highlight=False)
+
+
+def _headed(first: str, numbers: Sequence[str], others: Sequence[str], caption: str | None = None) -> Table:
+    """Return a table with a column of names, some of numbers, and some of words."""
+    table = Table(caption=caption, caption_justify="left")
+    table.add_column(first)
+    for heading in numbers:
+        table.add_column(heading, justify="right")
+    for heading in others:
+        table.add_column(heading)
+    return table
+
+
+def _abnormal(abnormal: bool) -> Text:
+    return Text("abnormal", style="bold red") if abnormal else Text("normal")

@@ -35,7 +35,9 @@ def refused(call, tmp_path):
     return refused
 
 
-@pytest.mark.parametrize("command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"]])
+@pytest.mark.parametrize(
+    "command", [[], ["infer"], ["resume"], ["show"], ["simulate"], ["scenarios"], ["robots", "run"]]
+)
 def test_every_command_explains_itself(command, call):
     code, out, _ = call(*command, "--help")
     assert code == 0
@@ -113,7 +115,7 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["infer", "agregation"], "`scenario` must be a known scenario; got 'agregation'. Did you mean `aggregation`?"),
         (["simulate", "agregation"], "got 'agregation'. Did you mean `aggregation`?"),
         (["infer"], "`SCENARIO` must be given, or a file with --config; got neither."),
-        (["infer", "aggregation", "--generatons", "3"], "No such option: --generatons"),
+        (["infer", "aggregation", "--generatons", "3"], "Unknown option: --generatons. Did you mean --generations?"),
         (
             ["infer", "aggregation", "--generations", "0"],
             "`run.generations` must be greater than or equal to 1; got 0 [--gen",
@@ -160,17 +162,17 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         (["simulate", "aggregation", "--out", "a.txt"], "`out` must end with one of .html, .gif, .mp4; got a.txt."),
         (
             ["simulate", "aggregation", "--robots", "2.5"],
-            "Invalid value for '--robots': must be an integer; got '2.5'.",
+            "Invalid value for --robots: must be an integer; got '2.5'.",
         ),
-        (["simulate", "aggregation", "--duration", "x"], "Invalid value for '--duration': must be a number; got 'x'."),
+        (["simulate", "aggregation", "--duration", "x"], "Invalid value for --duration: must be a number; got 'x'."),
         (["simulate", "aggregation", "--threads", "0"], "`threads` must be an integer of at least 1; got 0."),
         (["simulate", "aggregation", "--out", "no/a.gif"], "got no/a.gif (there is no folder no)."),
         (
             ["infer", "aggregation", "--set", "models.parents=1000000000", "--out", "run"],
             "`models.parents` must be smaller, as keeping the history between two checkpoints needs",
         ),
-        (["nonsense"], "No such command 'nonsense'."),
-        (["simulate"], "Missing argument 'SCENARIO'."),
+        (["nonsense"], 'Unknown command "nonsense".'),
+        (["simulate"], "parameter SCENARIO requires an argument."),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_with_exit_code_2(arguments, message, refused):
@@ -313,13 +315,12 @@ def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(c
 
 
 def test_a_second_signal_stops_at_once():
-    from turing_learning.cli._signals import stop_on_signals
+    from turing_learning.cli._stopping import Interrupted, stopping
 
     before = signal.getsignal(signal.SIGTERM)
-    with stop_on_signals() as should_stop:
+    with pytest.raises(Interrupted, match="^interrupted; resume"), stopping("resume") as should_stop:
         assert not should_stop()
         os.kill(os.getpid(), signal.SIGTERM)
         assert should_stop()
-        with pytest.raises(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), signal.SIGINT)
     assert signal.getsignal(signal.SIGTERM) is before

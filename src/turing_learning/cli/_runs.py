@@ -1,0 +1,386 @@
+"""The commands of single runs: infer, resume, show, simulate, scenarios, pool, check."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from turing_learning.errors import integer, refuse
+
+from . import _robots, _study
+from ._options import Integer, Real, Recording, Settings, Threads, require_scenario, settings_of
+from ._stopping import Interrupted, stopping
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from turing_learning.runs import Result
+
+
+def infer(
+    scenario: str | None = None,
+    /,
+    *,
+    config: Path | None = None,
+    preset: str = "default",
+    generations: str | None = None,
+    seed: str | None = None,
+    threads: str | None = None,
+    out: Path | None = None,
+    force: bool = False,
+    settings: Settings = None,
+    recording: Recording = Recording(),  # noqa: B008 - frozen
+) -> None:
+    """Infer the behavior of a swarm, or of recorded animals, by Turing Learning, and leave a run folder with a report.
+
+    Ctrl-C stops after the present generation; `turing-learning resume RUN` resumes the run.
+
+    Examples:
+
+      turing-learning infer aggregation
+
+      turing-learning infer aggregation --generations 200 --seed 7 --out runs/short
+
+      turing-learning infer --config my.toml --set classifiers.hidden=8
+
+      turing-learning infer --trajectories fish.txt --fps 25 --scale 12.3 --model couzin
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario, see `scenarios`; or in the file.
+    config
+        TOML file with any setting, see docs/scenarios.md.
+    preset
+        "default", or "paper" to keep to the text of the paper.
+    generations
+        Number of generations; 1000 by default.
+    seed
+        Seed of all random numbers; 1 by default.
+    threads
+        Number of threads, or all; the result is the same.
+    out
+        Folder of the run; a new one under runs/ by default.
+    force
+        Replace a run that is in the folder already.
+    settings
+        Any setting, for example models.parents=20. Repeatable.
+    """
+    from turing_learning.config import dotted, load_configuration, read_toml, require_seen
+    from turing_learning.runs import infer as infer_run
+    from turing_learning.runs import new_run_path, start
+    from turing_learning.swarm import SCENARIOS
+
+    overrides, labels = settings_of(
+        settings, {"run.generations": generations, "run.seed": seed, "run.threads": threads}
+    )
+    if recording.given:
+        if scenario is not None:
+            refuse("SCENARIO", "be left out for recorded motion", repr(scenario))
+        system = recording.system()
+        document = {} if config is None else read_toml(config)[1]
+        path = out or new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
+        more: dict[str, Any] = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
+        _execute(lambda **watch: infer_run(**system, **more, **watch), path, recording)
+        return
+    require_scenario(scenario, config, SCENARIOS)
+    configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+    require_seen(configuration)
+    path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
+    _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
+
+
+def resume(
+    run: Path,
+    /,
+    *,
+    threads: Threads = None,
+    workers: Integer | None = None,
+    cluster: str | None = None,
+    recording: Recording = Recording(),  # noqa: B008 - frozen
+) -> None:
+    """Resume a run or study that was stopped or killed; the result is as if it never had been.
+
+    For recorded motion, give the options that the run began with.
+
+    Example: turing-learning resume runs/aggregation-20261121-093015-seed1
+
+    Parameters
+    ----------
+    run
+        A run folder, or a study folder.
+    threads
+        Of a run: number of threads; all by default. The result does not depend on it.
+    workers
+        Of a study: number of worker processes; one for each processor by default.
+    cluster
+        Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
+    """
+    from turing_learning.runs import FINISHED, RunFolder, is_laboratory_run
+    from turing_learning.runs import resume as resume_run
+    from turing_learning.studies import is_study
+
+    of_study = is_study(run)
+    what = "study, whose runs have one thread each" if of_study else "single run"
+    for name, value in ({"threads": threads} if of_study else {"workers": workers, "cluster": cluster}).items():
+        if value is not None:
+            refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
+    if of_study:
+        recording.refuse_beside("be left out for a study, which needs nothing but its folder")
+        _study.resume(run, workers, cluster)
+        return
+    if threads is not None:
+        integer("threads", threads, 1, place="--threads")
+    if is_laboratory_run(run):
+        recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
+        _robots.resume_run(run)
+        return
+    if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
+        _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
+    genuine, simulate, _ = recording.opened(_steps(run, recording)) if recording.given else (None, None, None)
+    _execute(
+        lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
+    )
+
+
+def show(run: Path, /) -> None:
+    """Print what a run or study has inferred so far.
+
+    Example: turing-learning show runs/aggregation-20261121-093015-seed1
+
+    Parameters
+    ----------
+    run
+        A run folder, or a study folder.
+    """
+    from rich.console import Console
+
+    from turing_learning.runs import load_run, read_post_evaluation
+    from turing_learning.studies import is_study
+
+    from ._tables import print_post_evaluation, print_result
+
+    if is_study(run):
+        _study.show(run)
+        return
+    console = Console()
+    print_result(console, load_run(run), run)
+    if again := read_post_evaluation(run):
+        print_post_evaluation(console, again)
+
+
+def simulate(
+    scenario: str,
+    /,
+    *,
+    controller: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    robots: Integer | None = None,
+    duration: Real = 180.0,
+    seed: Integer = 1,
+    threads: Threads = None,
+    out: Path | None = None,
+    force: bool = False,
+) -> None:
+    """Simulate one trial and write it as a page, a GIF, or a film.
+
+    Examples:
+
+      turing-learning simulate aggregation
+
+      turing-learning simulate aggregation --robots 50 --duration 300 --out fifty.gif
+
+      turing-learning simulate aggregation --controller=-0.7,-1,1,-1 --out agents.mp4
+
+    Parameters
+    ----------
+    scenario
+        Name of a scenario, see `scenarios`.
+    controller
+        Wheel speeds for each sensor state, with commas between them; the agents' by default.
+    robots
+        Number of robots; the scenario's by default.
+    duration
+        Duration of the trial (s); 180 by default.
+    seed
+        Seed of initial poses and noise; 1 by default.
+    threads
+        Number of threads; all by default. The result does not depend on it.
+    out
+        Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default.
+    force
+        Replace a file that exists.
+    """
+    from turing_learning.runs import refuse_film_path, scenario_named, trial_replay, write_trial
+
+    chosen = scenario_named(scenario)
+    path = out or Path(f"{scenario}.html")
+    refuse_film_path(path, force=force)
+    try:
+        speeds = None if controller is None else [float(part) for part in controller.split(",")]
+    except ValueError:
+        refuse("controller", "be numbers with commas between them", repr(controller))
+    replay = trial_replay(chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads)
+    print(write_trial(replay, path, force=force))
+
+
+def scenarios() -> None:
+    """List the scenarios."""
+    from rich.console import Console
+
+    from turing_learning.swarm import SCENARIOS
+
+    from ._tables import print_scenarios
+
+    print_scenarios(Console(), SCENARIOS)
+
+
+def pool(runs: list[Path], /) -> None:
+    """Combine several runs of one configuration: do they agree, and what do they leave open together?
+
+    The runs differ in their seed alone, as those of a study of one configuration do.
+
+    Examples:
+
+      turing-learning pool runs/fish-seed1 runs/fish-seed2 runs/fish-seed3 runs/fish-seed4
+
+      turing-learning pool runs/thirty/runs/*
+
+    Parameters
+    ----------
+    runs
+        Run folders, two or more.
+    """
+    from turing_learning.runs import pool as pool_runs
+    from turing_learning.studies import is_study
+
+    for run in runs:
+        if is_study(run):
+            refuse("RUN", "be a run folder", f"{run}, a study. Its runs are {run / 'runs'}/*")
+    print(pool_runs([opened(run) for run in runs]))
+
+
+def check(
+    run: Path,
+    /,
+    *,
+    samples: Integer | None = None,
+    points: Integer | None = None,
+    recoveries: Integer = 1,
+    recovery_generations: Integer | None = None,
+    seed: Integer = 0,
+    force: bool = False,
+    recording: Recording = Recording(),  # noqa: B008 - frozen
+) -> None:
+    """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
+
+    For recorded motion, give the options that the run began with. Results are stored in RUN/check; after Ctrl-C the same command
+    resumes. See docs/identifiability.md.
+
+    Examples:
+
+      turing-learning check runs/mine
+
+      turing-learning check runs/fish --trajectories fish.txt --fps 25 --scale 12.3 --model couzin
+
+    Parameters
+    ----------
+    run
+        A run folder.
+    samples
+        Samples of each kind; 200 by default.
+    points
+        Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.
+    recoveries
+        Runs whose truth is the estimate, 0 for none; 1 by default.
+    recovery_generations
+        Their length; that of the run by default.
+    seed
+        Seed of the check; 0 by default.
+    force
+        Check again, and replace the check that is there.
+    """
+    from rich.console import Console
+
+    from turing_learning.identifiability import Effort
+    from turing_learning.runs import RunFolder
+
+    from ._tables import check_table
+
+    result = opened(run)
+    _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
+    given = {"samples": samples, "points": points}
+    effort = replace(Effort(), **{name: value for name, value in given.items() if value is not None})
+    system: dict[str, Any] = {}
+    if recording.given:
+        windows, family, motion = recording.opened(_steps(run, recording))
+        system = {"genuine": windows, "simulate": family, "recording": motion}
+    stages, console = Console(stderr=True), Console()
+    found = result.check(
+        **system,
+        effort=effort,
+        recoveries=recoveries,
+        recovery_generations=recovery_generations,
+        seed=seed,
+        force=force,
+        stage=lambda text: stages.print(text, highlight=False),
+    )
+    console.print(check_table(found))
+    console.print(found.verdict, highlight=False, soft_wrap=True)
+    if (report := RunFolder(run).report_path).exists():
+        console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
+
+
+def opened(run: Path) -> "Result":
+    """Open a run; messages name its folder as it was given."""
+    from turing_learning.runs import RunFolder, load_run
+
+    return replace(load_run(run), path=RunFolder(run).path)
+
+
+def _steps(run: Path, recording: Recording) -> int | None:
+    """Return the length of the samples of a run; reject the options of recordings for one on simulated robots."""
+    from turing_learning.runs import RunFolder
+
+    system = RunFolder(run).configuration().scenario
+    if not hasattr(system, "steps"):
+        recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
+    return getattr(system, "steps", None)
+
+
+def _refuse_other_simulator(run: Path, call: str) -> None:
+    """Reject a run on a custom system whose simulator only Python has; `call` is what Python does with it."""
+    from turing_learning.families import FAMILIES
+    from turing_learning.runs import RunFolder
+
+    system = RunFolder(run).configuration().scenario
+    if hasattr(system, "steps") and system.name not in FAMILIES:
+        refuse(
+            "run",
+            "be on recorded motion that the command line began with",
+            f"{system.name!r}, whose samples and simulator Python has",
+            f"Call there turing_learning.{call.format(run=repr(str(run)))}.",
+            place=str(run),
+        )
+
+
+def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | None = None) -> None:
+    """Run with a live view; print the result, or how to resume."""
+    from rich.console import Console
+
+    from turing_learning.runs import RunFolder, resume_command
+
+    from ._live import watching
+    from ._tables import print_result
+
+    console = Console()
+    ahead = f"resume with: {resume_command(path)}{recording.typed if recording else ''}"
+
+    def interrupted() -> str:
+        return f"interrupted; {ahead}" if RunFolder(path).is_run() else "interrupted before the run began"
+
+    with stopping(interrupted) as should_stop, watching(console) as view:
+        result = run(observer=view, should_stop=should_stop)
+    if not result.complete:
+        raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
+    print_result(console, result, path)
