@@ -55,7 +55,7 @@ def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(number, un
     process.send_signal(number)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, out + err
-    assert err.endswith(f" of 4 runs; go on with: turing-learning resume {folder}\n")
+    assert err.endswith(f" of 4 runs; resume with: turing-learning resume {folder}\n")
     assert err.startswith("stopped after ")
     assert not any(map(alive, pids))
     assert not list(folder.glob("stop-*"))
@@ -137,7 +137,7 @@ def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_
     process.send_signal(signal.SIGTERM)
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert err == f"stopped; go on with: turing-learning study-run {folder} 1\n"
+    assert err == f"stopped; resume with: turing-learning study-run {folder} 1\n"
     assert json.loads((folder / "runs/0001/manifest.json").read_text())["state"] == "stopped"
 
 

@@ -89,8 +89,8 @@ def detect(
     if not recorded:
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
         for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
-            option = name.replace("_", "-")
-            refuse(option, "be left out where there is no recording", str(value), remedy, place=f"--{option}")
+            option = f"--{name.replace('_', '-')}"
+            refuse(option, "be left out where there is no recording", str(value), remedy)
     _refuse_taken(out)
     result = opened(run)
     learned = run_classifiers(result)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from turing_learning.errors import RefusedError
 
 from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
-from ._words import OPTIONS
+from ._words import OptionWords
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 _NO_WAY = (
@@ -57,7 +57,7 @@ def _run(arguments: list[str]) -> int:
         error.verbose = False
         return _say(f"error: {' '.join(str(error).split())}", REFUSED)
     except RefusedError as error:
-        return _say(f"error: {error.text(OPTIONS)}", REFUSED)
+        return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
     except Exception as error:
         return _say(f"error: {_failure(error)}", FAILED)
     return outcome if isinstance(outcome, int) else DONE

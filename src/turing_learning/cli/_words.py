@@ -13,24 +13,36 @@ _OPTIONS = {
     "keypoint": "--keypoint",
     "every": "--every",
     "hold_out_individuals": "--hold-out-individuals",
-    "simulate": "--model",
-    "trajectories": "--trajectories",
+    "steps": "--window",
 }
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""
 
 
+_RECORDED = {"genuine": "--trajectories", "simulate": "--model"}
+"""What a recording and a family of models stand for; `detect` has a --genuine of its own."""
+
+
 class OptionWords:
-    """The names of options and commands."""
+    """The names of options and commands.
+
+    Parameters
+    ----------
+    command
+        The command that was given.
+    """
+
+    def __init__(self, command: str = "") -> None:
+        self._options = _OPTIONS if command == "detect" else _OPTIONS | _RECORDED
 
     def name(self, name: str) -> str:
         """Return the option of an argument; a name that is no argument of a function stays as it is."""
-        return _OPTIONS.get(name, name)
+        return name if name.startswith("--") else self._options.get(name, name)
 
     def setting(self, setting: Setting) -> str:
         """Return ``--name value``; ``--set key=value`` for a key of the configuration; only ``--name`` for a switch."""
         if "." in setting.name:
             return f"--set {setting.name}={'...' if setting.value is None else setting.value}"
-        option = _OPTIONS.get(setting.name, f"--{setting.name.replace('_', '-')}")
+        option = self._options.get(setting.name, f"--{setting.name.replace('_', '-')}")
         return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
 
     def call(self, call: Call) -> str:
@@ -38,6 +50,3 @@ class OptionWords:
         return (
             f"`turing-learning {call.verb} {shlex.quote(call.path)}`" if call.path else f"`turing-learning {call.verb}`"
         )
-
-
-OPTIONS = OptionWords()

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ..models import Parameter
 from ._particles import Particles
 from ._plane import offsets
@@ -55,7 +57,7 @@ class Boids(Particles):
         super().__post_init__()
         self._check_above_zero("radius_cm", "acceleration_per_s")
         if not 0 <= self.slowest <= 1:
-            raise ValueError(f"`slowest` must be in [0, 1]; got {self.slowest!r}.")
+            refuse("slowest", "be in [0, 1]", brief(self.slowest))
 
     @property
     def parameters(self) -> dict[str, Parameter]:

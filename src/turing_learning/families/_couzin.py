@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ..models import Parameter
 from ._particles import Particles
 from ._plane import draw, offsets, rotation, total, unit
@@ -50,7 +52,7 @@ class Couzin(Particles):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not 0 < self.field_of_view_rad <= 2 * math.pi:
-            raise ValueError(f"`field_of_view_rad` must be above 0 and at most 2 pi; got {self.field_of_view_rad!r}.")
+            refuse("field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad))
 
     @property
     def parameters(self) -> dict[str, Parameter]:

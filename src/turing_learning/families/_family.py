@@ -8,6 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ..models import Parameter
 from ..trajectories import SIGNALS, compute_signals
 
@@ -59,9 +61,9 @@ class Family(ABC):
         for name, lowest in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
             value = getattr(self, name)
             if type(value) is not int or value < lowest:
-                raise ValueError(f"`{name}` must be an integer of at least {lowest}; got {value!r}.")
+                refuse(name, f"be an integer of at least {lowest}", brief(value))
         if self.observed > self.individuals:
-            raise ValueError(f"`observed` must be at most `individuals`, {self.individuals}; got {self.observed}.")
+            refuse("observed", f"be at most `individuals`, {self.individuals}", str(self.observed))
         self._check_above_zero("interval_s", "start_side_cm")
         self._check_signals()
 
@@ -159,9 +161,9 @@ class Family(ABC):
             If a parameter is missing, unknown or out of range, or there is no group.
         """
         if set(truth) != set(self.parameters):
-            raise ValueError(f"`truth` must name {', '.join(self.parameters)}; got {', '.join(truth) or 'nothing'}.")
+            refuse("truth", f"name {', '.join(self.parameters)}", str(", ".join(truth) or "nothing"))
         if groups < 1:
-            raise ValueError(f"`groups` must be 1 or more; got {groups}.")
+            refuse("groups", "be 1 or more", str(groups))
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
 
@@ -173,27 +175,27 @@ class Family(ABC):
         parameters = np.asarray(parameters, dtype=np.float64)
         names = list(self.parameters)
         if parameters.ndim != 2 or parameters.shape[1] != len(names) or not len(parameters):
-            raise ValueError(f"`parameters` must be of shape (M, P) = (any, {len(names)}); got {parameters.shape}.")
+            refuse("parameters", f"be of shape (M, P) = (any, {len(names)})", str(parameters.shape))
         wrong = np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))
         if len(wrong):
             model, column = (int(k) for k in wrong[0])
             rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
             value = parameters[model, column]
-            raise ValueError(f"`parameters` must be {rule}; got {names[column]} = {value} [model {model}].")
+            refuse("parameters", f"be {rule}", f"{names[column]} = {value}", place=f"model {model}")
         return parameters
 
     def _check_above_zero(self, *names: str) -> None:
         for name in names:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"`{name}` must be a finite number above 0; got {value!r}.")
+                refuse(name, "be a finite number above 0", brief(value))
 
     def _check_signals(self) -> None:
         names = self.signals
         if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
-            raise ValueError(f"`signals` must be a tuple of some of {', '.join(SIGNALS)}, each once; got {names!r}.")
+            refuse("signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names))
         if self.individuals == 1 and _NEIGHBOR & set(names):
-            raise ValueError(f"`signals` must not speak of neighbors where there is one individual; got {names!r}.")
+            refuse("signals", "not speak of neighbors where there is one individual", brief(names))
 
 
 def alone(positions: np.ndarray, observed: int) -> np.ndarray:

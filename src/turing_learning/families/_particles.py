@@ -8,6 +8,8 @@ from itertools import islice
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ._family import Family
 from ._plane import draw, reflected, rotation
 
@@ -37,7 +39,7 @@ class Particles(Family):
         if self.tank_cm is None:
             return
         if np.shape(self.tank_cm) != (2,) or not all(math.isfinite(side) and side > 0 for side in self.tank_cm):
-            raise ValueError(f"`tank_cm` must be two finite numbers above 0, or None; got {self.tank_cm!r}.")
+            refuse("tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
 
     @abstractmethod
     def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:

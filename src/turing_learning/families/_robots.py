@@ -6,6 +6,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from turing_learning.errors import refuse
+
 from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
 from ._family import Family
@@ -45,9 +47,11 @@ class Robots(Family):
         super().__post_init__()
         crowd = self.scenario.start(self.individuals, self._side).crowd
         if crowd:
-            raise ValueError(
-                f"`individuals` must have room where they start; got {self.individuals}, and {crowd}. Take fewer, or give them "
-                "more room: `start_side_cm`, or within the walls of the scenario."
+            refuse(
+                "individuals",
+                "have room where they start",
+                f"{self.individuals}, and {crowd}",
+                "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario.",
             )
 
     @property

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ..models import Parameter
 from ._particles import Particles
 from ._plane import draw, offsets, rotation, total, unit
@@ -42,11 +44,9 @@ class Vicsek(Particles):
             return
         self._check_above_zero("period_cm")
         if self.tank_cm is not None:
-            raise ValueError(f"`tank_cm` must be None in a periodic square; got {self.tank_cm!r}. Set period_cm=None.")
+            refuse("tank_cm", "be None in a periodic square", brief(self.tank_cm), "Set period_cm=None.")
         if any(name.startswith("neighbor") for name in self.signals):
-            raise ValueError(
-                f"`signals` must be speed and turn in a periodic square; got {self.signals!r}. Set period_cm=None."
-            )
+            refuse("signals", "be speed and turn in a periodic square", brief(self.signals), "Set period_cm=None.")
 
     @property
     def parameters(self) -> dict[str, Parameter]:

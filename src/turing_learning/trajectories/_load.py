@@ -7,6 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from turing_learning.errors import Setting, brief, choice, refuse
+
 from ._assemble import LARGEST
 from ._recording import Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
@@ -81,7 +83,7 @@ def load_trajectories(
     _check_options(fps, pixels_per_cm, y_axis, min_confidence)
     chosen = _named(format) if format is not None else _find(path)
     if keypoint is not None and not chosen.has_keypoints:
-        raise ValueError(f"`keypoint` must be left out for format {chosen.name}; got {keypoint!r} [{path}].")
+        refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=str(path))
     recording = chosen.read(path, Options(keypoint, allow_pickle))
     _check_order(recording, path)
     recording = _confident(recording, min_confidence, path)
@@ -123,11 +125,11 @@ def finish(
 def _check_options(fps: object, pixels_per_cm: object, y_axis: object, min_confidence: object) -> None:
     for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
         if value is not None and not (_is_number(value) and 1 / LARGEST <= value <= LARGEST):  # type: ignore[operator]
-            raise ValueError(f"`{name}` must be a number from {1 / LARGEST:g} to {LARGEST:g}; got {value!r}.")
+            refuse(name, f"be a number from {1 / LARGEST:g} to {LARGEST:g}", brief(value))
     if y_axis not in (None, "up", "down"):
-        raise ValueError(f"`y_axis` must be 'up' or 'down'; got {y_axis!r}.")
+        refuse("y_axis", "be 'up' or 'down'", brief(y_axis))
     if min_confidence is not None and not _is_number(min_confidence):
-        raise ValueError(f"`min_confidence` must be a finite number; got {min_confidence!r}.")
+        refuse("min_confidence", "be a finite number", brief(min_confidence))
 
 
 def _is_number(value: object) -> bool:
@@ -135,10 +137,8 @@ def _is_number(value: object) -> bool:
 
 
 def _named(name: str) -> Format:
-    for one in _ALL:
-        if one.name == name:
-            return one
-    raise ValueError(f"`format` must be one of {', '.join(FORMATS)}; got {name!r}.")
+    by_name = {one.name: one for one in _ALL}
+    return by_name[choice("format", name, FORMATS)]
 
 
 def _find(path: Path) -> Format:
@@ -148,7 +148,7 @@ def _find(path: Path) -> Format:
     if len(found) == 1:
         return found[0]
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
-    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, "Say which with `format`.")
+    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, ("Give ", Setting("format"), "."))
 
 
 def _look(path: Path) -> Glance:
@@ -184,7 +184,7 @@ def _confident(recording: Recording, least: float | None, path: Path) -> Recordi
     if least is None:
         return recording
     if recording.confidence is None:
-        raise ValueError(f"`min_confidence` must be left out; got {least} for a file without confidence [{path}].")
+        refuse("min_confidence", "be left out", f"{least} for a file without confidence", place=str(path))
     present = recording.present & (recording.confidence >= least)
     if not present.any():
         raise refusal(f"hold a position with confidence {least} or more", f"at most {recording.confidence.max()}", path)
@@ -195,9 +195,9 @@ def _confident(recording: Recording, least: float | None, path: Path) -> Recordi
 
 def _rate(recording: Recording, fps: float | None, source: str) -> float:
     if fps is None and recording.fps is None:
-        raise ValueError(f"`fps` must be given; got none, and the file does not state it [{source}].")
+        refuse("fps", "be given", "none, and the file does not state it", place=str(source))
     if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
-        raise ValueError(f"`fps` must be what the file states, {recording.fps}; got {fps} [{source}]. Leave it out.")
+        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=str(source))
     return float(fps or recording.fps)  # type: ignore[arg-type]
 
 
@@ -205,12 +205,15 @@ def _scale(recording: Recording, pixels_per_cm: float | str | None, source: str)
     """Return by what to divide for cm; None for positions that stay in pixels."""
     if recording.in_cm:
         if pixels_per_cm is not None:
-            raise ValueError(f"`pixels_per_cm` must be left out for a file in cm; got {pixels_per_cm!r} [{source}].")
+            refuse("pixels_per_cm", "be left out for a file in cm", brief(pixels_per_cm), place=str(source))
         return 1.0
     if pixels_per_cm is None:
-        raise ValueError(
-            f"`pixels_per_cm` must be given; got none, and the file does not state it [{source}]. "
-            'Say "unknown" to stay in pixels, 1 if the file is in cm.'
+        refuse(
+            "pixels_per_cm",
+            "be given",
+            "none, and the file does not state it",
+            'Give 1 for a file in cm, "unknown" to stay in pixels.',
+            place=str(source),
         )
     return None if pixels_per_cm == "unknown" else float(pixels_per_cm)
 
@@ -219,18 +222,23 @@ def _check_extent(recording: Recording, scale: float | None, source: str) -> Non
     """Refuse a scale by which coordinates in cm would be as absurd as those in the file may not be."""
     farthest = float(np.abs(recording.positions[recording.present]).max(initial=0.0))
     if scale is not None and farthest / scale > LARGEST:
-        raise ValueError(
-            f"`pixels_per_cm` must leave coordinates within +-{LARGEST:.0e} cm; got {scale:g}, by which {farthest:g} is "
-            f"{farthest / scale:g} cm [{source}]."
+        refuse(
+            "pixels_per_cm",
+            f"leave coordinates within +-{LARGEST:.0e} cm",
+            f"{scale:g}, by which {farthest:g} is {farthest / scale:g} cm",
+            place=str(source),
         )
 
 
 def _direction(recording: Recording, y_axis: YAxis | None, source: str) -> YAxis:
     direction = y_axis or recording.y_axis
     if direction is None:
-        raise ValueError(
-            f"`y_axis` must be given; got none, and the file does not state it [{source}]. "
-            'Say "down" for positions in images, "up" for the axes of geometry.'
+        refuse(
+            "y_axis",
+            "be given",
+            "none, and the file does not state it",
+            'Say "down" for positions in images, "up" for the axes of geometry.',
+            place=str(source),
         )
     return direction
 

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from turing_learning.errors import refuse
+
 from ._headings import doubt_headings
 from ._stretches import every, next_true
 
@@ -135,7 +137,7 @@ def find_problems(
 ) -> Problems:
     """Return what is wrong with positions (F, A, 2) and headings (F, A)."""
     if not (math.isfinite(jump_factor) and jump_factor > 1):
-        raise ValueError(f"`jump_factor` must be a finite number above 1; got {jump_factor}.")
+        refuse("jump_factor", "be a finite number above 1", str(jump_factor))
     both = present[1:] & present[:-1]
     steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0

@@ -7,6 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from turing_learning.errors import Refusal, RefusedError, Text
+
 YAxis = Literal["up", "down"]
 
 
@@ -92,6 +94,6 @@ class Glance:
     npy: bool = False
 
 
-def refusal(rule: str, received: object, place: object, remedy: str = "") -> ValueError:
+def refusal(rule: str, received: object, place: object, remedy: Text = "") -> RefusedError:
     """Return the error of a reader: what the file must be, what it is, and where."""
-    return ValueError(f"`path` must {rule}; got {received} [{place}].{' ' + remedy if remedy else ''}")
+    return RefusedError(Refusal("path", rule, str(received), str(place), remedy))

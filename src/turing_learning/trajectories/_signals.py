@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import whole
+from turing_learning.errors import brief, integer, refuse
+
 from ._stretches import last_true, smooth, wrap
 
 SIGNALS = {
@@ -127,19 +128,19 @@ def _check(
     smooth_frames: int,
 ) -> None:
     if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
-        raise ValueError(f"`positions` must be of shape (..., F, A, 2) with 2 frames or more; got {positions.shape}.")
+        refuse("positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape))
     for name, array in (("present", present), ("headings", headings)):
         if array is not None and array.shape != positions.shape[:-1]:
-            raise ValueError(f"`{name}` must be of shape (..., F, A) = {positions.shape[:-1]}; got {array.shape}.")
+            refuse(name, f"be of shape (..., F, A) = {positions.shape[:-1]}", str(array.shape))
     if not np.isfinite(positions[present]).all():
-        raise ValueError("`positions` must be finite wherever `present`; got a value that is not.")
+        refuse("positions", "be finite wherever `present`", "a value that is not")
     if not (math.isfinite(fps) and fps > 0):
-        raise ValueError(f"`fps` must be a finite number above 0; got {fps}.")
+        refuse("fps", "be a finite number above 0", str(fps))
     unknown = [name for name in names if name not in SIGNALS]
     if not names or unknown or isinstance(names, str) or len(set(names)) < len(names):
-        raise ValueError(f"`names` must be some of {', '.join(SIGNALS)}, each once; got {names!r}.")
-    if whole("smooth_frames", smooth_frames, least=1) % 2 == 0:
-        raise ValueError(f"`smooth_frames` must be odd and 1 or more; got {smooth_frames}.")
+        refuse("names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
+    if integer("smooth_frames", smooth_frames, 1) % 2 == 0:
+        refuse("smooth_frames", "be odd and 1 or more", str(smooth_frames))
 
 
 def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from ._checks import whole
+from turing_learning.errors import Setting, brief, integer, refuse
+
 from ._problems import JUMP_FACTOR, Problems, counted, find_problems
 from ._signals import Signals, compute_signals
 from ._stretches import bridge, every
@@ -67,27 +68,27 @@ class Trajectories:
 
     def __post_init__(self) -> None:
         if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:
-            raise ValueError(f"`positions` must be of shape (F, A, 2) and not empty; got {self.positions.shape}.")
+            refuse("positions", "be of shape (F, A, 2) and not empty", str(self.positions.shape))
         self._check_arrays()
         if self.present.dtype != bool or not self.present.any():
-            raise ValueError(f"`present` must be booleans, some of them true; got {self.present.dtype}.")
+            refuse("present", "be booleans, some of them true", str(self.present.dtype))
         if not (math.isfinite(self.fps) and self.fps > 0):
-            raise ValueError(f"`fps` must be a finite number above 0; got {self.fps}.")
+            refuse("fps", "be a finite number above 0", str(self.fps))
         if len(self.individuals) != self.positions.shape[1] or len(set(self.individuals)) < len(self.individuals):
             wanted = f"{self.positions.shape[1]} different names"
-            raise ValueError(f"`individuals` must be {wanted}; got {self.individuals}.")
+            refuse("individuals", f"be {wanted}", str(self.individuals))
         if self.unit not in ("cm", "px"):
-            raise ValueError(f"`unit` must be 'cm' or 'px'; got {self.unit!r}.")
+            refuse("unit", "be 'cm' or 'px'", brief(self.unit))
 
     def _check_arrays(self) -> None:
         shape = self.positions.shape[:2]
         for name in ("positions", "present", "headings", "confidence", "interpolated"):
             array = getattr(self, name)
             if array is not None and array.shape[:2] != shape:
-                raise ValueError(f"`{name}` must be of shape (F, A) = {shape}; got {array.shape}.")
+                refuse(name, f"be of shape (F, A) = {shape}", str(array.shape))
             if array is not None and not np.isfinite(array).all():
                 place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-                raise ValueError(f"`{name}` must be finite; got {array[place]} at {place}.")
+                refuse(name, "be finite", f"{array[place]} at {place}")
 
     def __str__(self) -> str:
         frames, individuals = self.present.shape
@@ -159,7 +160,7 @@ class Trajectories:
         ValueError
             If `max_gap` is below 1.
         """
-        max_gap = whole("max_gap", max_gap, least=1)
+        max_gap = integer("max_gap", max_gap, 1)
         positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
         before = np.zeros_like(self.present) if self.interpolated is None else self.interpolated
         return replace(
@@ -187,7 +188,7 @@ class Trajectories:
         ValueError
             If `every` is not from 1 to the number of frames.
         """
-        every = whole("every", every, least=1, most=len(self.positions))
+        every = integer("every", every, 1, len(self.positions))
         first = int(np.argmax(self.present.any(axis=1))) % every
         kept = {
             name: array[first::every]
@@ -220,15 +221,13 @@ class Trajectories:
 
     def _place(self, name: str) -> int:
         if name not in self.individuals:
-            raise ValueError(f"`individuals` must be among {', '.join(self.individuals)}; got {name!r}.")
+            refuse("individuals", f"be among {', '.join(self.individuals)}", brief(name))
         return self.individuals.index(name)
 
     def _apart(self, names: Sequence[str], among: Sequence[str]) -> tuple[int, ...]:
         """Return the places of the individuals that are held out, some of those whose windows are cut."""
         if isinstance(names, str) or not set(names) <= set(among) or (names and set(names) >= set(among)):
-            raise ValueError(
-                f"`hold_out_individuals` must be a list of names, some of {', '.join(among)} but not all; got {names!r}."
-            )
+            refuse("hold_out_individuals", f"be a list of names, some of {', '.join(among)} but not all", brief(names))
         return tuple(self._place(name) for name in names)
 
     def speeds(self, *, smooth_frames: int = 1) -> Signals:
@@ -328,14 +327,19 @@ class Trajectories:
             If an option is out of range, only one frame in several is there, or no window is left for learning or for testing.
         """
         if self.every > 1:
-            raise ValueError(
-                f"`fps` must be the rate of the frames that are there; got {self.fps:g} per second, of which only one in "
-                f"{self.every} is there: {self.fps / self.every:g} per second. If that is the rate of what was tracked, keep "
-                f"those with recording.thinned({self.every})."
+            refuse(
+                "fps",
+                "be the rate of the frames that are there",
+                f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second",
+                (
+                    "If that is the rate of what was tracked, keep those by thinning: ",
+                    Setting("every", self.every),
+                    ".",
+                ),
             )
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
-            raise ValueError(f"`individuals` must be different names; got {list(names)}. Name each once.")
+            refuse("individuals", "be different names", str(list(names)), "Name each once.")
         chosen = [self._place(name) for name in names]
         cut = Cut(
             steps=_steps(steps, length_s, self.fps),
@@ -369,9 +373,9 @@ class Trajectories:
 
 def _steps(steps: int | None, length_s: float | None, fps: float) -> int:
     if (steps is None) == (length_s is None):
-        raise ValueError(f"`steps` or `length_s` must be given, one of them; got {steps} and {length_s}.")
+        refuse("steps", "be given, or `length_s`, one of them", f"{steps} and {length_s}")
     if length_s is not None:
         if not (math.isfinite(length_s) and round(length_s * fps) >= 1):
-            raise ValueError(f"`length_s` must be at least one frame of {1 / fps:.4g} s; got {length_s}.")
+            refuse("length_s", f"be at least one frame of {1 / fps:.4g} s", str(length_s))
         return round(length_s * fps)
-    return whole("steps", steps, least=1, remedy=" A length in s is given as `length_s`.")
+    return integer("steps", steps, 1, remedy="A length in s is given as `length_s`.")

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._checks import whole
+from turing_learning.errors import integer, refuse
+
 from ._signals import Signals
 
 MOST_PARTS = 5
@@ -27,10 +28,10 @@ class Cut:
 
     def __post_init__(self) -> None:
         if self.stride is not None:
-            whole("stride", self.stride, least=1)
+            integer("stride", self.stride, 1)
         if not 0 <= self.hold_out <= 0.9:
-            raise ValueError(f"`hold_out` must be from 0 to 0.9; got {self.hold_out}.")
-        whole("gap", self.gap, least=0)
+            refuse("hold_out", "be from 0 to 0.9", str(self.hold_out))
+        integer("gap", self.gap)
 
     @property
     def frames(self) -> int:
@@ -114,10 +115,11 @@ def _whose(individuals: Sequence[int], cut: Cut) -> tuple[Sequence[int], Sequenc
 def _check_found(found: dict[str, np.ndarray], cut: Cut, frames: int) -> None:
     for side in SIDES[: 2 if cut.hold_out or cut.apart else 1]:
         if not len(found[side]):
-            raise ValueError(
-                f"`steps` must leave at least one window {'for learning' if side == 'learning' else 'held out'}; got "
-                f"{cut.steps} in {frames} frames with hold_out {cut.hold_out}, gap {cut.gap}. "
-                "Take shorter windows, or bridge gaps."
+            refuse(
+                "steps",
+                f"leave at least one window {'for learning' if side == 'learning' else 'held out'}",
+                f"{cut.steps} steps in {frames} frames with hold_out {cut.hold_out}, gap {cut.gap}",
+                "Take shorter windows, or bridge gaps.",
             )
 
 

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from turing_learning.errors import brief, refuse
+
 from ._recording import YAxis
 from ._trajectories import Trajectories
 
@@ -79,16 +81,16 @@ def from_xarray(
     from .readers._keypoints import choose
 
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
-        raise ValueError(f"`dataset` must have `position` {DIMENSIONS}; got {dict(dataset.sizes)}.")
+        refuse("dataset", f"have `position` {DIMENSIONS}", str(dict(dataset.sizes)))
     if list(dataset["space"].values) != ["x", "y"]:
-        raise ValueError(f"`dataset` must have the coordinates x, y in space; got {list(dataset['space'].values)}.")
+        refuse("dataset", "have the coordinates x, y in space", str(list(dataset["space"].values)))
     _check_stated(dataset, y_axis)
     rate = _rate(dataset, fps)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
         dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, "dataset")))
     elif keypoint is not None:
-        raise ValueError(f"`keypoint` must be left out for a dataset without key points; got {keypoint!r}.")
+        refuse("keypoint", "be left out for a dataset without key points", brief(keypoint))
     recording = from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
         tuple(str(name) for name in dataset["individuals"].values),
@@ -123,9 +125,11 @@ def _rate(dataset: "xr.Dataset", fps: float | None) -> float | None:
     if stated is not None and math.isclose(stated, by_times, rel_tol=1e-3):
         return stated
     if stated is not None and fps is None:
-        raise ValueError(
-            f"`dataset` must have the same frame rate in its times, {by_times:g}, and in its attribute fps; got {stated:g}. "
-            f"If the times are right, give fps={by_times:g}; if not, mend them."
+        refuse(
+            "dataset",
+            f"have the same frame rate in its times, {by_times:g}, and in its attribute fps",
+            f"{stated:g}",
+            f"If the times are right, give fps={by_times:g}; if not, mend them.",
         )
     return by_times
 
@@ -141,15 +145,17 @@ def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
     times = np.asarray(dataset["time"].values)
     steps = np.diff(times.astype(np.float64)) if times.dtype.kind in "fiu" else np.full(1, np.nan)
     if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
-        raise ValueError("`dataset` must have evenly spaced times as numbers; got others.")
+        refuse("dataset", "have evenly spaced times as numbers", "others")
     unit = dataset.attrs.get("time_unit")
     if unit not in (None, "seconds", "frames"):
-        raise ValueError(f"`time_unit` of `dataset` must be 'seconds' or 'frames'; got {unit!r}.")
+        refuse("time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit))
     if unit == "frames" and (steps != 1).any():
-        raise ValueError(
-            f"`dataset` must have times one frame apart, as their unit is frames; got {steps[0]:g}. Number the frames that are "
-            "there, and give the rate of those as `fps`."
+        refuse(
+            "dataset",
+            "have times one frame apart, as their unit is frames",
+            f"{steps[0]:g}",
+            "Number the frames that are there, and give the rate of those as `fps`.",
         )
     stated = dataset.attrs.get("y_axis")
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
-        raise ValueError(f"`y_axis` must be 'up' or 'down', as the dataset states; got {y_axis!r} and {stated!r}.")
+        refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}")

@@ -49,7 +49,7 @@ def test_a_laboratory_tells_its_addresses_obeys_and_ends_cleanly(tmp_path, numbe
         (["--lines", "air"], "`lines` must be one of terminal, tcp; got 'air'"),
         (["--speed", "0"], "`speed` must be a finite number above 0; got 0.0"),
         (["--replicas", "9"], "`scenario.replicas` must be at most 4"),
-        (["--agents", "0"], "`scenario.agents` must be 1 or more; got 0"),
+        (["--agents", "0"], "`scenario.agents` must be an integer of at least 1; got 0"),
         (["--seed", "-1"], "`seed` must be 0 or more; got -1 [--seed]"),
     ],
 )

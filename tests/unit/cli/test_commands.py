@@ -317,10 +317,14 @@ def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(c
 def test_a_second_signal_stops_at_once():
     from turing_learning.cli._stopping import Interrupted, stopping
 
+    def stopped_twice():
+        with stopping("resume") as should_stop:
+            assert not should_stop()
+            os.kill(os.getpid(), signal.SIGTERM)
+            assert should_stop()
+            os.kill(os.getpid(), signal.SIGINT)
+
     before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(Interrupted, match="^interrupted; resume"), stopping("resume") as should_stop:
-        assert not should_stop()
-        os.kill(os.getpid(), signal.SIGTERM)
-        assert should_stop()
-        os.kill(os.getpid(), signal.SIGINT)
+    with pytest.raises(Interrupted, match=r"^interrupted; resume$"):
+        stopped_twice()
     assert signal.getsignal(signal.SIGTERM) is before

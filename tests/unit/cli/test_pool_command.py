@@ -43,7 +43,7 @@ def test_a_study_says_where_its_runs_are(call):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        ([], "Missing argument 'RUN...'."),
+        ([], 'Command "pool" parameter RUNS requires an argument.'),
         (["seed1"], "`runs` must be at least 2; got 1."),
         (["seed1", "seed1"], "`runs` must have different seeds; got seed 1 twice ["),
         (

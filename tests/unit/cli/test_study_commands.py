@@ -80,9 +80,9 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
         (["study"], r"`SCENARIO` must be given, or a file .* random-behaviors"),
         (["study", "agregation"], r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
         (["study", "aggregation", "--runs", "0"], r"`runs` must be an integer of at least 1; got 0"),
-        (["study", "aggregation", "--runs", "x"], r"Invalid value for '--runs': must be an integer; got 'x'\."),
-        (["study", "aggregation", "--first-seed", "1.5"], r"'--first-seed': must be an integer; got '1\.5'\."),
-        (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with --runs and --first-seed\."),
+        (["study", "aggregation", "--runs", "x"], r"Invalid value for --runs: must be an integer; got 'x'\."),
+        (["study", "aggregation", "--first-seed", "1.5"], r"--first-seed: must be an integer; got '1\.5'\."),
+        (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with `runs` and `first_seed`\."),
         (["study", "aggregation", "--config", "empty.toml"], r"`grid` must name one setting .* \[empty.toml:1\]"),
         (["study", "aggregation", "--workers", "0"], r"`workers` must be an integer of at least 1; got 0"),
         (["study", "aggregation", "--generations", "0"], r"`run.generations` must be .* got 0 \[--generations\]"),
@@ -173,14 +173,14 @@ def test_how_to_go_on_can_be_pasted_into_a_shell(call, monkeypatch):
     assert "old study by `turing-learning resume 'my study'`, or" in call(*one, "--generations", 4)[2]
     ended("stopped")
     alone, all_of_them = "turing-learning study-run 'my study' 1\n", "turing-learning resume 'my study'\n"
-    assert call("study-run", "my study", 1)[2] == f"stopped; go on with: {alone}"
-    assert call("resume", "my study")[2] == f"stopped after 0 of 1 runs; go on with: {all_of_them}"
+    assert call("study-run", "my study", 1)[2] == f"stopped; resume with: {alone}"
+    assert call("resume", "my study")[2] == f"stopped after 0 of 1 runs; resume with: {all_of_them}"
     ended("failed")
     assert call("resume", "my study")[2] == f"1 run failed; try again with: {all_of_them}"
     for name in ("run_one", "resume_study"):
         monkeypatch.setattr(f"turing_learning.studies.{name}", interrupt)
-    assert call("study-run", "my study", 1)[2] == f"interrupted; go on with: {alone}"
-    assert call("resume", "my study")[2] == f"interrupted; go on with: {all_of_them}"
+    assert call("study-run", "my study", 1)[2] == f"interrupted; resume with: {alone}"
+    assert call("resume", "my study")[2] == f"interrupted; resume with: {all_of_them}"
 
 
 def progress(**changes):

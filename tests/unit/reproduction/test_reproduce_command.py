@@ -74,7 +74,7 @@ def test_a_stop_has_exit_code_130_and_says_how_to_go_on(call, monkeypatch):
     monkeypatch.setattr(StopRequest, "__call__", lambda self: True)
     code, _, err = call("reproduce", "3.2", "--fast")
     assert code == 130
-    assert err == "stopped at snapshots-aggregation; the same command goes on\n"
+    assert err == "stopped at snapshots-aggregation; the same command resumes\n"
 
 
 def test_a_second_interrupt_has_exit_code_130(call, monkeypatch):
@@ -83,4 +83,4 @@ def test_a_second_interrupt_has_exit_code_130(call, monkeypatch):
 
     monkeypatch.setattr("turing_learning.reproduction._reproduce.Work", interrupt)
     code, _, err = call("reproduce", "3.2", "--fast")
-    assert (code, err) == (130, "interrupted; the same command goes on\n")
+    assert (code, err) == (130, "interrupted; the same command resumes\n")

@@ -56,7 +56,7 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
         "robots", "run", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
     )
     assert code == 130
-    assert "stopped after generation 2; go on with: turing-learning resume run" in err
+    assert "stopped after generation 2; resume with: turing-learning resume run" in err
     assert "generation 2/3" in out
     code, _, err = call("resume", "run", "--fps", "25")
     assert code == 2
@@ -75,7 +75,7 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
         "robots", "run", "--emulated", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
     )
     assert code == 130
-    command = err.strip().partition("go on with: turing-learning ")[2].split()
+    command = err.strip().partition("resume with: turing-learning ")[2].split()
     assert command == ["resume", "run"]
     with pytest.raises(
         ConfigurationError, match="`equipment` must be given for a rehearsal, which must not meet real robots"
@@ -120,7 +120,7 @@ def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes
     code, out, err = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
     assert code == 130
     assert "the last models have been observed again 1 of 2 times" in out
-    assert "stopped before the last models had been observed again; go on with: turing-learning resume run" in err
+    assert "stopped before the last models had been observed again; resume with: turing-learning resume run" in err
     code, out, _ = call("resume", "run")
     assert code == 0
     assert "last models observed again, 2/2" in out

@@ -15,7 +15,7 @@ SAY = {"fps": 25, "pixels_per_cm": 10}
 def test_a_pickle_is_not_opened_without_an_explicit_word(tmp_path):
     path = idtracker_ai_npy(tmp_path, walk())
     with pytest.raises(
-        ValueError, match=r"must not be a pickle; got an npy file .* say allow_pickle=True if you trust"
+        ValueError, match=r"must not be a pickle; got an npy file .* allow_pickle=True in Python opens it"
     ):
         load_trajectories(path, pixels_per_cm=10)
 

@@ -51,7 +51,7 @@ def test_a_frame_rate_is_never_guessed(name, tmp_path):
 @pytest.mark.parametrize("name", [name for name in FORMATS if "pixels_per_cm" in SAID[name]])
 def test_a_scale_is_never_guessed(name, tmp_path):
     path = WRITERS[name](tmp_path, walk())
-    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*Say \"unknown\" to stay in pixels"):
+    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*\"unknown\" to stay in pixels"):
         load_trajectories(path, **SAID[name] | {"pixels_per_cm": None})
 
 
@@ -113,7 +113,7 @@ def test_a_scale_that_makes_distances_absurd_is_refused(tmp_path):
 def test_an_ambiguous_content_is_refused_and_the_candidates_are_named(tmp_path):
     path = tmp_path / "both.csv"
     path.write_text("frame,id,x,y,pos_x,pos_y\n0,a,1,2,3,4\n")
-    with pytest.raises(ValueError, match=r"got what fits tracktor and tidy.*Say which with `format`"):
+    with pytest.raises(ValueError, match=r"got what fits tracktor and tidy.*Give `format`"):
         load_trajectories(path, fps=25, pixels_per_cm=10)
     read = load_trajectories(path, fps=25, pixels_per_cm="unknown", format="tidy", y_axis="up")
     np.testing.assert_array_equal(read.positions, [[[1, 2]]])

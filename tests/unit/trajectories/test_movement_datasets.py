@@ -140,7 +140,7 @@ def test_times_may_count_frames(recording):
 
 
 def test_a_unit_of_time_that_is_unknown_is_refused(recording):
-    with pytest.raises(ValueError, match="`time_unit` of `dataset` must be 'seconds' or 'frames'; got 'ms'"):
+    with pytest.raises(ValueError, match="`time_unit` must be 'seconds' or 'frames' in `dataset`; got 'ms'"):
         from_xarray(recording.to_xarray().assign_attrs(time_unit="ms"))
 
 

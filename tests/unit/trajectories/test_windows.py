@@ -122,22 +122,22 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ({}, "`steps` or `length_s` must be given, one of them; got None and None"),
-        ({"steps": 3, "length_s": 1}, "`steps` or `length_s` must be given, one of them; got 3 and 1"),
-        ({"steps": 0}, "`steps` must be a whole number, 1 or more; got 0"),
+        ({}, "`steps` must be given, or `length_s`, one of them; got None and None"),
+        ({"steps": 3, "length_s": 1}, "`steps` must be given, or `length_s`, one of them; got 3 and 1"),
+        ({"steps": 0}, "`steps` must be an integer of at least 1; got 0"),
         (
             {"steps": 3.5},
-            r"`steps` must be a whole number, 1 or more; got 3\.5\. A length in s is given as `length_s`\.",
+            r"`steps` must be an integer of at least 1; got 3\.5\. A length in s is given as `length_s`\.",
         ),
-        ({"steps": True}, "`steps` must be a whole number, 1 or more; got True"),
-        ({"steps": "3"}, "`steps` must be a whole number, 1 or more; got '3'"),
+        ({"steps": True}, "`steps` must be an integer of at least 1; got True"),
+        ({"steps": "3"}, "`steps` must be an integer of at least 1; got '3'"),
         ({"length_s": 0.01}, "`length_s` must be at least one frame of 0.1 s; got 0.01"),
-        ({"steps": 3, "stride": 0}, "`stride` must be a whole number, 1 or more; got 0"),
-        ({"steps": 3, "stride": 1.5}, r"`stride` must be a whole number, 1 or more; got 1\.5"),
-        ({"steps": 3, "smooth_frames": 2.5}, r"`smooth_frames` must be a whole number, 1 or more; got 2\.5"),
+        ({"steps": 3, "stride": 0}, "`stride` must be an integer of at least 1; got 0"),
+        ({"steps": 3, "stride": 1.5}, r"`stride` must be an integer of at least 1; got 1\.5"),
+        ({"steps": 3, "smooth_frames": 2.5}, r"`smooth_frames` must be an integer of at least 1; got 2\.5"),
         ({"steps": 3, "hold_out": 1}, "`hold_out` must be from 0 to 0.9; got 1"),
-        ({"steps": 3, "gap": -1}, "`gap` must be a whole number, 0 or more; got -1"),
-        ({"steps": 3, "gap": 0.5}, r"`gap` must be a whole number, 0 or more; got 0\.5"),
+        ({"steps": 3, "gap": -1}, "`gap` must be an integer of at least 0; got -1"),
+        ({"steps": 3, "gap": 0.5}, r"`gap` must be an integer of at least 0; got 0\.5"),
         ({"steps": 3, "individuals": ["z"]}, "`individuals` must be among a, b, c; got 'z'"),
         (
             {"steps": 3, "individuals": ["a", "a"]},
@@ -146,11 +146,11 @@ def test_windows_of_some_individuals_keep_the_others_as_neighbors():
         ({"steps": 3, "jump_factor": 0}, "`jump_factor` must be a finite number above 1; got 0"),
         (
             {"steps": 500},
-            "`steps` must leave at least one window for learning; got 500 in 200 frames .* Take shorter windows",
+            "`steps` must leave at least one window for learning; got 500 steps in 200 frames .* Take shorter windows",
         ),
         (
             {"steps": 90},
-            "`steps` must leave at least one window held out; got 90 in 200 frames with hold_out 0.2, gap 0",
+            "`steps` must leave at least one window held out; got 90 steps in 200 frames with hold_out 0.2, gap 0",
         ),
     ],
 )

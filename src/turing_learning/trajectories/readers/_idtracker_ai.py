@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.errors import refuse
 from turing_learning.trajectories._assemble import LARGEST
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
 
@@ -54,9 +55,12 @@ def _scores(file: Any, positions: np.ndarray, path: Path) -> np.ndarray | None:
 def read_npy(path: Path, options: Options) -> Recording:
     """Read a pickled dictionary with `trajectories` and `frames_per_second`, if the user allows pickle."""
     if not options.allow_pickle:
-        raise ValueError(
-            f"`path` must not be a pickle; got an npy file [{path}]. Opening it can run any code it holds: say "
-            "allow_pickle=True if you trust whoever wrote it, or let idtracker.ai write h5 or csv."
+        refuse(
+            "path",
+            "not be a pickle",
+            "an npy file",
+            "Opening it can run any code it holds. Let idtracker.ai write h5 or csv; allow_pickle=True in Python opens it.",
+            place=str(path),
         )
     try:
         content = np.load(path, allow_pickle=True)
