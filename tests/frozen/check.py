@@ -186,7 +186,6 @@ LABORATORY = {
     "models.exchange": 0.0,
     "classifiers.parents": 4,
     "classifiers.offspring": 4,
-    "run.generations": 3,
     "run.checkpoint_every": 1,
     "scenario.robot.clamp_wheel_speeds": True,
     "scenario.arena.width_cm": 90.0,
@@ -647,11 +646,8 @@ def detection(folder: Path) -> Any:
     return found
 
 
-@case
-def rehearsal(folder: Path) -> Any:
-    """A run in an emulated laboratory, with a post-evaluation and what detectors are calibrated with."""
-    from turing_learning.runs import load_run, read_post_evaluation
-
+def laboratory_file(folder: Path, *, repeats: int, generations: int) -> Path:
+    """Write the file of a small laboratory."""
     replica = 'name = "{0}"\nrole = "replica"\nmarker = "{0}"\naddress = "{0}"\n'
     robots = [f'name = "a{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(3)]
     robots += [replica.format(color) for color in ("orange", "purple")]
@@ -659,12 +655,21 @@ def rehearsal(folder: Path) -> Any:
         'camera = { source = 0, fps = 10.0, calibration = "camera.json", markers = "triangles", marker_height_cm = 6.0 }\n'
         "timing = { wait_s = 1.0, disperse_s = 8.0, execute_s = 7.0, tolerance_s = 1.0 }\n"
         "interventions = { batteries_every = 2, stuck_cm = 0.2 }\n"
-        "evaluation = { repeats = 1 }\n"
+        f"evaluation = {{ repeats = {repeats} }}\n"
     )
     drawn_from_robots = ("scenario.agents", "scenario.replicas", "scenario.trial.control_interval_s")
-    settings = METHOD | AGGREGATION | LABORATORY
+    settings = METHOD | AGGREGATION | LABORATORY | {"run.generations": generations}
     file = toml({key: value for key, value in settings.items() if key not in drawn_from_robots}, folder / "lab.toml")
     file.write_text(head + file.read_text() + "".join(f"[[robots]]\n{robot}" for robot in robots))
+    return file
+
+
+@case
+def rehearsal(folder: Path) -> Any:
+    """A run in an emulated laboratory, with a post-evaluation and what detectors are calibrated with."""
+    from turing_learning.runs import load_run, read_post_evaluation
+
+    file = laboratory_file(folder, repeats=1, generations=3)
     command("robots", "run", "--config", file, "--emulated", "--out", folder / "run")
     post = read_post_evaluation(folder / "run")
     assert post is not None
