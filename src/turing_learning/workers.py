@@ -1,0 +1,395 @@
+"""One executor of processes: calls of one function in processes of their own, which may hang, die or print without harm.
+
+Simulators of custom systems, runs of studies and pieces of experiments are executed here. A worker is a fresh interpreter, not a
+fork: it has no threads or locks of its parent. What it prints goes to standard error. It ignores Ctrl-C: the parent decides. When
+the parent dies, a worker ends at once or, if it is patient, as soon as its call has looked at `asked_to_stop`.
+"""
+
+import multiprocessing.process
+import os
+import pickle
+import queue
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import weakref
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from contextlib import suppress
+from multiprocessing import spawn
+from multiprocessing.reduction import ForkingPickler
+from typing import Any, BinaryIO, cast
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+_PROGRAM = "from turing_learning.workers import serve; serve()"
+_HELLO = b"a worker of turing-learning\n"
+_STOP = b""
+_LENGTH = struct.Struct("<Q")
+_SCRIPT = ("sys_argv", "init_main_from_name", "init_main_from_path")
+_stopping = threading.Event()  # in a worker
+_loading = False  # in a worker that imports the calling script
+
+
+class WorkerDied(Exception):
+    """The process of a call died, or was killed."""
+
+
+class NotImportable(Exception):
+    """A worker could not load the function that it was to call."""
+
+
+class _Gone(Exception):
+    """The process of this slot has died."""
+
+
+def asked_to_stop() -> bool:
+    """Return, in a worker, whether its call should end soon: somebody asked for it, or the parent is gone."""
+    return _stopping.is_set()
+
+
+def packed(function: Callable[..., Any]) -> bytes:
+    """Return a function as it is sent to workers; raises what pickle raises."""
+    return bytes(ForkingPickler.dumps(function))
+
+
+class Workers:
+    """Processes that call one function; they are started when they are needed, and kept.
+
+    Parameters
+    ----------
+    function
+        A function of a module, or a `functools.partial` of one; or what `packed` made of it.
+    count
+        Number of processes, >= 1.
+    timeout_s
+        A call that takes longer is given up, its process killed, and a TimeoutError raised; None waits for ever.
+    attempts
+        Processes that may die of a call before it is given up with `WorkerDied`.
+    warm_up
+        Arguments of a call that one process does before the others begin, so that kernels are compiled once; what it raises is left
+        to the calls that follow.
+    script
+        Whether the calling script is imported, so that its functions can be called; it then needs a guard of ``__main__``.
+    patient
+        Whether a worker whose parent is gone ends its call, see `asked_to_stop`; else it ends at once.
+    one_thread
+        Whether the libraries of linear algebra get one thread in each process.
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any] | bytes,
+        count: int,
+        *,
+        timeout_s: float | None = None,
+        attempts: int = 1,
+        warm_up: tuple[Any, ...] | None = None,
+        script: bool = True,
+        patient: bool = False,
+        one_thread: bool = False,
+    ) -> None:
+        if _loading:
+            raise RuntimeError(
+                "workers must not be started while a worker imports the script. A script that is run with workers keeps its calls "
+                'under `if __name__ == "__main__":`'
+            )
+        content = function if isinstance(function, bytes) else packed(function)
+        setting = {"patient": patient, "path": sys.path, "script": _script() if script else {}}
+        environment = dict.fromkeys(ONE_THREAD, "1") | dict(os.environ) if one_thread else dict(os.environ)
+        self._slots = [_Slot((pickle.dumps(setting), content), environment, timeout_s) for _ in range(count)]
+        self._attempts, self._warm_up, self._warm = attempts, warm_up, threading.Event()
+        self._calls: queue.SimpleQueue[tuple[tuple[Any, ...], Future[Any]] | None] = queue.SimpleQueue()
+        self._threads: list[threading.Thread] = []
+        self._finish = weakref.finalize(self, _abandon, self._slots, self._calls)
+
+    def submit(self, *arguments: Any) -> "Future[Any]":
+        """Call the function as soon as a process is free; the future raises what it raises, `WorkerDied`, or TimeoutError."""
+        if not self._threads:
+            for k, slot in enumerate(self._slots):
+                given = (slot, self._calls, self._attempts, self._warm, self._warm_up, k == 0)
+                self._threads.append(
+                    threading.Thread(target=_serve_slot, args=given, name="turing-learning-worker", daemon=True)
+                )
+            for thread in self._threads:
+                thread.start()
+        future: Future[Any] = Future()
+        self._calls.put((arguments, future))
+        return future
+
+    def in_order(self, calls: Iterable[tuple[Any, ...]]) -> "Iterator[Future[Any]]":
+        """Submit calls; yield the futures, which are done, in the order of the calls. Leaving the loop cancels the rest."""
+        futures = [self.submit(*arguments) for arguments in calls]
+        try:
+            for future in futures:
+                with suppress(Exception):  # it was cancelled
+                    future.exception()
+                yield future
+        finally:
+            for future in futures:
+                future.cancel()
+
+    def running(self, futures: Iterable["Future[Any]"]) -> int:
+        """Return how many of the calls are being executed."""
+        return sum(future.running() for future in futures)
+
+    def stop(self) -> None:
+        """Ask all workers to end their calls soon, see `asked_to_stop`."""
+        for slot in self._slots:
+            slot.stop()
+
+    def close(self) -> None:
+        """End the workers; wait for those that execute a call."""
+        for _ in self._threads:
+            self._calls.put(None)
+        for thread in self._threads:
+            thread.join()
+        self._threads = []
+
+    def kill(self) -> None:
+        """End the workers at once; calls that wait or are executed raise `WorkerDied`."""
+        for slot in self._slots:
+            slot.kill()
+
+
+def _abandon(slots: "list[_Slot]", calls: Any) -> None:
+    for slot in slots:
+        slot.kill()
+        calls.put(None)
+
+
+def _serve_slot(
+    slot: "_Slot", calls: Any, attempts: int, warm: threading.Event, warm_up: tuple[Any, ...] | None, first: bool
+) -> None:
+    """Execute calls in one place, by one process after the other; the body of a thread of the parent."""
+    try:
+        if warm_up is not None and first:
+            with suppress(Exception):  # the calls will say why
+                slot.call(warm_up)
+        if first:
+            warm.set()
+        warm.wait()
+        while (item := calls.get()) is not None:
+            arguments, future = item
+            if not future.set_running_or_notify_cancel():
+                continue
+            for left in reversed(range(attempts)):
+                try:
+                    found = slot.call(arguments)
+                except _Gone as gone:
+                    if not left:
+                        times = f"{attempts} workers" if attempts > 1 else "the worker"
+                        future.set_exception(WorkerDied(f"{times} died while executing it ({gone})"))
+                except BaseException as error:
+                    future.set_exception(error)
+                    break
+                else:
+                    future.set_result(found)
+                    break
+    finally:
+        warm.set()
+        slot.end()
+
+
+class _Slot:
+    """A place for one worker process after the other."""
+
+    def __init__(self, setting: tuple[bytes, bytes], environment: dict[str, str], timeout_s: float | None) -> None:
+        self._setting, self._environment, self._timeout_s = setting, environment, timeout_s
+        self._process: subprocess.Popen[bytes] | None = None
+        self._sending = threading.Lock()
+        self._killed = self._stopped = self._ready = False
+
+    def call(self, arguments: tuple[Any, ...]) -> Any:
+        """Return what the function returns, or raise what it raises; _Gone if the process dies."""
+        content, status = pickle.dumps(arguments), ""
+        for _ in range(2):  # the process may have died between two calls
+            if self._process is None or self._process.poll() is not None:
+                self._start()
+            process = self._process
+            if process is None:
+                raise _Gone("killed on demand")
+            late = threading.Event()
+            timer = None if self._timeout_s is None else threading.Timer(self._timeout_s, _expire, (process, late))
+            answer, sent = None, False
+            try:
+                if timer is not None:
+                    timer.daemon = True
+                    timer.start()
+                self._send(content)
+                sent = True
+                answer = _received(cast(BinaryIO, process.stdout))
+            except OSError:
+                pass
+            finally:
+                if timer is not None:
+                    timer.cancel()
+                    timer.join()
+            if answer is None or late.is_set():
+                self.end()
+            if answer is not None:
+                good, found = pickle.loads(answer)  # noqa: S301 - from a process of our own
+                if not good:
+                    raise found
+                return found
+            if late.is_set():
+                raise TimeoutError(f"it took longer than {self._timeout_s:g} s")
+            status = "killed on demand" if self._killed else f"exit status {process.returncode}"
+            if sent:
+                break
+        raise _Gone(status)
+
+    def _start(self) -> None:
+        self.end()
+        if self._killed:
+            return
+        path = os.pathsep.join(each for each in sys.path if each)
+        self._process = process = subprocess.Popen(
+            [sys.executable, "-c", _PROGRAM],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=self._environment | {"PYTHONPATH": path},
+            start_new_session=True,  # Ctrl-C is for the parent
+        )
+        if self._killed:
+            process.kill()
+        output, answer = cast(BinaryIO, process.stdout), None
+        for line in output:
+            if line.endswith(_HELLO):
+                break
+            sys.stderr.write(line.decode(errors="replace"))  # what prints when Python starts, such as a sitecustomize
+        with suppress(OSError):
+            for content in self._setting:
+                self._send(content)
+            self._ready = True
+            if self._stopped:
+                self._send(_STOP)
+            answer = _received(output)
+        if answer is None:
+            self.end()
+            if self._killed:
+                return
+            if process.returncode < 0:
+                raise _Gone(f"exit status {process.returncode}")
+            raise NotImportable(f"its process ended before the first call, with exit status {process.returncode}")
+        good, found = pickle.loads(answer)  # noqa: S301 - from a process of our own
+        if not good:
+            self.end()
+            raise NotImportable(found)
+
+    def _send(self, content: bytes) -> None:
+        with self._sending:
+            process = self._process
+            if process is None:
+                raise BrokenPipeError
+            pipe = cast(BinaryIO, process.stdin)
+            pipe.write(_LENGTH.pack(len(content)) + content)
+            pipe.flush()
+
+    def stop(self) -> None:
+        """Ask the worker to end its call soon, and every one that follows it."""
+        self._stopped = True
+        if self._ready:
+            with suppress(OSError, ValueError):
+                self._send(_STOP)
+
+    def end(self) -> None:
+        """Let the worker end, and wait for it."""
+        process, self._process, self._ready = self._process, None, False
+        if process is None:
+            return
+        for pipe in (process.stdin, process.stdout):
+            with suppress(OSError):  # what was written last can no longer be sent
+                cast(BinaryIO, pipe).close()
+        process.wait()
+
+    def kill(self) -> None:
+        """End the worker at once, and start no other."""
+        self._killed = True
+        process = self._process
+        if process is not None:
+            process.kill()
+
+
+def _expire(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
+    late.set()
+    process.kill()
+
+
+def _script() -> dict[str, Any]:
+    """Return what a worker needs to import the calling script, as `multiprocessing` does it."""
+    known = spawn.get_preparation_data("worker")
+    return {key: known[key] for key in _SCRIPT if key in known}
+
+
+def serve() -> None:
+    """Answer calls until the parent closes the connection; the program of a worker."""
+    global _loading
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    requests, answers = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what anything prints goes where messages go
+    answers.write(_HELLO)
+    answers.flush()
+    setting = pickle.loads(_received(requests) or b"")  # noqa: S301 - from the process that started this one
+    try:
+        sys.path[:] = setting["path"]
+        _loading = True
+        multiprocessing.process.current_process()._inheriting = True  # type: ignore[attr-defined] # refuses other pools, too
+        spawn.prepare(setting["script"])
+        function = pickle.loads(_received(requests) or b"")  # noqa: S301
+    except BaseException as error:
+        _answer(answers, False, f"{type(error).__name__}: {error}")
+        return
+    _loading = False
+    del multiprocessing.process.current_process()._inheriting  # type: ignore[attr-defined]
+    _answer(answers, True, None)
+    calls: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+    threading.Thread(target=_read, args=(requests, calls, setting["patient"]), daemon=True).start()
+    while (content := calls.get()) is not None:
+        try:
+            good, found = True, function(*pickle.loads(content))  # noqa: S301
+        except Exception as error:
+            good, found = False, error
+        try:
+            _answer(answers, good, found)
+        except OSError:
+            return
+
+
+def _read(requests: BinaryIO, calls: Any, patient: bool) -> None:
+    """Take what the parent sends while the main thread is at a call."""
+    while (content := _received(requests)) is not None:
+        if content == _STOP:
+            _stopping.set()
+        else:
+            calls.put(content)
+    _stopping.set()
+    if not patient:
+        os._exit(0)
+    calls.put(None)
+
+
+def _answer(answers: BinaryIO, good: bool, found: Any) -> None:
+    try:
+        content = pickle.dumps((good, found))
+        if not good:
+            pickle.loads(content)  # noqa: S301 - an exception with arguments of its own may not come back
+    except Exception as error:
+        what = found if isinstance(found, BaseException) else error
+        content = pickle.dumps((False, RuntimeError(f"{type(what).__name__}: {what}")))
+    answers.write(_LENGTH.pack(len(content)) + content)
+    answers.flush()
+
+
+def _received(stream: BinaryIO) -> bytes | None:
+    """Return what was sent at once, None at the end of the stream."""
+    try:
+        head = stream.read(_LENGTH.size)
+        if len(head) < _LENGTH.size:
+            return None
+        length = _LENGTH.unpack(head)[0]
+        content = stream.read(length)
+    except (OSError, ValueError):  # closed meanwhile
+        return None
+    return content if len(content) == length else None
