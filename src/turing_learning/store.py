@@ -172,7 +172,6 @@ class Store:
         self.path.mkdir(parents=True, exist_ok=True)
         self._seals = Seals(self.path, _identity(content, self.kind))
         self._seals.rewrite()
-        self._adopt()
         self.write(self.kind.head, content)
 
     def foreign_names(self) -> list[str]:
@@ -214,7 +213,7 @@ class Store:
             self._place = _place(self.path)
             self._seals, self._headed = None, self.exists()
             self._written.clear()
-            if self._headed and not self.seals.exists:
+            if self._headed:
                 self._adopt()
             yield
         finally:
@@ -256,6 +255,7 @@ class Store:
         self.require_here()
         content, path = encoded(name, content), self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
+        self._adopt()
         lines = [] if name in self._written else self._present(name)
         self._written.discard(name)
         self.seals.append([*lines, (name, digest_of(content))])
@@ -367,6 +367,7 @@ class Store:
     def seal(self, digests: Mapping[str, str]) -> None:
         """Add seals of files that something else writes: name -> SHA-256, see `digest_of`; before or after they get their names."""
         self.require_here()
+        self._adopt()
         self.seals.append(list(digests.items()))
 
     def verify(self, names: Iterable[str]) -> dict[str, str]:
@@ -427,12 +428,15 @@ class Store:
             _LOGGER.warning("%s: not verified, it was written without seals.", self.path)
 
     def _adopt(self) -> None:
-        """Seal what is there without seals; the mark that nobody verified it stays."""
+        """Seal what is there, if nothing is sealed; the mark that nobody verified it stays."""
+        if self.seals.exists:
+            return
         paths = {self.head_path, *(path for pattern in self.kind.pieces for path in self.path.glob(pattern))}
-        names = {path.relative_to(self.path).as_posix(): path for path in sorted(paths) if path.is_file()}
-        lines = [(name, file_digest(path)) for name, path in names.items() if name not in self.seals]
-        if lines:
-            self.seals.append(lines, adopted=True)
+        files = sorted(path for path in paths if path.is_file())
+        if files:
+            self.seals.append(
+                [(path.relative_to(self.path).as_posix(), file_digest(path)) for path in files], adopted=True
+            )
             self._say_unverified()
 
 

@@ -8,9 +8,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.runs import RunFolderError, refuse_future_format, write_atomically, write_json
+from turing_learning._files import write_atomically, write_json
+from turing_learning.errors import require
+from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
 from ._verdicts import Verdict
+from ._work import PIECES
 
 if TYPE_CHECKING:
     from ._experiment import Experiment, Findings, Table
@@ -93,8 +96,8 @@ class ExperimentFolder:
     def _configuration_path(self) -> Path:
         return self.path / "configuration.json"
 
-    def begin(self, experiment: "Experiment", *, fast: bool) -> None:
-        """Make this the folder of one form of an experiment, or leave it if it is.
+    def begin(self, experiment: "Experiment", *, fast: bool) -> Store:
+        """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces.
 
         Raises
         ------
@@ -112,13 +115,17 @@ class ExperimentFolder:
         if held is None:
             self.path.mkdir(parents=True, exist_ok=True)
             write_json(self._configuration_path, content)
-            return
-        for key in ("experiment", "form", "sizes"):
+            held = content
+        for key in PIECES.identity:
             if held.get(key) != content[key]:
                 raise RunFolderError(
                     f"`out` must be a folder of the same {key}, {content[key]!r}; got {held.get(key)!r} [{self.path}]. "
                     "Choose another folder with --out."
                 )
+        store = Store(self.pieces_path, PIECES)
+        if not store.exists():
+            store.create(content)
+        return store
 
     def write(self, findings: "Findings", *, fast: bool, seconds: float, commits: Mapping[str, int]) -> None:
         """Write tables, figures, and the results, in this order; see `Work` for seconds and commits."""
@@ -159,15 +166,21 @@ class ExperimentFolder:
         content = self._read(self.results_path)
         if content is None:
             return None
-        return Results(
-            form=content["form"],
-            verdicts=tuple(Verdict(**one) for one in content["verdicts"]),
-            tables=tuple(Shown(**one) for one in content["tables"]),
-            pictures=tuple(Shown(**one) for one in content["pictures"]),
-            seconds=content["seconds"],
-            provenance=content["provenance"],
-            remarks=tuple(content.get("remarks", ())),
-        )
+        try:
+            return Results(
+                form=content["form"],
+                verdicts=tuple(Verdict(**one) for one in content["verdicts"]),
+                tables=tuple(Shown(**one) for one in content["tables"]),
+                pictures=tuple(Shown(**one) for one in content["pictures"]),
+                seconds=content["seconds"],
+                provenance=content["provenance"],
+                remarks=tuple(content.get("remarks", ())),
+            )
+        except (KeyError, TypeError) as error:
+            raise RunFolderError(
+                f"`{self.results_path.name}` must hold results; got something else, without {error} [{self.results_path}]. "
+                "Restore it, or give the command again."
+            ) from error
 
     def table(self, name: str) -> list[list[str]]:
         """Return the rows of a table, its headings first."""
@@ -176,18 +189,21 @@ class ExperimentFolder:
 
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""
-        return sum(not path.name.startswith(".") for path in self.pieces_path.glob("*"))
+        own = {LOCK, SEALS, PIECES.head}
+        return sum(path.name not in own and ".damaged" not in path.name for path in self.pieces_path.glob("[!.]*"))
 
     def _read(self, path: Path) -> dict[str, Any] | None:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             return None
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, RecursionError) as error:
             raise RunFolderError(
                 f"`{path.name}` must be readable JSON; got {error} [{path}]. Restore it, or choose another folder."
             ) from error
-        refuse_future_format(content["format_version"], FORMAT_VERSION, path, "experiment")
+        require(isinstance(content, dict), path.name, "hold an object", content, "Restore it, or choose another folder.",
+                place=str(path), error=RunFolderError)  # fmt: skip
+        refuse_format(content.get("format_version"), FORMAT_VERSION, path, "experiment")
         return content
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import storage, writable
+from turing_learning.store import storage, writable
 
 from ._experiment import Experiment
 from ._folder import ExperimentFolder, Results
@@ -127,20 +127,14 @@ def reproduce(
     path = _path(out, fast)
     folders = [ExperimentFolder(path / one.id) for one in chosen]
     with writable("out", path):
-        for one, folder in zip(chosen, folders, strict=True):
-            folder.begin(one, fast=fast)
+        stores = [folder.begin(one, fast=fast) for one, folder in zip(chosen, folders, strict=True)]
     with storage(path, "give the same command again: it goes on."):
-        for one, folder in zip(chosen, folders, strict=True):
-            work = Work(
-                folder.pieces_path,
-                one.sizes(fast=fast),
-                fast=fast,
-                workers=workers,
-                should_stop=should_stop,
-                say=say,
-            )
-            folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
-            write_readme(one, folder)
+        for one, folder, store in zip(chosen, folders, stores, strict=True):
+            sizes = one.sizes(fast=fast)
+            with store.locked():
+                work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
+                folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
+                write_readme(one, folder)
     return tuple(_standing(one, path) for one in chosen)
 
 

@@ -1,13 +1,10 @@
 """The pieces of work of an experiment: each is stored in a small file of its own, and done once."""
 
-import io
-import json
 import os
 import time
-import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
@@ -16,16 +13,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.runs import RunFolder, new_manifest, write_atomically, write_json
+from turing_learning.runs import RunFolder, new_manifest
+from turing_learning.store import Kind, Store
+from turing_learning.workers import Workers, asked_to_stop
 
 from ._errors import Stopped
-from ._hands import Compute, side_by_side
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyProgress, StudyResult
 
 Say = Callable[[str], None]
+Compute = Callable[..., Mapping[str, np.ndarray] | None]
+"""A function of a module: `should_stop`, then what it is given -> arrays by name, None if it was stopped."""
+PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"), pieces=("*.json", "*.npz"))
 _FOUND = "found/"
+_POLL_S = 0.5
 
 
 def _silent(text: str) -> None:
@@ -45,7 +47,7 @@ class Work:
     Parameters
     ----------
     folder
-        Where the pieces are.
+        Where the pieces are; or their store, if its lock is held.
     sizes
         Sizes of the experiment's form.
     fast
@@ -60,7 +62,7 @@ class Work:
 
     def __init__(
         self,
-        folder: Path,
+        folder: Path | Store,
         sizes: Any,
         *,
         fast: bool = False,
@@ -72,7 +74,8 @@ class Work:
         self.seconds = 0.0
         self.commits: Counter[str] = Counter()
         self._names: set[str] = set()
-        self._folder = folder
+        self.store = folder if isinstance(folder, Store) else Store(folder, PIECES)
+        self._folder = self.store.path
         self._fast = fast
         self._workers = workers
         self._should_stop = should_stop or (lambda: False)
@@ -99,7 +102,7 @@ class Work:
         OSError
             If the file cannot be written.
         """
-        return self._once(name, compute, self._folder / f"{name}.json", _stored, write_json)
+        return self._once(name, f"{name}.json", compute)
 
     def arrays(self, name: str, compute: Callable[[], Mapping[str, np.ndarray] | None]) -> dict[str, np.ndarray]:
         """Return what a piece of work has found, as `piece`, where that is arrays.
@@ -118,7 +121,7 @@ class Work:
         OSError
             If the file cannot be written.
         """
-        return self._once(name, compute, self._arrays_path(name), _stored_arrays, _write_arrays)
+        return self._once(name, f"{name}.npz", compute)
 
     def folder(self, name: str) -> Path:
         """Return where a piece of work may keep what it can go on from; nothing is made yet."""
@@ -141,30 +144,62 @@ class Work:
         OSError
             If a file cannot be written.
         """
-        missing = {name: each for name, each in given.items() if _stored_arrays(self._arrays_path(name)) is None}
+        missing = {name: each for name, each in given.items() if self._find(f"{name}.npz") is None}
         workers = min(self._workers or os.cpu_count() or 1, len(missing))
-        if workers > 1 and not self._fast:
-            for name, stored in side_by_side(compute, missing, workers=workers, should_stop=self._should_stop):
-                self._keep(name, stored, self._arrays_path(name), _write_arrays)
+        if workers > 1 and not self._fast and not self.should_stop():
+            self._side_by_side(partial(_in_worker, compute), missing, workers)
         return {name: self.arrays(name, partial(compute, self._should_stop, *each)) for name, each in given.items()}
 
-    def _arrays_path(self, name: str) -> Path:
-        return self._folder / f"{name}.npz"
+    def _side_by_side(self, compute: Compute, missing: Mapping[str, tuple[Any, ...]], count: int) -> None:
+        workers = Workers(compute, count)
+        try:
+            names = {workers.submit(*arguments): name for name, arguments in missing.items()}
+            left = set(names)
+            while left:
+                done, left = wait(left, _POLL_S, FIRST_COMPLETED)
+                for future in done:
+                    if (stored := future.result()) is not None:
+                        self._keep(names[future], f"{names[future]}.npz", stored)
+                if self.should_stop():
+                    workers.stop()
+        except BaseException:
+            workers.kill()
+            raise
+        finally:
+            workers.close()
 
-    def _once(
-        self,
-        name: str,
-        compute: Callable[[], Mapping[str, Any] | None],
-        path: Path,
-        read: Callable[[Path], dict[str, Any] | None],
-        write: Callable[[Path, dict[str, Any]], None],
-    ) -> dict[str, Any]:
-        stored = read(path)
+    def _once(self, name: str, file: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
+        stored = self._find(file)
         if stored is None:
-            stored = self._done(name, compute)
-            self._keep(name, stored, path, write)
+            stored = None if self.should_stop() else _timed(compute)
+            if stored is None:
+                raise Stopped(name)
+            self._keep(name, file, stored)
         self._count(name, stored["seconds"], [stored.get("commit")])
         return stored["found"]
+
+    def _find(self, file: str) -> dict[str, Any] | None:
+        """Return seconds, commit and what was found of a piece of work that is done."""
+        if file.endswith(".json"):
+            return self.store.find(
+                file, fits=lambda held: isinstance(held, dict) and {"seconds", "found"} <= held.keys()
+            )
+        held = self.store.find(file, fits=lambda held: "seconds" in held)
+        return held and {
+            "seconds": float(held["seconds"]),
+            "commit": str(held.get("commit", "")),
+            "found": {name.removeprefix(_FOUND): held[name] for name in held if name.startswith(_FOUND)},
+        }
+
+    def _keep(self, name: str, file: str, stored: dict[str, Any]) -> None:
+        stored["commit"] = _present_commit()
+        if file.endswith(".json"):
+            self.store.write(file, stored)
+        else:
+            found = {f"{_FOUND}{name}": array for name, array in stored["found"].items()}
+            about = {key: np.array(stored[key]) for key in ("seconds", "commit")}
+            self.store.write(file, about | found)
+        self._say(f"{name}: {stored['seconds']:.1f} s")
 
     def _count(self, name: str, seconds: float, commits: Sequence[str | None]) -> None:
         """Count a piece of work, or a study; one that is asked for again counts once."""
@@ -172,23 +207,6 @@ class Work:
             self._names.add(name)
             self.seconds += seconds
             self.commits.update(commit or "" for commit in commits)
-
-    def _keep(
-        self, name: str, stored: dict[str, Any], path: Path, write: Callable[[Path, dict[str, Any]], None]
-    ) -> None:
-        self._folder.mkdir(parents=True, exist_ok=True)
-        stored["commit"] = _present_commit()
-        write(path, stored)
-        self._say(f"{name}: {stored['seconds']:.1f} s")
-
-    def _done(self, name: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
-        if self.should_stop():
-            raise Stopped(name)
-        begun = time.perf_counter()
-        found = compute()
-        if found is None:
-            raise Stopped(name)
-        return {"seconds": round(time.perf_counter() - begun, 3), "found": dict(found)}
 
     def study(self, name: str, scenario: str, **arguments: Any) -> "StudyResult":
         """Return a study of many runs, executed or gone on with as far as it is not complete.
@@ -288,26 +306,11 @@ def _complete_study(path: Path) -> "StudyResult | None":
     return result if result.complete else None
 
 
-def _stored(path: Path) -> dict[str, Any] | None:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return content if isinstance(content, dict) and {"seconds", "found"} <= content.keys() else None
+def _timed(compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any] | None:
+    begun = time.perf_counter()
+    found = compute()
+    return None if found is None else {"seconds": round(time.perf_counter() - begun, 3), "found": dict(found)}
 
 
-def _stored_arrays(path: Path) -> dict[str, Any] | None:
-    try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
-            found = {name.removeprefix(_FOUND): content[name] for name in content.files if name.startswith(_FOUND)}
-            commit = str(content["commit"]) if "commit" in content.files else ""
-            return {"seconds": float(content["seconds"]), "commit": commit, "found": found}
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile):
-        return None
-
-
-def _write_arrays(path: Path, content: dict[str, Any]) -> None:
-    found = {f"{_FOUND}{name}": array for name, array in content["found"].items()}
-    memory = io.BytesIO()
-    np.savez_compressed(memory, seconds=np.array(content["seconds"]), commit=np.array(content["commit"]), **found)
-    write_atomically(path, memory.getvalue())
+def _in_worker(compute: Compute, *arguments: Any) -> dict[str, Any] | None:
+    return None if asked_to_stop() else _timed(partial(compute, asked_to_stop, *arguments))

@@ -1,12 +1,16 @@
-"""Calls of a simulator: what is asked, what comes back, and doing it in this process."""
+"""Calls of a simulator: what is asked, what comes back, and doing it in this process or in others."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
 
+from turing_learning.workers import NotImportable, WorkerDied, Workers, packed
+
+from ._errors import OwnSystemError
 from ._masked import with_gaps
 
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
@@ -89,3 +93,69 @@ class InProcess:
 
     def close(self) -> None:
         """Do nothing."""
+
+
+class InWorkers:
+    """Call a simulator in worker processes, which are started on the first call and kept.
+
+    Parameters
+    ----------
+    simulate
+        The simulator; a fresh process must be able to import it.
+    vectorized
+        Whether it takes several models at once.
+    workers
+        Number of processes, >= 1. The answers do not depend on it.
+    timeout_s
+        A call that takes longer is given up, and its process killed; None waits for ever.
+
+    Raises
+    ------
+    ValueError
+        If the simulator cannot be sent to another process.
+    """
+
+    def __init__(self, simulate: Simulator, *, vectorized: bool, workers: int, timeout_s: float | None = None) -> None:
+        try:
+            self._function = packed(partial(_answer_in_worker, simulate, vectorized))
+        except Exception as error:  # pickle raises what the object's own methods raise
+            raise ValueError(
+                f"`simulate` must be a function that another process can import; got {simulate!r} ({error}). Define it at the "
+                "top level of a module, or leave `workers` out."
+            ) from error
+        self._count, self._timeout_s = workers, timeout_s
+        self._workers: Workers | None = None
+
+    def run(self, calls: Sequence[Call]) -> Iterator[Answer]:
+        """Yield the answers in the order of the calls.
+
+        Raises
+        ------
+        OwnSystemError
+            If a worker cannot load the simulator.
+        """
+        if self._workers is None:
+            self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
+        for future in self._workers.in_order((call,) for call in calls):
+            try:
+                yield future.result()
+            except TimeoutError as error:
+                yield Failed(str(error))
+            except WorkerDied:
+                yield Failed("its worker process died")
+            except NotImportable as error:
+                raise OwnSystemError(
+                    f"`simulate` must be importable by a worker process; got {error}. Define it at the top level of a module, or "
+                    "leave `workers` out."
+                ) from error
+
+    def close(self) -> None:
+        """End all workers at once."""
+        workers, self._workers = self._workers, None
+        if workers is not None:
+            workers.kill()
+            workers.close()
+
+
+def _answer_in_worker(simulate: Simulator, vectorized: bool, call: Call) -> Answer:
+    return answer(simulate, call, vectorized)

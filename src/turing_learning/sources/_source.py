@@ -6,13 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..coevolution import Samples
-from ._calls import Answer, Call, Failed, InProcess, Runner, Simulator
+from ._calls import Answer, Call, Failed, InProcess, InWorkers, Runner, Simulator
 from ._errors import OwnSystemError
 from ._failures import FailureLog
 from ._genuine import Genuine, cut_samples
 from ._masked import shown
 from ._system import OwnSystem
-from ._workers import InWorkers
 
 _LOGGER = logging.getLogger("turing_learning")
 

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from turing_learning._files import write_atomically
 from turing_learning.config import ConfigurationError
 from turing_learning.reproduction import EXPERIMENTS, Stopped, default_folder, reproduce, standings
 from turing_learning.reproduction import _reproduce as door
 from turing_learning.reproduction._folder import ExperimentFolder
-from turing_learning.runs import RunFolderError, RunStorageError
+from turing_learning.store import RunFolderError, RunStorageError
 
 POSSIBLE = [name for name, one in EXPERIMENTS.items() if not one.missing]
 """Those whose packages are installed: the others are left out of all."""
@@ -144,6 +145,20 @@ def test_an_unreadable_result_is_refused(tmp_path):
         standings(tmp_path)
 
 
+@pytest.mark.parametrize("content", ["[]", '{"format_version": 1}', '{"format_version": 0}', "[" * 100_000])
+def test_results_that_hold_something_else_are_refused(content, tmp_path):
+    (tmp_path / "3.2").mkdir()
+    (tmp_path / "3.2" / "results.json").write_text(content)
+    with pytest.raises(RunFolderError, match=r"^`(results\.json|format_version)` must "):
+        standings(tmp_path)
+
+
+def test_an_experiment_in_use_is_refused(conducted):
+    store = ExperimentFolder(conducted / "3.2").begin(EXPERIMENTS["3.2"], fast=True)
+    with store.locked(), pytest.raises(RunFolderError, match="`experiment` must not be in use"):
+        reproduce("3.2", fast=True, out=conducted)
+
+
 def test_results_of_a_later_version_are_refused(tmp_path):
     (tmp_path / "3.2").mkdir()
     (tmp_path / "3.2" / "results.json").write_text('{"format_version": 99}')
@@ -158,9 +173,11 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
 
 
 def test_a_full_disk_ends_an_experiment_that_can_go_on(tmp_path, monkeypatch):
-    def full(*arguments):
-        raise OSError(28, "No space left on device")
+    def full(path, content):
+        if path.parent.name == "pieces" and path.name != "store.json":
+            raise OSError(28, "No space left on device")
+        write_atomically(path, content)
 
-    monkeypatch.setattr("turing_learning.reproduction._work.write_json", full)
+    monkeypatch.setattr("turing_learning.store.write_atomically", full)
     with pytest.raises(RunStorageError, match=r"`out` must be a folder with space left; .*No space left"):
         door.reproduce("3.2", fast=True, out=tmp_path)

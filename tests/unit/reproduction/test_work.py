@@ -135,3 +135,13 @@ def test_a_study_with_failed_runs_is_no_result(tmp_path, monkeypatch):
         ):
             small_study(Work(tmp_path, None, fast=True))
     assert small_study(Work(tmp_path, None, fast=True)).complete
+
+
+def test_a_damaged_piece_is_set_aside_and_done_again(tmp_path, caplog):
+    for suffix, do in (("json", Work.piece), ("npz", Work.arrays)):
+        do(Work(tmp_path, None), "one", lambda: {"value": np.arange(3).tolist()})
+        path = tmp_path / f"one.{suffix}"
+        path.write_bytes(path.read_bytes().replace(b"seconds", b"secondt"))
+        assert list(do(Work(tmp_path, None), "one", lambda: {"value": [7]})["value"]) == [7]
+        assert (tmp_path / f"one.{suffix}.damaged").exists()
+        assert f"one.{suffix} is damaged (it has been changed); it is made again" in caplog.messages[-1]
