@@ -6,7 +6,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from turing_learning.evolution import CMAEvolutionStrategy, EvolutionStrategy, Optimizer, RenewedOptimizer
+from turing_learning.evolution import (
+    CMAEvolutionStrategy,
+    EvolutionStrategy,
+    FitnessMemory,
+    Jumper,
+    Optimizer,
+    PhasedMating,
+    RenewedOptimizer,
+)
 
 DIMENSION = 3
 SIZE = 12
@@ -24,18 +32,18 @@ def renewed(*, seed=0, **settings) -> Optimizer:
     return RenewedOptimizer(lambda k: evolution_strategy(seed=seed if k == 0 else [77, k], **settings), 3, last=3)
 
 
-def in_two_phases(**settings) -> Optimizer:
-    return evolution_strategy(
-        recombination=0.5,
+def in_two_phases(*, initial_low=-1.0, initial_high=1.0, **settings) -> Optimizer:
+    jumper = Jumper(
+        np.full(DIMENSION, -1.0),
+        np.full(DIMENSION, 1.0),
         redraw=0.1,
         exchange=0.1,
         groups=[[0], [1]],
         dependent=[2],
-        intermediate=True,
-        memory=0.1,
         refinement=30,
-        **settings,
     )
+    parts = {"mating": PhasedMating(0.5, True, 30), "jumper": jumper, "memory": FitnessMemory(SIZE, 0.1, 30)}
+    return evolution_strategy(initial_low=initial_low, initial_high=initial_high, **parts, **settings)
 
 
 OPTIMIZERS: dict[str, Callable[..., Optimizer]] = {
@@ -133,7 +141,7 @@ def test_fitness_that_is_not_finite_is_refused(new, value):
     optimizer.ask()
     fitness = np.zeros(SIZE)
     fitness[5] = value
-    with pytest.raises(ValueError, match=f"`fitness` must be finite; got {value} for candidate 5"):
+    with pytest.raises(ValueError, match=rf"`fitness` must be finite; got {value} at \(5,\)"):
         optimizer.tell(fitness)
 
 

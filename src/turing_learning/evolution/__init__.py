@@ -5,6 +5,9 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
 `EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
+`Mating`, `TwoParents`       Parts of it: who has which parents, in the paper two;
+`PhasedMating`, `Jumper`     in the default preset fewer at first and their means later, with jumps,
+`FitnessMemory`              and with a memory of fitness.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
 `MomentField`                A map of moments over the parameters, and the density of the right model.
@@ -19,6 +22,7 @@ from ._design import TrialDesign
 from ._evolution_strategy import EvolutionStrategy
 from ._field import INDUCING, MomentField
 from ._optimizer import Optimizer
+from ._parts import FitnessMemory, Jumper, Mating, PhasedMating, TwoParents
 from ._randomness import Seed, check_seed, generation_rng
 from ._renewal import RenewedOptimizer
 
@@ -26,11 +30,16 @@ __all__ = [
     "INDUCING",
     "CMAEvolutionStrategy",
     "EvolutionStrategy",
+    "FitnessMemory",
+    "Jumper",
+    "Mating",
     "MomentField",
     "Optimizer",
+    "PhasedMating",
     "RenewedOptimizer",
     "Seed",
     "TrialDesign",
+    "TwoParents",
     "check_seed",
     "generation_rng",
 ]

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import integer, require
 from ._checks import (
-    check_count,
+    Turns,
     check_fitness,
     check_range,
     check_state_array,
     check_vector,
 )
 from ._randomness import Seed, check_seed, generation_rng
-from ._turns import Turns
 
 PARAMETER_LIMIT = 1e12
 """Largest magnitude of a parameter that `ask` returns."""
@@ -69,15 +69,14 @@ class CMAEvolutionStrategy:
         initial_high: np.typing.ArrayLike = 1.0,
         minimum_step_size: np.typing.ArrayLike = 0.01,
     ) -> None:
-        self.dimension = check_count("dimension", dimension, 2)
-        self.size = check_count("size", size, 4)
+        self.dimension = integer("dimension", dimension, 2)
+        self.size = integer("size", size, 4)
         self._seed = check_seed(seed)
         low = check_vector("initial_low", initial_low, dimension)
         high = check_vector("initial_high", initial_high, dimension)
         check_range(low, high)
         minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
-        if not (minimum >= 0).all():
-            raise ValueError(f"`minimum_step_size` must not be negative; got {minimum.min()}.")
+        require((minimum >= 0).all(), "minimum_step_size", "not be negative", minimum.min())
         self._center = low / 2 + high / 2
         self._scale = high / np.sqrt(12) - low / np.sqrt(12)  # standard deviation of a uniform distribution
         self._minimum = minimum / self._scale

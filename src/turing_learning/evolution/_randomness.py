@@ -1,9 +1,10 @@
 """One generator for each generation: how everything random is drawn in a coevolution."""
 
 from collections.abc import Sequence
-from numbers import Integral
 
 import numpy as np
+
+from ..errors import brief, is_integer, refuse
 
 Seed = int | Sequence[int]
 """Entropy for `numpy.random.SeedSequence`: a non-negative integer, or several."""
@@ -18,8 +19,8 @@ def check_seed(seed: Seed) -> Seed:
         If it is not.
     """
     numbers = seed if isinstance(seed, Sequence) else (seed,)
-    if not numbers or not all(isinstance(n, Integral) and not isinstance(n, bool) and n >= 0 for n in numbers):
-        raise ValueError(f"`seed` must be a non-negative integer or a sequence of them; got {seed!r}.")
+    if not numbers or not all(is_integer(n) and n >= 0 for n in numbers):
+        refuse("seed", "be a non-negative integer or a sequence of them", brief(seed))
     return seed
 
 

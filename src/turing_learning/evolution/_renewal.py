@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ._checks import check_count
+from ..errors import integer, refuse
 from ._optimizer import Optimizer
 
 
@@ -31,7 +31,7 @@ class RenewedOptimizer:
 
     def __init__(self, make: Callable[[int], Optimizer], interval: int, *, last: int | None = None) -> None:
         self._make = make
-        self._interval = check_count("interval", interval, 1)
+        self._interval = integer("interval", interval, 1)
         self._last = last
         self._generation = 0
         self._optimizer = make(0)
@@ -80,7 +80,7 @@ class RenewedOptimizer:
             If the state lacks an array or does not fit.
         """
         if "renewal" not in state:
-            raise ValueError(f"`state` must hold an array 'renewal'; got {sorted(state)}.")
+            refuse("state", "hold an array 'renewal'", str(sorted(state)))
         generation = int(state["renewal"])
         optimizer = self._make(self._number(generation))
         optimizer.restore({name: array for name, array in state.items() if name != "renewal"})

@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from turing_learning.coevolution import (
     ClassifierArchive,
     Coevolution,
@@ -10,7 +12,14 @@ from turing_learning.coevolution import (
     jury_reward,
 )
 from turing_learning.config import Configuration, PopulationSection, classifier_of
-from turing_learning.evolution import EvolutionStrategy, Optimizer, RenewedOptimizer
+from turing_learning.evolution import (
+    EvolutionStrategy,
+    FitnessMemory,
+    Jumper,
+    Optimizer,
+    PhasedMating,
+    RenewedOptimizer,
+)
 from turing_learning.models import Jumps
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
 from turing_learning.sources import GuardedInterrogation, OwnSource
@@ -54,21 +63,27 @@ def _swarm(configuration: Configuration) -> SampleSource:
 
 
 def _models(configuration: Configuration, jumps: Jumps) -> Optimizer:
-    section = configuration.models
-    return _optimizer(
-        section,
-        len(configuration.parameter_names),
-        (MODELS, configuration.run.seed),
-        recombination=section.recombination,
+    section, run, dimension = configuration.models, configuration.run, len(configuration.parameter_names)
+    low, high = np.full(dimension, section.initial_low), np.full(dimension, section.initial_high)
+    jumper = Jumper(
+        low,
+        high,
         redraw=section.redraw,
-        jump_reach=jumps.reach,
+        reach=jumps.reach,
         exchange=section.exchange,
         groups=jumps.groups,
         dependent=jumps.dependent,
-        intermediate=section.intermediate,
-        memory=section.memory,
-        refinement=configuration.run.halfway,
-        settled=configuration.run.settled,
+        refinement=run.halfway,
+        settled=run.settled,
+    )
+    size = section.parents + section.offspring
+    return _optimizer(
+        section,
+        dimension,
+        (MODELS, run.seed),
+        mating=PhasedMating(section.recombination, section.intermediate, run.halfway),
+        jumper=jumper,
+        memory=FitnessMemory(size, section.memory, run.halfway) if section.memory else None,
     )
 
 
@@ -94,7 +109,7 @@ def _archive(configuration: Configuration) -> dict[str, Any]:
     }
 
 
-def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...], **phases: Any) -> EvolutionStrategy:
+def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...], **parts: Any) -> EvolutionStrategy:
     return EvolutionStrategy(
         dimension,
         parents=section.parents,
@@ -104,5 +119,5 @@ def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...]
         initial_high=section.initial_high,
         initial_step_size=section.initial_step_size,
         minimum_step_size=section.minimum_step_size,
-        **phases,
+        **parts,
     )

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from turing_learning.evolution import EvolutionStrategy
+from turing_learning.evolution import EvolutionStrategy, Jumper, PhasedMating
 from turing_learning.evolution._evolution_strategy import fittest
 
 
@@ -147,11 +147,10 @@ def test_a_state_without_a_valid_generation_is_refused(generation):
         strategy.restore({**strategy.state(), "generation": np.array(generation)})
 
 
-def children_of(recombination, generation, **settings):
+def children_of(recombination, generation, intermediate=False):
     """Children, without steps, of two parents that have no number in common."""
-    strategy = EvolutionStrategy(
-        8, parents=2, offspring=60, minimum_step_size=0.0, recombination=recombination, refinement=2, **settings
-    )
+    mating = PhasedMating(recombination, intermediate, refinement=2)
+    strategy = EvolutionStrategy(8, parents=2, offspring=60, minimum_step_size=0.0, mating=mating)
     state = strategy.state()
     population = np.r_[[np.zeros(8), np.ones(8)], np.full((60, 8), 9.0)]
     still = {"population": population, "step_sizes": np.zeros_like(population)}
@@ -192,9 +191,8 @@ def test_before_the_refinement_no_child_is_a_mean():
 
 def jumped(generation, **settings):
     """Children of parents that are all (1, 2, 3, 4), without steps."""
-    strategy = EvolutionStrategy(
-        4, parents=2, offspring=40, initial_low=5.0, initial_high=6.0, minimum_step_size=0.0, refinement=2, **settings
-    )
+    jumper = Jumper(np.full(4, 5.0), np.full(4, 6.0), refinement=2, **settings)
+    strategy = EvolutionStrategy(4, parents=2, offspring=40, minimum_step_size=0.0, jumper=jumper)
     state = strategy.state()
     still = {"population": np.tile([1.0, 2.0, 3.0, 4.0], (42, 1)), "step_sizes": np.zeros_like(state["step_sizes"])}
     strategy.restore({**state, **still, "generation": np.array(generation)})
@@ -223,7 +221,7 @@ def test_any_two_of_more_groups_exchange_their_values():
 
 
 def test_what_is_drawn_anew_may_lie_farther_than_the_first_individuals():
-    children = jumped(generation=1, redraw=1.0, jump_reach=[1.0, 5.0, 1.0, 1.0])
+    children = jumped(generation=1, redraw=1.0, reach=[1.0, 5.0, 1.0, 1.0])
     new = np.where(children != [1, 2, 3, 4], children, np.nan)
     assert np.nanmin(new[:, [0, 2, 3]]) >= 5
     assert np.nanmax(new[:, [0, 2, 3]]) < 6
@@ -232,7 +230,7 @@ def test_what_is_drawn_anew_may_lie_farther_than_the_first_individuals():
 
 
 def test_a_parameter_that_depends_on_the_groups_is_drawn_anew_with_their_exchange():
-    children = jumped(generation=1, exchange=1.0, groups=[[0], [1]], dependent=[3], jump_reach=[1.0, 1.0, 1.0, 5.0])
+    children = jumped(generation=1, exchange=1.0, groups=[[0], [1]], dependent=[3], reach=[1.0, 1.0, 1.0, 5.0])
     np.testing.assert_array_equal(children[:, :3], np.tile([2.0, 1.0, 3.0], (40, 1)))
     assert len(np.unique(children[:, 3])) == 40
     assert ((children[:, 3] >= 3) & (children[:, 3] < 8)).all()
@@ -268,31 +266,30 @@ def test_jumps_that_end_before_the_refinement_are_refused():
         jumped(generation=0, settled=1)
 
 
+LOW, HIGH = np.full(4, -1.0), np.full(4, 1.0)
+
+
 @pytest.mark.parametrize("name", ["recombination", "redraw", "exchange"])
 @pytest.mark.parametrize("share", [-0.1, 1.5, np.nan])
 def test_what_is_no_probability_is_refused(name, share):
-    with pytest.raises(ValueError, match=f"`{name}` must be from 0 to 1; got"):
-        EvolutionStrategy(2, **{name: share})
+    with pytest.raises(ValueError, match=f"`{name}` must be a finite number of at least 0 and of at most 1; got"):
+        PhasedMating(share) if name == "recombination" else Jumper(LOW, HIGH, **{name: share})
 
 
-@pytest.mark.parametrize("groups", [[(0, 1)], [(0, 1), (2,)], [(0, 1), (1, 2)], [(0, 0), (1, 2)]])
-def test_groups_that_cannot_be_exchanged_are_refused(groups):
-    with pytest.raises(ValueError, match="`groups` must be two or more of one length and have no index in common; got"):
-        EvolutionStrategy(4, groups=groups)
-
-
-def test_groups_beyond_the_parameters_are_refused():
-    with pytest.raises(ValueError, match=r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]"):
-        EvolutionStrategy(4, groups=[(0, 1), (2, 4)])
-
-
-@pytest.mark.parametrize("reach", [0.0, -1.0, [1.0, 1.0, 0.0, 1.0]])
-def test_jumps_that_reach_nowhere_are_refused(reach):
-    with pytest.raises(ValueError, match="`jump_reach` must be above 0; got"):
-        EvolutionStrategy(4, jump_reach=reach)
-
-
-@pytest.mark.parametrize(("dependent", "rule"), [([1], "hold no index of a group"), ([4], "hold indices from 0 to 3")])
-def test_dependent_parameters_that_are_none_are_refused(dependent, rule):
-    with pytest.raises(ValueError, match=f"`dependent` must {rule}; got"):
-        EvolutionStrategy(4, groups=[(0,), (1,)], dependent=dependent)
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"groups": [(0, 1)]}, "`groups` must be two or more of one length and have no index in common; got"),
+        ({"groups": [(0, 1), (2,)]}, "`groups` must be two or more of one length and have no index in common; got"),
+        ({"groups": [(0, 1), (1, 2)]}, "`groups` must be two or more of one length and have no index in common; got"),
+        ({"groups": [(0, 0), (1, 2)]}, "`groups` must be two or more of one length and have no index in common; got"),
+        ({"groups": [(0, 1), (2, 4)]}, r"`groups` must hold indices from 0 to 3; got \[\(0, 1\), \(2, 4\)\]"),
+        ({"reach": 0.0}, "`reach` must be above 0; got"),
+        ({"reach": [1.0, 1.0, 0.0, 1.0]}, "`reach` must be above 0; got"),
+        ({"groups": [(0,), (1,)], "dependent": [1]}, "`dependent` must hold no index of a group; got"),
+        ({"groups": [(0,), (1,)], "dependent": [4]}, "`dependent` must hold indices from 0 to 3; got"),
+    ],
+)
+def test_jumps_that_cannot_be_are_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        Jumper(LOW, HIGH, **settings)
