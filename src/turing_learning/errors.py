@@ -9,7 +9,9 @@ import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module
 from numbers import Integral, Real
+from types import ModuleType
 from typing import Any, NoReturn, Protocol
 
 
@@ -164,6 +166,19 @@ def refusing_as(error: type[RefusedError], *, name: str = "", place: str = "") -
 
 def _told_more(refusal: Refusal, name: str, place: str) -> Refusal:
     return replace(refusal, name=name or refusal.name, place=", ".join(filter(None, (refusal.place, place))))
+
+
+class MissingExtraError(ImportError):
+    """A library that comes with an extra of the package is not installed."""
+
+
+def optional(module: str, name: str, extra: str) -> ModuleType:
+    """Import a library that comes with an extra; raise `MissingExtraError` with the command that installs it."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        command = f"pip install 'turing-learning[{extra}]'"
+        raise MissingExtraError(f"{name} must be installed; got no such module. Run: {command}") from error
 
 
 def brief(value: object, most: int = 200) -> str:

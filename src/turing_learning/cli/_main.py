@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from turing_learning.errors import RefusedError
+from turing_learning.errors import MissingExtraError, RefusedError
 
 from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
 from ._words import OptionWords
@@ -56,6 +56,8 @@ def _run(arguments: list[str]) -> int:
     except CycloptsError as error:
         error.verbose = False
         return _say(f"error: {' '.join(str(error).split())}", REFUSED)
+    except MissingExtraError as error:
+        return _say(f"error: {error}", REFUSED)
     except RefusedError as error:
         return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
     except Exception as error:

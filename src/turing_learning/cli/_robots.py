@@ -155,7 +155,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
         Replace a file that exists.
     """
     from turing_learning.config import ConfigurationError
-    from turing_learning.robots import Capture, laboratory_tracker, load_laboratory, refuse_taken_table, write_table
+    from turing_learning.robots import Capture, laboratory_tracker, load_laboratory, refuse_taken, write_table
     from turing_learning.runs import told
 
     laboratory = load_laboratory(config)
@@ -163,7 +163,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     tracker = laboratory_tracker(laboratory.setup)
     try:
         with refusing_as(ConfigurationError):
-            refuse_taken_table(path, force=force)
+            refuse_taken(path, name="out", force=force)
             with Capture(video) as capture:
                 observed = tracker.track(capture)
     except OSError as error:
@@ -332,9 +332,9 @@ def _execute(
 
     def happened(event: "Event") -> None:
         stage, _, number = event.stage.rpartition("-")
-        if event.kind != "complete":
+        if event.kind in ("disturbed", "batteries"):
             line(f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}")
-        elif stage == "post-evaluation":
+        elif event.kind == "complete" and stage == "post-evaluation":
             line(f"last models observed again, {number}/{repeats}")
 
     with stopping(ahead) as should_stop:

@@ -1,4 +1,4 @@
-"""Time: of the wall, or of a laboratory that is not there."""
+"""Clocks: the computer's, and the virtual one of an emulated laboratory."""
 
 import heapq
 import time
@@ -6,37 +6,30 @@ from collections.abc import Callable
 from itertools import count
 from typing import Protocol
 
+from turing_learning.errors import number
+
 
 class Clock(Protocol):
-    """Tells the time and waits. Whatever waits is given one."""
+    """Tells the time and waits. Everything that waits takes one as an argument."""
 
     def now(self) -> float:
-        """Return the time (s) since some moment that stays the same."""
-        ...
+        """Return the time (s) since a fixed moment."""
 
     def sleep(self, seconds: float) -> None:
         """Wait; not at all if `seconds` is 0 or less."""
-        ...
 
 
 class RealClock:
-    """The time of this computer, which nobody can set back.
+    """The monotonic clock of this computer.
 
     Parameters
     ----------
     speed
         Seconds that it shows in one second; above 1 beside an emulated laboratory that runs as fast.
-
-    Raises
-    ------
-    ValueError
-        If the speed is not above 0.
     """
 
     def __init__(self, speed: float = 1.0) -> None:
-        if not 0 < speed < float("inf"):
-            raise ValueError(f"`speed` must be a finite number above 0; got {speed}.")
-        self.speed = float(speed)
+        self.speed = number("speed", speed, above=0)
 
     def now(self) -> float:
         """Return the time (s)."""
@@ -49,9 +42,9 @@ class RealClock:
 
 
 class VirtualClock:
-    """A time that passes only when somebody waits: waiting does what is due meanwhile, in order, and takes no longer than that.
+    """A clock that advances only while somebody waits on it. Waiting runs the actions that are due, in order.
 
-    What is to happen is put down with `call_at`. Of actions due at one time the first that was put down comes first.
+    Schedule actions with `call_at`. Actions due at the same time run in the order in which they were scheduled.
     """
 
     def __init__(self) -> None:
@@ -65,11 +58,11 @@ class VirtualClock:
         return self._now
 
     def call_at(self, time_s: float, action: Callable[[], None]) -> None:
-        """Do something at a time (s); at once when somebody waits, if that has passed."""
+        """Schedule an action for a time (s); if that has passed, it runs as soon as somebody waits."""
         heapq.heappush(self._due, (max(time_s, self._now), next(self._number), action))
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass; also for 0 seconds what is due now is done.
+        """Let time pass; actions that are due now run even if `seconds` is 0.
 
         Raises
         ------
@@ -79,7 +72,7 @@ class VirtualClock:
         self.sleep_until(self._now + max(seconds, 0.0))
 
     def sleep_until(self, time_s: float, ready: Callable[[], bool] = lambda: False) -> None:
-        """Let time pass until `time_s`, or until something is `ready` that an action brought about; see `sleep`."""
+        """Let time pass until `time_s`, or until an action has made `ready` true; see `sleep`."""
         if self._busy:
             raise RuntimeError("`sleep` must not be called by an action of the clock; got one that waits.")
         self._busy = True

@@ -44,7 +44,6 @@ def start_laboratory(
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
     on_event: "EventObserver | None" = None,
-    on_state: Callable[[str], None] | None = None,
 ) -> Result:
     """Run Turing Learning with real robots, from generation 0; then evaluate the last models again.
 
@@ -55,9 +54,9 @@ def start_laboratory(
     out, force, observer, should_stop
         As in `infer`.
     equipment
-        Its doors; the real ones by default.
-    on_event, on_state
-        Are told what happens, and every state of the program.
+        Its devices; the real ones by default.
+    on_event
+        Called with every `robots.Event`: states of the program, trials, disturbances, new batteries.
 
     Raises
     ------
@@ -74,7 +73,7 @@ def start_laboratory(
     """
     folder, setup = RunFolder(Path(out)), laboratory.setup
     stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
-    with _source(setup, laboratory.configuration, folder, equipment, on_event, on_state) as source:
+    with _source(setup, laboratory.configuration, folder, equipment, on_event) as source:
         files = {
             LABORATORY: (stored.model_dump_json(indent=1) + "\n").encode(),
             CAMERA: Path(setup.camera.calibration).read_bytes(),
@@ -99,7 +98,6 @@ def resume_laboratory(
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
     on_event: "EventObserver | None" = None,
-    on_state: Callable[[str], None] | None = None,
 ) -> Result:
     """Go on with a run in a laboratory; the generation that was not complete is started again. See `start_laboratory`.
 
@@ -108,13 +106,13 @@ def resume_laboratory(
     """
     folder = RunFolder(Path(path))
     setup, configuration = stored_setup(folder), folder.configuration()
-    refuse_without_history(setup, configuration, f" [{folder.laboratory_path}]")
+    refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
         raise ConfigurationError(
             f"`equipment` must be given for a rehearsal, which must not meet real robots; got none [{folder.path}]. Give "
             "robots.rehearse(runs.stored_laboratory(path))."
         )
-    with _source(setup, configuration, folder, equipment, on_event, on_state) as source:
+    with _source(setup, configuration, folder, equipment, on_event) as source:
         result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
@@ -252,12 +250,14 @@ def _source(
     folder: RunFolder,
     equipment: Equipment | None,
     on_event: "EventObserver | None",
-    on_state: Callable[[str], None] | None,
 ) -> LaboratorySource:
     store, log = TrialStore(folder), EventLog(folder)
 
-    def note(event: Event) -> None:
-        log.note(event)
+    def watch(event: Event) -> None:
+        if event.trial is not None:
+            store.keep(event.stage, event.attempt, event.trial)
+        elif event.kind != "state":
+            log.note(event)
         if on_event is not None:
             on_event(event)
 
@@ -266,9 +266,7 @@ def _source(
         configuration.scenario.control_steps,
         equipment or real_equipment(setup),
         laboratory_tracker(setup),
-        keep=store.keep,
-        note=note,
-        on_state=on_state,
+        watch=watch,
         last_attempt=store.last_attempt,
     )
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from program_laboratory import ScriptedLaboratory
 
-from turing_learning.robots import load_laboratory
+from turing_learning.robots import Event, load_laboratory
 from turing_learning.runs import resume_laboratory, start_laboratory
 
 KILLS = (("P1", 1), ("P2", 4), ("P3", 2), ("P4", 3), ("P5", 2))
@@ -22,17 +22,17 @@ def run(folder: Path, path: Path, state: str, count: int) -> None:
     """Start or resume, and die."""
     seen = []
 
-    def die(entered: str) -> None:
-        seen.append(entered)
-        if seen.count(state) == count:
+    def die(event: Event) -> None:
+        seen.append(event.state if event.kind == "state" else "")
+        if event.kind == "state" and seen.count(state) == count:
             os.kill(os.getpid(), signal.SIGKILL)
 
     try:
         doors = ScriptedLaboratory().equipment()
         if path.exists():
-            resume_laboratory(path, equipment=doors, on_state=die)
+            resume_laboratory(path, equipment=doors, on_event=die)
         else:
-            start_laboratory(load_laboratory(folder / "lab.toml"), path, equipment=doors, on_state=die)
+            start_laboratory(load_laboratory(folder / "lab.toml"), path, equipment=doors, on_event=die)
     finally:
         os._exit(1)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots.emulation._firmware import OBSTACLE, SENSOR_ANGLES, WALL
-from turing_learning.robots.emulation._infrared import DARK, read_infrared
+from turing_learning.robots.emulation._physics import DARK, read_infrared
 
 ARENA, RADIUS = (200.0, 225.0), 3.5
 

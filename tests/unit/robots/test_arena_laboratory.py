@@ -162,8 +162,8 @@ def test_the_same_seed_gives_the_same_bits_and_another_one_others():
 
 def test_an_image_is_rendered_only_when_one_is_taken(laboratory, monkeypatch):
     rendered = []
-    render = laboratory._eye._camera.render
-    monkeypatch.setattr(laboratory._eye._camera, "render", lambda *told: rendered.append(1) or render(*told))
+    render = laboratory._eye.render
+    monkeypatch.setattr(laboratory._eye, "render", lambda *told: rendered.append(1) or render(*told))
     laboratory.clock.sleep(20.0)
     assert rendered == []
     laboratory.camera.take()
@@ -216,11 +216,11 @@ def test_what_a_laboratory_cannot_be_is_refused():
 @pytest.mark.parametrize(
     ("name", "value", "rule"),
     [
-        ("clock_drift", -1e-5, r"in \[0, 0.01\); got -1e-05"),
-        ("battery_s", 0.0, "above 0; got 0.0"),
+        ("clock_drift", -1e-5, "a finite number of at least 0 and below 0.01; got -1e-05"),
+        ("battery_s", 0.0, "a finite number above 0; got 0.0"),
         ("latency_s", (0.2, 0.1), "two times, the first not above the second"),
-        ("intervention_s", -1.0, "0 or more; got -1.0"),
-        ("camera_lag_s", 0.1, r"in \[0, 0.1\); got 0.1"),
+        ("intervention_s", -1.0, "a finite number of at least 0; got -1.0"),
+        ("camera_lag_s", 0.1, "a finite number of at least 0 and below 0.1; got 0.1"),
     ],
 )
 def test_conditions_that_cannot_be_are_refused(name, value, rule):

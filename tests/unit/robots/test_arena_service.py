@@ -21,7 +21,7 @@ from turing_learning.robots import (
     open_link,
     usage,
 )
-from turing_learning.robots.emulation._stream import encode
+from turing_learning.robots.emulation._service import encode
 
 FAST = 10.0
 

@@ -91,12 +91,15 @@ def test_without_pyserial_the_extra_is_named(monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, "serial", None)
-    with pytest.raises(ImportError, match=r"pyserial must be installed\. Run: pip install 'turing-learning\[robot\]'"):
+    with pytest.raises(
+        ImportError,
+        match=r"pyserial must be installed; got no such module\. Run: pip install 'turing-learning\[robot\]'",
+    ):
         open_link("/dev/ttyS0")
 
 
 def test_speeds_beyond_the_maximum_are_refused(epuck):
-    with pytest.raises(ValueError, match="`left` and `right` must be in -1000 to 1000; got 1001 and 0"):
+    with pytest.raises(ValueError, match="`left` must be an integer from -1000 to 1000; got 1001"):
         epuck.set_speed(1001, 0)
 
 
@@ -108,8 +111,8 @@ def test_a_signal_of_another_kind_is_refused(epuck):
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"timeout_s": 0}, "`timeout_s` must be above 0; got 0"),
-        ({"retries": -1}, "`retries` must be 0 or more; got -1"),
+        ({"timeout_s": 0}, "`timeout_s` must be a finite number above 0; got 0"),
+        ({"retries": -1}, "`retries` must be an integer of at least 0; got -1"),
     ],
 )
 def test_settings_of_the_driver_are_checked(settings, message):
@@ -120,8 +123,8 @@ def test_settings_of_the_driver_are_checked(settings, message):
 @pytest.mark.parametrize(
     ("sequence", "parameters", "message"),
     [
-        (65536, (0.0,), "`sequence` must be in 0 to 65535; got 65536"),
-        (1, (), "`parameters` must be 1 to 16; got 0"),
+        (65536, (0.0,), "`sequence` must be an integer from 0 to 65535; got 65536"),
+        (1, (), "`parameters` must be 1 to 16 numbers; got 0"),
         (1, (1.2, 0.0), r"`parameters` must be in \[-1, 1\]; got \[1\.2, 0\.0\]\. Apply tanh before"),
         (1, (float("nan"),), r"`parameters` must be in \[-1, 1\]; got \[nan\]"),
     ],

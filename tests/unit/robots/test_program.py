@@ -6,7 +6,6 @@ from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
 
 from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
 from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model
-from turing_learning.robots.program._states import _listed
 
 MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
 
@@ -33,15 +32,18 @@ class Run:
             laboratory.configuration.scenario.control_steps,
             self.lab.equipment(),
             tracker,
-            keep=lambda stage, attempt, trial: self.trials.append((attempt, trial)),
-            note=self.events.append,
-            on_state=self._enter,
+            watch=self._watch,
         )
 
-    def _enter(self, state):
-        self.states.append((round(self.lab.clock.now(), 2), state))
-        for action in self.actions.pop(state, []):
-            action()
+    def _watch(self, event):
+        if event.kind == "trial":
+            self.trials.append((event.attempt, event.trial))
+        elif event.kind == "state":
+            self.states.append((round(self.lab.clock.now(), 2), event.state))
+            for action in self.actions.pop(event.state, []):
+                action()
+        else:
+            self.events.append(event)
 
     def at(self, state, action, count=1):
         """Do something when a state is entered for the `count`-th time from now."""
@@ -342,9 +344,9 @@ def test_an_operator_presses_enter(monkeypatch):
     assert "Press Enter when it is done" in shown[0]
 
 
-def test_the_operator_is_told_the_first_faults_of_a_trial_and_how_many_more_there_are():
-    faults = [f"individual {k} cannot have moved so far." for k in range(5)]
-    assert _listed(faults[:2]) == "Individual 0 cannot have moved so far. Individual 1 cannot have moved so far."
-    assert _listed(faults).endswith(
-        "Individual 2 cannot have moved so far. And 2 more; if they are of nearly all robots, look after the camera and the PC."
-    )
+def test_the_operator_is_told_the_first_faults_of_a_trial_and_how_many_more_there_are(run):
+    run.at("P4", lambda: setattr(run.lab, "covered", (0, 1, 2, 3)))
+    run.collect()
+    (asked,) = run.lab.asked
+    assert asked.count("is missing. Check its marker.") == 1 + 3  # the fault, and the first of all
+    assert "And 1 more; if they are of nearly all robots, look after the camera and the PC. Then put all" in asked

@@ -1,6 +1,7 @@
 """The commands `robots check`, `robots run` and `robots track`, and `resume` for a run in a laboratory."""
 
 import re
+import sys
 from pathlib import Path
 
 import cv2
@@ -30,7 +31,7 @@ def laboratory(tmp_path):
 def doors(monkeypatch):
     """Let the commands find a scripted laboratory where they look for the real one."""
     lab = ScriptedLaboratory(noise=2.0)
-    monkeypatch.setattr("turing_learning.robots.program._equipment.real_equipment", lambda setup: lab.equipment())
+    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda setup: lab.equipment())
     return lab
 
 
@@ -81,9 +82,7 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
         ConfigurationError, match="`equipment` must be given for a rehearsal, which must not meet real robots"
     ):
         resume_laboratory("run")
-    monkeypatch.setattr(
-        "turing_learning.robots.program._equipment.real_equipment", lambda setup: pytest.fail("real robots")
-    )
+    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda setup: pytest.fail("real robots"))
     assert call(*command)[0] == 0
 
 
@@ -197,7 +196,7 @@ def test_a_calibration_that_is_there_is_that_of_the_rehearsal(laboratory, call):
     code, _, err = call("robots", "check", "--emulated")
     assert code == 2
     assert err.startswith(
-        "error: `calibration` must be a turing-learning camera calibration of version 1; got something else at"
+        "error: `calibration` must be a turing-learning camera calibration of version 1; got something else ["
     )
 
 
@@ -208,6 +207,19 @@ def test_without_a_calibration_nothing_real_is_looked_at(laboratory, call):
         assert code == 2
         assert err.startswith("error: `camera.calibration` must be a readable file; got ")
         assert err.endswith("camera.json (No such file or directory). Calibrate the camera first.\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "module", "extra"),
+    [("arena", "cv2", "vision"), ("robots check", "cv2", "vision"), ("robots check", "serial", "robot")],
+)
+def test_after_a_plain_installation_the_missing_extra_is_named_in_one_line(
+    laboratory, call, monkeypatch, command, module, extra
+):
+    monkeypatch.setitem(sys.modules, module, None)
+    code, _, err = call(*command.split())
+    assert code == 2
+    assert re.fullmatch(rf"error: \w+ must be installed; got no such module\. Run: pip install '.*\[{extra}\]'\n", err)
 
 
 def test_a_table_that_cannot_be_written_is_refused_in_one_line(laboratory, call):

@@ -160,12 +160,12 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
     )
     seen = []
 
-    def disturb(state):
-        seen.append(state)
-        if state == "P4" and seen.count("P4") in (2, 4, 7, 9):
+    def disturb(event):
+        seen.append(event.state if event.kind == "state" else "")
+        if seen[-1] == "P4" and seen.count("P4") in (2, 4, 7, 9):
             next(faults)()
 
-    result = begin(folder, folder / "disturbed", lab=lab, on_state=disturb)
+    result = begin(folder, folder / "disturbed", lab=lab, on_event=disturb)
     assert result.complete
     events = read_events(folder / "disturbed")
     assert [event["stage"] for event in events if event["kind"] == "complete"] == [

@@ -221,7 +221,7 @@ def test_a_camera_that_gives_no_images_is_refused(tracker):
     ("changes", "message"),
     [
         ({"interval_s": 0.0}, r"`interval_s` must be a finite number above 0; got 0\.0"),
-        ({"maximum_gap": -1}, r"`maximum_gap` must be 0 or more; got -1"),
+        ({"maximum_gap": -1}, r"`maximum_gap` must be an integer of at least 0; got -1"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(true_camera, changes, message):

@@ -1,33 +1,113 @@
-"""The emulated laboratory: robots, arena, camera and operator in one virtual time."""
+"""The emulated arena: robots, walls and camera in one virtual time."""
 
+import math
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
+from turing_learning.errors import choice, number, refuse, require
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots.links._link import Link
 from turing_learning.robots.tracking._calibration import Calibration
+from turing_learning.robots.tracking._images import CameraError
 from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
-from turing_learning.swarm import Scenario, initial_poses
+from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, initial_poses
 
-from ._arena_camera import ArenaCamera, Eye
-from ._camera import EmulatedCamera, overhead_camera
-from ._conditions import LABORATORY, Conditions
+from ._camera import EmulatedCamera, Optics, overhead_camera
 from ._emulated_robot import EmulatedRobot
-from ._hands import EmulatedOperator, Faults
-from ._infrared import read_infrared
-from ._line import Line, VirtualLine
-from ._motion import move_for_a_cycle
+from ._lines import Line, VirtualLine
+from ._physics import move_for_a_cycle, read_infrared
 from ._robot import ArenaRobot
+
+LABORATORY = replace(
+    AGGREGATION,
+    name="laboratory",
+    title="Physical aggregation",
+    description="As aggregation, in an arena with walls (paper, section 5).",
+    agents=8,
+    replicas=2,
+    robot=Robot(clamp_wheel_speeds=True),
+    arena=Arena(200.0, 225.0),
+    trial=Trial(duration_s=5.0),
+)
+"""The paper's laboratory, section 5: walls, and motors whose speed is limited."""
 
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
 
 
-class EmulatedLaboratory:
-    """Everything that a PC program finds in a laboratory, and nothing that a real one lacks.
+@dataclass(frozen=True)
+class Conditions:
+    """What is not ideal in a laboratory.
+
+    Attributes
+    ----------
+    clock_drift
+        Largest relative error of a robot's clock.
+    battery_s
+        How long the weakest battery lasts; the best lasts 1.4 times as long.
+    latency_s
+        Shortest and longest time that bytes take between a robot and the PC.
+    intervention_s
+        How long the operator needs when asked.
+    camera_lag_s
+        Time of an image after the beginning of a control cycle: the camera is not synchronous with the robots.
+    optics
+        Of the camera.
+    """
+
+    clock_drift: float = 5e-5
+    battery_s: float = 6000.0
+    latency_s: tuple[float, float] = (0.01, 0.04)
+    intervention_s: float = 60.0
+    camera_lag_s: float = 0.037
+    optics: Optics = field(default_factory=Optics)
+
+    def __post_init__(self) -> None:
+        number("conditions.clock_drift", self.clock_drift, least=0, below=0.01)
+        number("conditions.battery_s", self.battery_s, above=0)
+        first, last = self.latency_s
+        rule = "be two times, the first not above the second"
+        require(0 <= first <= last < math.inf, "conditions.latency_s", rule, self.latency_s)
+        number("conditions.intervention_s", self.intervention_s, least=0)
+        number("conditions.camera_lag_s", self.camera_lag_s, least=0, below=0.1)
+
+
+class ArenaCamera:
+    """Take images as `Capture` does: each waits, by the laboratory's clock, for the next, and is rendered when it is taken.
+
+    The first image is taken at `lag_s`. A `frozen` camera gives the same image again and again, an `unplugged` one none.
+    """
+
+    def __init__(self, clock: VirtualClock, render: Callable[[], np.ndarray], interval_s: float, lag_s: float) -> None:
+        self._clock, self._render, self._interval_s, self._lag_s = clock, render, interval_s, lag_s
+        self._last: np.ndarray | None = None
+        self._number = -1
+        self.frozen = self.unplugged = False
+
+    def take(self) -> np.ndarray:
+        """Return the next image (H, W, 3), blue, green, red; raise CameraError if the camera is unplugged."""
+        if self.unplugged:
+            raise CameraError("`source` must give images; got none more from the emulated camera. Check its cable.")
+        self._number = max(self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - 1e-6))
+        self._clock.sleep_until(self._lag_s + self._number * self._interval_s)
+        return self.snapshot()
+
+    def snapshot(self) -> np.ndarray:
+        """Return the image (H, W, 3) of this moment, or the last one if the camera is frozen."""
+        if self._last is None or not self.frozen:
+            self._last = self._render()
+        return self._last.copy()
+
+    def close(self) -> None:
+        """Release the camera: nothing to do."""
+
+
+class EmulatedArena:
+    """Everything that a PC program finds in a laboratory, and nothing that a real one lacks; see `EmulatedLaboratory`.
 
     Time passes while somebody waits by its clock: for a line, an image, or nothing.
 
@@ -52,8 +132,10 @@ class EmulatedLaboratory:
         Of all robots, agents first, then replicas.
     labels
         Of their markers.
-    faults, operator
-        What goes wrong, and who helps.
+    camera
+        The overhead camera.
+    stuck, covered
+        Numbers of the robots that do not move, and of those whose marker is hidden.
 
     Source
     ------
@@ -69,29 +151,44 @@ class EmulatedLaboratory:
         calibration: Calibration | None = None,
         make_line: Callable[[EmulatedRobot, str], Line] | None = None,
     ) -> None:
-        if not scenario.arena.bounded:
-            raise ValueError("`scenario.arena` must have walls; got an unbounded one. Give its width_cm and height_cm.")
-        if scenario.replicas > len(_REPLICA_COLORS):
-            raise ValueError(
-                f"`scenario.replicas` must be at most {len(_REPLICA_COLORS)}, one for each color; got {scenario.replicas}."
-            )
-        self.scenario, self.conditions = scenario, conditions or Conditions()
+        remedy = "Give its width_cm and height_cm."
+        require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
+        rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
+        require(scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
+        self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
         self.clock, self.lock = VirtualClock(), threading.RLock()
         agents, replicas = scenario.agents, scenario.replicas
-        self.names = (*_numbered("agent", agents), *_numbered("replica", replicas))
+        self.names = tuple(
+            f"{role}-{k + 1}" for role, n in (("agent", agents), ("replica", replicas)) for k in range(n)
+        )
         self.labels = ("blue",) * agents + _REPLICA_COLORS[:replicas]
         self.markers: Markers = TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
         self._rng, self._air, places, batteries = (np.random.default_rng(stream) for stream in streams[:4])
-        self._optics_seed = seed
-        self._robots = self._build_robots(batteries, streams[4 : 4 + scenario.individuals])
-        self._lines = self._build_lines(make_line, streams[4 + scenario.individuals :])
+        self._robots = [
+            ArenaRobot(
+                name,
+                scenario.controller if k < agents else None,
+                clock=self.clock.now,
+                drift=batteries.uniform(-1, 1) * self.conditions.clock_drift,
+                battery_s=batteries.uniform(1, _BEST_BATTERY) * self.conditions.battery_s,
+                rng=np.random.default_rng(streams[4 + k]),
+            )
+            for k, name in enumerate(self.names)
+        ]
+        for robot, stream in zip(self._robots, streams[4 + scenario.individuals :], strict=True):
+            if make_line is None:
+                rng, latency_s = np.random.default_rng(stream), self.conditions.latency_s
+                robot.line = VirtualLine(robot.emulated, robot.name, self.clock, latency_s, rng)
+            else:
+                robot.line = make_line(robot.emulated, robot.name)
         self.stuck: set[int] = set()
+        self.covered: set[int] = set()
         self._before = self._after = initial_poses(scenario, 1, places)[0]
         self._sight = np.zeros(scenario.individuals, int)
         self._cycle = 0
-        self.faults, self.operator = Faults(self), EmulatedOperator(self, self.conditions.intervention_s)
+        self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
         self.clock.call_at(0.0, self._advance)
 
     @property
@@ -99,61 +196,44 @@ class EmulatedLaboratory:
         """Width and height of the arena."""
         return float(self.scenario.arena.width_cm or 0), float(self.scenario.arena.height_cm or 0)
 
-    @cached_property
-    def camera(self) -> ArenaCamera:
-        """The overhead camera."""
-        return ArenaCamera(self.clock, self._eye, self._interval_s, self.conditions.camera_lag_s)
-
     @property
-    def covered(self) -> set[int]:
-        """Numbers of the robots whose marker is hidden."""
-        return self._eye.covered
+    def interval_s(self) -> float:
+        """Duration of a control cycle, and time between images."""
+        return self.scenario.trial.control_interval_s
+
+    @cached_property
+    def _eye(self) -> EmulatedCamera:
+        optics, seed = self.conditions.optics, self._seed
+        return EmulatedCamera(
+            self.calibration, self.markers, self.labels, arena_cm=self.arena_cm, optics=optics, seed=seed
+        )
+
+    def _render(self) -> np.ndarray:
+        return self._eye.render(self.poses(), tuple(self.covered))
 
     def link(self, name: str) -> Link:
-        """Return an open link to a robot, as `open_link` does.
-
-        Raises
-        ------
-        LinkError
-            If the connection is lost.
-        ValueError
-            If there is no such robot.
-        """
+        """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
         return self.line(name).link()
 
     def poses(self) -> np.ndarray:
         """Return where the robots are now (A, 3): x, y (cm), heading (rad)."""
-        share = np.clip((self.clock.now() - (self._cycle - 1) * self._interval_s) / self._interval_s, 0, 1)
+        share = np.clip((self.clock.now() - (self._cycle - 1) * self.interval_s) / self.interval_s, 0, 1)
         poses = self._after - self._before
         poses[:, 2] = (poses[:, 2] + np.pi) % (2 * np.pi) - np.pi
         return np.asarray(self._before + share * poses)
 
     def put(self, name: str, pose: tuple[float, float, float]) -> None:
-        """Put a robot somewhere: x, y (cm), heading (rad).
-
-        Raises
-        ------
-        ValueError
-            If that is not inside the arena.
-        """
+        """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
         radius, (width, height) = self.scenario.robot.radius_cm, self.arena_cm
         if not (radius <= pose[0] <= width - radius and radius <= pose[1] <= height - radius):
-            raise ValueError(f"`pose` must be inside the arena of {width} x {height} cm; got {pose} for {name!r}.")
+            refuse("pose", f"be inside the arena of {width} x {height} cm", f"{pose} for {name!r}")
         number = self.number(name)
         self._before, self._after = self._before.copy(), self._after.copy()
         self._before[number] = self._after[number] = pose
 
     def number(self, name: str) -> int:
-        """Return a robot's number.
-
-        Raises
-        ------
-        ValueError
-            If there is no such robot.
-        """
-        if name not in self.names:
-            raise ValueError(f"`name` must be one of {', '.join(self.names)}; got {name!r}.")
-        return self.names.index(name)
+        """Return a robot's number."""
+        return self.names.index(choice("name", name, self.names))
 
     def robot(self, name: str) -> ArenaRobot:
         """Return a robot."""
@@ -161,83 +241,29 @@ class EmulatedLaboratory:
 
     def line(self, name: str) -> Line:
         """Return the robot's end of its line."""
-        return self._lines[self.number(name)]
-
-    def wake_camera(self) -> None:
-        """Bring the camera back to work, if there ever was one."""
-        if "camera" in self.__dict__:
-            self.camera.frozen = self.camera.unplugged = False
+        line = self.robot(name).line
+        assert line is not None
+        return line
 
     def close(self) -> None:
         """End all lines."""
-        for line in self._lines:
-            line.close()
-
-    @cached_property
-    def _eye(self) -> Eye:
-        camera = EmulatedCamera(
-            self.calibration,
-            self.markers,
-            self.labels,
-            arena_cm=self.arena_cm,
-            optics=self.conditions.optics,
-            seed=self._optics_seed,
-        )
-        return Eye(camera, self.poses)
-
-    @property
-    def _interval_s(self) -> float:
-        return self.scenario.trial.control_interval_s
-
-    def _build_robots(self, rng: np.random.Generator, streams: list[np.random.SeedSequence]) -> list[ArenaRobot]:
-        agents, conditions = self.scenario.agents, self.conditions
-        return [
-            ArenaRobot(
-                name,
-                self.scenario.controller if number < agents else None,
-                clock=self.clock.now,
-                drift=rng.uniform(-1, 1) * conditions.clock_drift,
-                battery_s=rng.uniform(1, _BEST_BATTERY) * conditions.battery_s,
-                rng=np.random.default_rng(streams[number]),
-            )
-            for number, name in enumerate(self.names)
-        ]
-
-    def _build_lines(
-        self, make_line: Callable[[EmulatedRobot, str], Line] | None, streams: list[np.random.SeedSequence]
-    ) -> list[Line]:
-        lines: list[Line] = []
-        for robot, stream in zip(self._robots, streams, strict=True):
-            if make_line is None:
-                rng = np.random.default_rng(stream)
-                line: Line = VirtualLine(robot.emulated, robot.name, self.clock, self.conditions.latency_s, rng)
-            else:
-                line = make_line(robot.emulated, robot.name)
-            robot.wire(line)
-            lines.append(line)
-        return lines
+        for name in self.names:
+            self.line(name).close()
 
     def _advance(self) -> None:
-        """Let everybody sense, decide and move for a control cycle, and come again after it."""
+        """Let everybody sense, decide and move for a control cycle; schedule the next one."""
         before = self._after
         proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
         wheels = np.array(
             [
-                robot.step(self._interval_s, int(sight), readings)
+                robot.step(self.interval_s, int(sight), readings)
                 for robot, sight, readings in zip(self._robots, self._sight, proximity, strict=True)
             ]
         )
-        wheels[list(self.stuck)] = 0.0
-        self._move(before, wheels)
-        self._cycle += 1
-        self.clock.call_at(self._cycle * self._interval_s, self._advance)
-
-    def _move(self, before: np.ndarray, wheels: np.ndarray) -> None:
-        """Advance all robots by a control cycle."""
+        stuck = list(self.stuck)
+        wheels[stuck] = 0.0
         after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
-        after[list(self.stuck)] = before[list(self.stuck)]
+        after[stuck] = before[stuck]
         self._before, self._after, self._sight = before, after, sight
-
-
-def _numbered(role: str, count: int) -> tuple[str, ...]:
-    return tuple(f"{role}-{number}" for number in range(1, count + 1))
+        self._cycle += 1
+        self.clock.call_at(self._cycle * self.interval_s, self._advance)

@@ -1,6 +1,6 @@
-"""A camera that is not there: images of the arena as an overhead camera would take them.
+"""The emulated camera: images of the arena as an overhead camera would take them.
 
-The tracker is measured on them, and the emulated laboratory shows nothing else to the program under test.
+The tracker is measured on them, and the emulated laboratory gives the program under test nothing else.
 """
 
 import math
@@ -10,9 +10,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from turing_learning.arrays import array
+from turing_learning.errors import number
 from turing_learning.robots.tracking._calibration import Calibration, Lens
+from turing_learning.robots.tracking._images import vision
 from turing_learning.robots.tracking._markers import Markers, Shapes
-from turing_learning.robots.tracking._opencv import vision
 
 _FLOOR, _WALL, _BEYOND, _SKIRT, _DISK = (200,) * 3, (232,) * 3, (96,) * 3, (26,) * 3, (235,) * 3
 _COVER = (70, 80, 90)
@@ -23,7 +25,7 @@ _CIRCLE = np.column_stack([f(np.linspace(0, 2 * math.pi, 28, endpoint=False)) fo
 
 @dataclass(frozen=True)
 class Optics:
-    """What makes an image worse than the ideal.
+    """What degrades an image.
 
     Attributes
     ----------
@@ -32,7 +34,7 @@ class Optics:
     noise
         Standard deviation of a pixel's noise (gray levels of 256), independent in each channel.
     shade
-        Share of the light that the darkest corner lacks, in [0, 0.6].
+        Share of the light that is missing in the darkest corner, in [0, 0.6].
     """
 
     blur_px: float = 0.9
@@ -40,12 +42,9 @@ class Optics:
     shade: float = 0.35
 
     def __post_init__(self) -> None:
-        if not 0 < self.blur_px <= 5:
-            raise ValueError(f"`optics.blur_px` must be in (0, 5]; got {self.blur_px}.")
-        if not 0 <= self.noise <= 30:
-            raise ValueError(f"`optics.noise` must be in [0, 30]; got {self.noise}.")
-        if not 0 <= self.shade <= 0.6:
-            raise ValueError(f"`optics.shade` must be in [0, 0.6]; got {self.shade}.")
+        number("optics.blur_px", self.blur_px, above=0, most=5)
+        number("optics.noise", self.noise, least=0, most=30)
+        number("optics.shade", self.shade, least=0, most=0.6)
 
 
 def overhead_camera(
@@ -79,7 +78,7 @@ class EmulatedCamera:
     Parameters
     ----------
     calibration
-        Where the camera really is. The tracker is not told.
+        Where the camera really is; the tracker may assume another one.
     markers
         What the robots wear.
     labels
@@ -129,61 +128,30 @@ class EmulatedCamera:
     def render(self, poses: np.ndarray, covered: Collection[int] = ()) -> np.ndarray:
         """Return the image (H, W, 3), blue, green, red, of robots at poses (A, 3): x, y (cm), heading (rad).
 
-        Parameters
-        ----------
-        covered
-            Robots whose marker is hidden by something, a hand or a cable.
-
-        Raises
-        ------
-        ValueError
-            If the poses are not finite or not as many as the labels.
+        The marker of a `covered` robot is hidden by something, a hand or a cable.
         """
-        poses = np.asarray(poses, dtype=np.float64)
-        if poses.shape != (len(self._tops), 3) or not np.isfinite(poses).all():
-            raise ValueError(f"`poses` must be finite and of shape (A, 3) = ({len(self._tops)}, 3); got {poses.shape}.")
+        poses = array("poses", poses, "A 3", A=len(self._tops))
         canvas, image = self._ground.copy(), self._empty.copy()
         away = np.hypot(*(poses[:, :2] - self._calibration.position_cm[:2]).T)
-        regions = [self._draw(canvas, poses[k], self._top(k, covered)) for k in np.argsort(-away)]
-        for rows, columns in regions:
+        tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
+        for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
             image[rows, columns] = self._expose(canvas, rows, columns)
         return self._add_noise(image)
 
-    def render_floor(self, points: np.ndarray, texture: np.ndarray, side_cm: float) -> np.ndarray:
-        """Return the image (H, W, 3) of the empty arena with square prints on the floor.
+    def render_prints(self, textures: Sequence[np.ndarray], corners: np.ndarray) -> np.ndarray:
+        """Return the image (H, W, 3) of the empty arena with flat prints on the floor, or held anywhere.
 
         Parameters
         ----------
-        points : (n, 2)
-            Centre of each print (cm).
-        texture : (n, S, S)
-            What each shows, in gray; its columns run along the arena's x axis, its rows against y.
-        side_cm
-            Side of a print.
+        textures : n of (h, w)
+            What each shows, in gray.
+        corners : (n, 3, 3)
+            Where the upper left, upper right and lower left corners of each are (x, y, height in cm).
         """
         canvas = self._ground.copy()
-        for point, print_ in zip(points, texture, strict=True):
-            corner = np.array([point[0] - side_cm / 2, point[1] + side_cm / 2, 0.0])
-            corners = corner + np.array([(0, 0, 0), (side_cm, 0, 0), (0, -side_cm, 0)])
-            self._paste(canvas, print_, corners)
+        for texture, places in zip(textures, corners, strict=True):
+            self._paste(canvas, texture, places)
         return self._add_noise(self._expose(canvas, slice(None), slice(None)))
-
-    def render_board(self, texture: np.ndarray, corners: np.ndarray) -> np.ndarray:
-        """Return the image (H, W, 3) of a flat print held anywhere in the arena.
-
-        Parameters
-        ----------
-        texture : (h, w)
-            What it shows, in gray.
-        corners : (3, 3)
-            Where its upper left, upper right and lower left corners are (x, y, height in cm).
-        """
-        canvas = self._ground.copy()
-        self._paste(canvas, texture, corners)
-        return self._add_noise(self._expose(canvas, slice(None), slice(None)))
-
-    def _top(self, robot: int, covered: Collection[int]) -> Shapes:
-        return self._covered if robot in covered else self._tops[robot]
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
@@ -245,9 +213,9 @@ class EmulatedCamera:
         corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64)
         steps = np.linspace(0, 1, 40)[:, None]
         edges = [start + steps * (end - start) for start, end in pairwise(corners)]
-        for number, edge in enumerate(edges):
+        for side, edge in enumerate(edges):
             face = np.concatenate([_at(edge, 0.0), _at(edge[::-1], wall_cm)])
-            shade = tuple(value - 6 * (number % 2) for value in _WALL)
+            shade = tuple(value - 6 * (side % 2) for value in _WALL)
             cv2.fillPoly(large, [self._doubled(face)], shade, shift=_BITS)
         cv2.fillPoly(large, [self._doubled(_at(np.concatenate(edges), 0.0))], _FLOOR, shift=_BITS)
         ground = cv2.resize(large, (columns, rows), interpolation=cv2.INTER_AREA)

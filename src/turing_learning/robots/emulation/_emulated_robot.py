@@ -1,4 +1,4 @@
-"""A robot that is not there: the protocol's other side."""
+"""The emulated robot: the protocol's other side."""
 
 import struct
 import threading
@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Generator, Sequence
 from typing import Protocol
 
+from turing_learning.errors import choice
 from turing_learning.robots.links._messages import (
     LARGEST_SEQUENCE,
     SIGNALS,
@@ -39,7 +40,7 @@ Listener = Generator[None, int, None]
 
 
 class Body(Protocol):
-    """What a robot's program moves and reads."""
+    """The hardware of a robot: what its program moves and reads."""
 
     def set_speed(self, left: int, right: int) -> None:
         """Turn the wheels (steps per second, -1000 to 1000)."""
@@ -55,7 +56,7 @@ class EmulatedRobot:
     """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
 
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a binary request
-    that lasts until a zero.
+    that ends with a zero.
 
     Parameters
     ----------
@@ -69,9 +70,9 @@ class EmulatedRobot:
     Attributes
     ----------
     state
-        State of the replica's program, "R0" before it begins. See `enter`.
+        State of the replica's program, "R0" before it begins; see `enter`.
     executing
-        The model in force.
+        The model that is executed.
     lights
         State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
     """
@@ -82,19 +83,20 @@ class EmulatedRobot:
         self._lock = threading.Lock()
         self._begin()
 
-    def _begin(self) -> None:
-        self._speed = (0, 0)
-        self.lights = [0] * 10
+    def _forget(self) -> None:
+        self._speed, self.lights = (0, 0), [0] * 10
         self.executing: Model | None = None
         self._waiting: Model | None = None
-        self._trial = 0
-        self.state, self._entered = "R0", self._clock()
+        self.state, self._entered, self._trial = "R0", self._clock(), 0
+
+    def _begin(self) -> None:
+        self._forget()
         self._listener = self._listen()
         next(self._listener)
 
     @property
     def greeting(self) -> bytes:
-        """What the robot says when it is switched on."""
+        """What the robot sends when it is switched on."""
         return GREETING
 
     def receive(self, data: bytes) -> bytes:
@@ -119,22 +121,15 @@ class EmulatedRobot:
                 self.executing, self._waiting = self._waiting, None
 
     def signal(self, kind: str) -> bytes:
-        """Return the signal that a trial starts or has stopped; each start begins another trial.
-
-        Raises
-        ------
-        ValueError
-            If there is no such kind.
-        """
-        if kind not in SIGNALS:
-            raise ValueError(f"`kind` must be one of {', '.join(SIGNALS)}; got {kind!r}.")
+        """Return the signal that a trial starts or has stopped; each start begins another trial."""
+        choice("kind", kind, SIGNALS)
         with self._lock:
             if kind == "START":
                 self._trial = (self._trial + 1) % (LARGEST_SEQUENCE + 1)
             return _line(sealed(f"x,{kind},{self._trial},{_sequence(self.executing)}"))
 
     def _listen(self) -> Listener:
-        """Read bytes for ever; whatever is to be answered is added to `_answer`."""
+        """Read bytes for ever; answers are appended to `_answer`."""
         while True:
             first = yield
             if first >= 128:
@@ -175,7 +170,7 @@ class EmulatedRobot:
         return b""
 
     def _obey(self, line: str) -> bytes:
-        """Return the answer to a line. Lower case is taken for upper, except where both exist."""
+        """Return the answer to a line. Lower case means upper case, except where both exist."""
         letter = line[0] if line[0] in "bg" else line[0].upper()
         answers: dict[str, Callable[[list[str]], bytes]] = {
             "B": lambda fields: self._set_light(8, fields, b"b\r\n"),
@@ -199,7 +194,7 @@ class EmulatedRobot:
         self._body.set_speed(*self._speed)
 
     def _set_speed(self, fields: list[str]) -> bytes:
-        """Set what can be read of the two speeds, as the firmware's scanner does."""
+        """Set those of the two speeds that can be parsed, as the firmware's scanner does."""
         speeds = list(self._speed)
         for k, field in enumerate(fields[:2]):
             number = whole_numbers([field])
@@ -233,9 +228,7 @@ class EmulatedRobot:
 
     def _reset(self, _: list[str]) -> bytes:
         self._drive(0, 0)
-        self.executing = self._waiting = None
-        self.lights = [0] * 10
-        self.state, self._entered, self._trial = "R0", self._clock(), 0
+        self._forget()
         return b"r\r\n" + self.greeting
 
     def _converse(self, line: str) -> bytes:

@@ -1,7 +1,7 @@
-"""What the robots' own program does: the states R1 to R5, and the two behaviors that need infrared sensors.
+"""The program of the robots: the states R1 to R5, and the two behaviors that need infrared sensors.
 
-Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is in the paper's supplement only; the rules here
-are ours (docs/robots/arena.md).
+Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is only in the paper's supplement; the rules
+here are ours (docs/robots/arena.md).
 """
 
 import math
@@ -18,9 +18,9 @@ _SIGNALS = {"R1": "STOP", "R4": "START"}
 SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
 """Directions of the eight infrared sensors, from the heading, anticlockwise (rad); from the front right one clockwise."""
 OBSTACLE = 120
-"""Infrared reading from which on a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm."""
+"""Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm."""
 WALL = 400
-"""Infrared reading that a black skirt does not cause even when it touches: only a wall, nearer than 2 cm."""
+"""Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches."""
 _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
@@ -31,7 +31,7 @@ STILL: Wheels = (0.0, 0.0)
 
 
 def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
-    """Return whether the strongest reading is above a threshold, and at a sensor that looks where the robot goes.
+    """Return whether the strongest reading reaches a threshold, at a sensor that points where the robot goes.
 
     `least` is the cosine of the widest angle from there that counts; `forward` is negative for a robot that drives backward.
     """
@@ -41,11 +41,11 @@ def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forwar
 
 
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
-    """Return the wheel speeds, or a turn in place as long as a wall is before the robot, or beside it.
+    """Return the wheel speeds, or a turn in place while a wall is in front of the robot or beside it.
 
-    The robot turns to the side to which it is turning already, so that it leaves the wall on the arc on which it would have
-    come; one that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another,
-    goes nowhere and is left alone, and so is one that meets a robot: its skirt is too dark.
+    The robot continues to turn to the same side, so that it leaves the wall on the arc on which it would have come; one that
+    drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another, goes on
+    turning, and so does one that meets a robot: its skirt is too dark.
     """
     left, right = wheels
     if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
@@ -59,17 +59,13 @@ class Firmware:
     Parameters
     ----------
     robot
-        Speaks with the PC, and holds the state and the models.
+        Communicates with the PC, and holds the state and the models.
     rng
         Of dispersal.
     controller
-        An agent's wheel speeds (2 n) for each sensor state; None makes a replica, which executes the models it is sent.
+        An agent's wheel speeds (2 n) for each sensor state; None makes a replica, which executes the models it receives.
     signal
-        Is called with START and STOP by a replica.
-
-    Source
-    ------
-    Paper, section 5.2.
+        Called with START and STOP by a replica.
     """
 
     def __init__(
@@ -85,7 +81,7 @@ class Firmware:
         self._turn_until, self._side = 0.0, 1.0
 
     def start(self, time_s: float) -> None:
-        """Begin the loop: the remote control was pressed. A robot in its loop begins it again."""
+        """Begin the loop, anew if it runs: the remote control was pressed."""
         self._enter("R1", time_s)
 
     def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
@@ -100,7 +96,7 @@ class Firmware:
         proximity : (8,)
             Infrared readings.
         manual
-            What the PC's commands say; obeyed before the loop has begun.
+            Wheel speeds that the PC has commanded; executed before the loop has begun.
         """
         if self._robot.state not in LOOP:
             return manual
@@ -124,7 +120,7 @@ class Firmware:
         self._side = float(self._rng.choice((-1.0, 1.0)))
 
     def _disperse(self, time_s: float, proximity: Sequence[int]) -> Wheels:
-        """Turn to anywhere; then drive straight, and turn for a while where anything is in the way."""
+        """Turn to a random direction; then drive straight, and turn for a while where anything is in the way."""
         if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
             self._turn(time_s, _AWAY_S)
         return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)

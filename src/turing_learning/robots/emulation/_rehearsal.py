@@ -1,4 +1,4 @@
-"""A laboratory's run without the laboratory: the same program, before emulated robots in virtual time."""
+"""A laboratory's run without the laboratory: before emulated robots in virtual time, or in plain simulation."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,26 +6,28 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from turing_learning.config import ConfigurationError
-from turing_learning.robots.program._equipment import Equipment, laboratory_calibration
-from turing_learning.robots.program._laboratory_config import Laboratory
+import numpy as np
 
-from ._arena import EmulatedLaboratory
+from turing_learning.coevolution import Samples
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import refuse, refusing_as, require
+from turing_learning.models import Behavior
+from turing_learning.purposes import REHEARSAL
+from turing_learning.robots.program._equipment import Equipment, laboratory_calibration
+from turing_learning.robots.program._setup import Laboratory
+from turing_learning.swarm import Scenario, Trials, alone
+
 from ._camera import overhead_camera
+from ._hands import EmulatedLaboratory
 
 
 @contextmanager
 def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
-    """Lend a laboratory as it can be rehearsed, for `rehearse` and what it runs.
+    """Yield a laboratory in the form that can be rehearsed, for `rehearse` and the run.
 
-    It is marked as emulated, as its runs are: they go on as rehearsals. It has no landmarks, which are not drawn. Where the file of
-    the calibration is not there yet, it has the calibration of a camera above the arena's middle, in a file that is removed at
-    the end.
-
-    Parameters
-    ----------
-    laboratory
-        As it is.
+    It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which are not rendered.
+    If the file of the calibration does not exist yet, it has the calibration of a camera above the arena's middle, in a file
+    that is removed at the end.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.scenario
     changes: dict[str, object] = {"landmarks": {}}
@@ -40,39 +42,69 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 
 
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
-    """Return the doors to an emulated laboratory with the robots, the arena and the calibration of a run.
+    """Return the devices of an emulated laboratory with the robots, the arena and the calibration of a run.
 
-    Its operator does whatever is asked. Time passes as fast as the computer can.
-
-    Parameters
-    ----------
-    laboratory
-        What is emulated.
-    seed
-        Of places, noise and batteries; None takes that of the run. A run that goes on should not meet the same noise again.
-
-    Raises
-    ------
-    ConfigurationError
-        If the calibration cannot be read, or the markers are not those that emulated robots wear.
+    Its operator does whatever is asked. Time passes as fast as the computer can. The seed of places, noise and batteries is
+    that of the run if None; a resumed run should not meet the same noise again. Raise ConfigurationError if the calibration
+    cannot be read, or the markers are not those that emulated robots wear.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
-    try:
+    with refusing_as(ConfigurationError):
         emulated = EmulatedLaboratory(
             configuration.scenario,
             seed=configuration.run.seed if seed is None else seed,
             calibration=laboratory_calibration(setup),
         )
-    except ValueError as error:
-        raise ConfigurationError(str(error)) from error
     if setup.labels != emulated.labels or setup.camera.markers != "triangles":
-        raise ConfigurationError(
-            f"`robots` must wear triangles in {', '.join(emulated.labels)} for a rehearsal; got {', '.join(setup.labels)}."
-        )
-    names = {
-        str(replica.address): name
-        for replica, name in zip(setup.replicas, emulated.names[-len(setup.replicas) :], strict=True)
-    }
+        rule = f"wear triangles in {', '.join(emulated.labels)} for a rehearsal"
+        refuse("robots", rule, ", ".join(setup.labels), error=ConfigurationError)
+    replicas = emulated.names[-len(setup.replicas) :]
+    names = {str(robot.address): name for robot, name in zip(setup.replicas, replicas, strict=True)}
     return Equipment(
         emulated.clock, lambda address: emulated.link(names[address]), lambda: emulated.camera, emulated.operator
     )
+
+
+class SimulatedLaboratory:
+    """Samples of trials in which each replica executes a model of its own, among the same agents, in plain simulation.
+
+    The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a tracker,
+    dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall only stops them.
+    Source: paper, section 5.4.
+
+    Parameters
+    ----------
+    scenario
+        The laboratory's, with R replicas.
+    seed
+        Of `observe`; the random numbers of `collect` come from the run.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int = 0) -> None:
+        self.generation = 0  # set by the run; nothing depends on it
+        self._scenario, self._seed = scenario, seed
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their tanh."""
+        return np.tanh(models)
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2)."""
+        return self._samples(self.to_units(models), rng)
+
+    def observe(self, speeds: np.ndarray, stage: str) -> Samples:
+        """Return samples of models (M, P) in wheel speeds; see `collect`. Each stage has its own random numbers."""
+        return self._samples(speeds, np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]))
+
+    def _samples(self, speeds: np.ndarray, rng: np.random.Generator) -> Samples:
+        scenario = self._scenario
+        trials, rest = divmod(len(speeds), scenario.replicas)
+        require(trials and not rest, "models", f"be a multiple of {scenario.replicas} replicas, not 0", len(speeds))
+        executed = alone(scenario, trials)
+        executed[:, scenario.agents :] = np.arange(len(speeds)).reshape(trials, -1)
+        motion = Trials.draw(scenario, executed, rng).observe(Behavior(speeds), 1)
+        shape = motion.shape[2:]
+        return Samples(
+            genuine=motion[:, : scenario.agents].reshape(-1, *shape),
+            counterfeit=motion[:, scenario.agents :].reshape(-1, 1, *shape),
+        )

@@ -6,39 +6,19 @@ import numpy as np
 
 from ._emulated_robot import EmulatedRobot
 from ._firmware import STILL, Firmware, Wheels
-from ._line import Line
+from ._lines import Line
 
 FULL_SPEED = 1000
 LOW_BATTERY = 0.15
 """Share of its charge below which a robot's LED lights."""
 BATTERY_LIGHT = 8
-NO_READINGS = (0,) * 8
 
 
 class ArenaRobot:
-    """A robot with its battery, its clock and its line.
+    """A robot with its battery, its clock and its line; one with a `controller` is an agent, others are replicas.
 
-    Parameters
-    ----------
-    name
-        Of the robot.
-    controller
-        An agent's wheel speeds; None makes a replica.
-    clock
-        Time (s) of the laboratory.
-    drift
-        Relative error of the robot's own clock.
-    battery_s
-        How long a full battery lasts.
-    rng
-        Of the robot's program.
-
-    Attributes
-    ----------
-    emulated
-        What speaks the protocol.
-    silent
-        Whether its signals get lost.
+    Its clock is wrong by the share `drift`, its battery (`charge` 1 if full) lasts `battery_s`. The signals of a `silent`
+    robot get lost.
     """
 
     def __init__(
@@ -54,19 +34,15 @@ class ArenaRobot:
         self.name = name
         self._clock, self._rate, self._battery_s = clock, 1 + drift, battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time)
+        self.line: Line | None = None
         self.silent = False
         self.charge = 1.0
         self._firmware = Firmware(self.emulated, rng, controller=controller, signal=self._signal)
-        self._line: Line | None = None
         self._manual: Wheels = STILL
-        self._readings: Sequence[int] = NO_READINGS
-
-    def wire(self, line: Line) -> None:
-        """Connect the line."""
-        self._line = line
+        self._readings: Sequence[int] = (0,) * 8
 
     def set_speed(self, left: int, right: int) -> None:
-        """Turn the wheels (steps per second); while the loop goes on, it decides."""
+        """Turn the wheels (steps per second); during the loop, the program decides."""
         self._manual = (left / FULL_SPEED, right / FULL_SPEED)
 
     def proximity(self) -> Sequence[int]:
@@ -86,9 +62,9 @@ class ArenaRobot:
         """Switch off and on: state, models and silence are forgotten, the connection is lost."""
         self.silent, self._manual = False, STILL
         self.emulated.restart()
-        if self._line is not None:
-            self._line.drop()
-            self._line.restore()
+        if self.line is not None:
+            self.line.drop()
+            self.line.restore()
 
     def replace_battery(self) -> None:
         """Put a full battery in."""
@@ -100,18 +76,15 @@ class ArenaRobot:
         if self.charge <= 0:
             return STILL
         self._readings = proximity
-        self._drain(interval_s)
-        return self._firmware.step(self._own_time(), sight, proximity, self._manual)
-
-    def _drain(self, interval_s: float) -> None:
         self.charge = max(self.charge - interval_s / self._battery_s, 0.0)
         self.emulated.lights[BATTERY_LIGHT] = int(not self.battery_ok())
-        if self.charge == 0.0 and self._line is not None:
-            self._line.drop()
+        if self.charge == 0.0 and self.line is not None:
+            self.line.drop()
+        return self._firmware.step(self._own_time(), sight, proximity, self._manual)
 
     def _own_time(self) -> float:
         return self._clock() * self._rate
 
     def _signal(self, kind: str) -> None:
-        if not self.silent and self._line is not None:
-            self._line.signal(kind)
+        if not self.silent and self.line is not None:
+            self.line.signal(kind)

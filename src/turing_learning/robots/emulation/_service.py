@@ -1,27 +1,34 @@
-"""An emulated laboratory that goes on by itself in real time, at addresses that any program can open."""
+"""An emulated laboratory that runs by itself in real time, at addresses that any program can open."""
 
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from turing_learning._files import whole
+from turing_learning.errors import choice, number
+from turing_learning.robots.tracking._images import vision
 from turing_learning.swarm import Scenario
 
-from ._arena import EmulatedLaboratory
-from ._conditions import LABORATORY, Conditions
+from ._arena import LABORATORY, Conditions
 from ._emulated_robot import EmulatedRobot
 from ._firmware import LOOP
-from ._line import Line
-from ._robot_server import serve_tcp, serve_terminal
-from ._stream import CameraStream
+from ._hands import EmulatedLaboratory
+from ._lines import Line, serve_tcp, serve_terminal
 
 _POLL_S = 0.005
 _SERVERS = {"terminal": serve_terminal, "tcp": serve_tcp}
 LABORATORY_FILE, CALIBRATION_FILE = "lab.toml", "camera.json"
+HOST, STREAM = "127.0.0.1", "/camera.mjpg"
+QUALITY = 92
+_BOUNDARY = "image"
+_FRAME_POLL_S = 0.002
+Frames = Callable[[int], tuple[int, np.ndarray | None]]
+"""Number of the last image -> number and image (H, W, 3) of the next; no image if there is no newer one."""
 
 
 class ArenaService:
@@ -30,23 +37,18 @@ class ArenaService:
     Parameters
     ----------
     scenario, conditions, seed
-        As of `EmulatedLaboratory`; bytes are as late as the lines are.
+        As of `EmulatedLaboratory`; the latency is that of the lines.
     lines
-        "terminal" for pseudo-terminals, "tcp" for ports.
+        "terminal" for pseudo-terminals, "tcp" for TCP ports.
     speed
         Seconds of the laboratory in one second.
 
     Attributes
     ----------
     laboratory
-        What is served; touch it under its `lock`.
+        What is served; use it under its `lock`.
     camera_url
-        Where the images are.
-
-    Raises
-    ------
-    ValueError
-        If there are no such lines, or the speed is not above 0.
+        Address of the images.
     """
 
     def __init__(
@@ -58,21 +60,17 @@ class ArenaService:
         lines: str = "terminal",
         speed: float = 1.0,
     ) -> None:
-        if lines not in _SERVERS:
-            raise ValueError(f"`lines` must be one of {', '.join(_SERVERS)}; got {lines!r}.")
-        if not 0 < speed < float("inf"):
-            raise ValueError(f"`speed` must be a finite number above 0; got {speed}.")
-        serve = _SERVERS[lines]
+        serve = _SERVERS[choice("lines", lines, _SERVERS)]
 
         def make_line(robot: EmulatedRobot, _: str) -> Line:
             return serve(robot)
 
-        self._speed, self._done = float(speed), threading.Event()
+        self._speed, self._done = number("speed", speed, above=0), threading.Event()
         self.laboratory = EmulatedLaboratory(scenario, conditions=conditions, seed=seed, make_line=make_line)
         self.laboratory.camera.take()  # renders the first image, which takes longest, before anybody waits for it
         self._stream = CameraStream(self._next_image)
         self.camera_url = self._stream.url
-        self._thread = threading.Thread(target=self._go_on, daemon=True)
+        self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def __enter__(self) -> Self:
@@ -83,7 +81,7 @@ class ArenaService:
 
     @property
     def addresses(self) -> dict[str, str]:
-        """Robot's name -> what to give to `open_link`."""
+        """Robot's name -> its address for `open_link`."""
         return {name: self.laboratory.line(name).port for name in self.laboratory.names}
 
     def close(self) -> None:
@@ -94,13 +92,13 @@ class ArenaService:
         self.laboratory.close()
 
     def describe(self) -> str:
-        """Return the laboratory's file for the PC program, beside whose folder the calibration lies.
+        """Return the laboratory's file for the PC program, to be written beside the calibration.
 
-        A laboratory that is faster than real time is described as what it looks like to a PC: one of faster robots.
+        A laboratory that is faster than real time is described as one of faster robots, which is what the PC sees.
         """
         laboratory, speed = self.laboratory, self._speed
         scenario = laboratory.scenario
-        camera = {"source": self.camera_url, "fps": speed / self._interval_s, "calibration": CALIBRATION_FILE}
+        camera = {"source": self.camera_url, "fps": speed / laboratory.interval_s, "calibration": CALIBRATION_FILE}
         timing = {"wait_s": LOOP["R1"] / speed, "disperse_s": LOOP["R2"] / speed, "execute_s": LOOP["R5"] / speed}
         sections = [_section("camera", camera), _section("timing", timing)]
         for name, label in zip(laboratory.names, laboratory.labels, strict=True):
@@ -118,12 +116,7 @@ class ArenaService:
     def write(self, folder: Path, *, force: bool = False) -> Path:
         """Write the laboratory's file and its camera's calibration into a folder; return the file's path.
 
-        Raises
-        ------
-        FileExistsError
-            If one is there already, unless `force` is given.
-        OSError
-            If they cannot be written.
+        Raise FileExistsError if one exists already, unless `force` is given.
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
         for each in (path, calibration):
@@ -137,11 +130,7 @@ class ArenaService:
             self.laboratory.calibration.save(calibrated)
         return path
 
-    @property
-    def _interval_s(self) -> float:
-        return self.laboratory.scenario.trial.control_interval_s
-
-    def _go_on(self) -> None:
+    def _run(self) -> None:
         laboratory = self.laboratory
         ahead = laboratory.clock.now() - self._speed * time.monotonic()
         while not self._done.is_set():
@@ -152,7 +141,7 @@ class ArenaService:
     def _next_image(self, last: int) -> tuple[int, np.ndarray | None]:
         laboratory = self.laboratory
         with laboratory.lock:
-            number = int((laboratory.clock.now() - laboratory.conditions.camera_lag_s) / self._interval_s)
+            number = int((laboratory.clock.now() - laboratory.conditions.camera_lag_s) / laboratory.interval_s)
             if number == last or laboratory.camera.unplugged:
                 return last, None
             return number, laboratory.camera.snapshot()
@@ -163,3 +152,69 @@ def _section(name: str, content: Mapping[str, object]) -> str:
         f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"' for key, value in content.items()
     ]
     return "\n".join([f"[{name}]", *lines, ""])
+
+
+class CameraStream:
+    """Serve images as JPEG over HTTP, in threads, until closed; any program that reads network cameras can open it.
+
+    `frames` gives the images, `url` is the address for `Capture`.
+    """
+
+    def __init__(self, frames: Frames) -> None:
+        self._closed = threading.Event()
+
+        class Handler(_Handler):
+            pass
+
+        Handler.frames, Handler.closed = staticmethod(frames), self._closed
+        self._server = ThreadingHTTPServer((HOST, 0), Handler)
+        self._server.daemon_threads = True
+        self.url = f"http://{HOST}:{self._server.server_address[1]}{STREAM}"
+        self._thread = threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the service."""
+        self._closed.set()
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
+
+
+class _Handler(BaseHTTPRequestHandler):
+    """One viewer."""
+
+    frames: Frames
+    closed: threading.Event
+
+    def do_GET(self) -> None:
+        """Send images until the viewer leaves."""
+        if self.path != STREAM:
+            self.send_error(404, f"the camera is at {STREAM}")
+            return
+        self.send_response(200)
+        self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        number = -1
+        while not self.closed.is_set():
+            number, image = self.frames(number)
+            if image is None:
+                time.sleep(_FRAME_POLL_S)
+                continue
+            jpeg = encode(image)
+            head = f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+            try:
+                self.wfile.write(head.encode("ascii") + jpeg + b"\r\n")
+            except OSError:
+                return
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""
+
+
+def encode(image: np.ndarray) -> bytes:
+    """Return an image (H, W, 3) as JPEG with full color resolution, which distinguishes the markers."""
+    cv2 = vision()
+    full = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
+    return bytes(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *full])[1].tobytes())

@@ -5,6 +5,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TypeVar
 
+from turing_learning.errors import choice, integer, number
+
 from ._link import Link, LinkError
 from ._messages import SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
 
@@ -14,30 +16,26 @@ MAXIMUM_SPEED = 1000
 SENSORS = 8
 _GREETINGS = ("WELCOME", "the EPFL education robot", "HW version")
 RESYNCHRONIZE = b"\0" * 5 + b"\r"
-"""Ends any command that a robot is still waiting for: four bytes of arguments and the end of a binary request, or a line."""
+"""Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line."""
 
 
 class EPuck:
-    """Speak with an e-puck.
+    """The driver of an e-puck.
 
-    A command that is not answered in time, or answered with something that makes no sense, is repeated; a link that
-    breaks meanwhile is opened again. All commands may be repeated without harm.
+    A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All commands may be
+    repeated without harm. Every method raises `LinkError` if the robot does not answer.
 
     Parameters
     ----------
     link
         The line to it.
-    timeout_s
-        How long to wait for an answer.
-    retries
-        How often a command is repeated.
+    timeout_s, retries
+        How long to wait for an answer, and how often a command is repeated.
 
     Attributes
     ----------
-    garbled
-        Lines received that made no sense.
-    reconnections
-        How often the link was opened again.
+    garbled, reconnections
+        Number of invalid lines received, and of times that the link was reopened.
 
     Source
     ------
@@ -45,11 +43,8 @@ class EPuck:
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:
-        if not timeout_s > 0:
-            raise ValueError(f"`timeout_s` must be above 0; got {timeout_s}.")
-        if retries < 0:
-            raise ValueError(f"`retries` must be 0 or more; got {retries}.")
-        self._link, self._timeout_s, self._retries = link, timeout_s, retries
+        self._link, self._timeout_s = link, number("timeout_s", timeout_s, above=0)
+        self._retries = integer("retries", retries)
         self._signals: deque[Signal] = deque()
         self.garbled = 0
         self.reconnections = 0
@@ -59,13 +54,7 @@ class EPuck:
         return self._ask("V", lambda line: line[2:].strip() if line.startswith("v,") else None)
 
     def set_speed(self, left: int, right: int) -> None:
-        """Set the wheel speeds (steps per second).
-
-        Raises
-        ------
-        ValueError
-            If one is beyond 1000.
-        """
+        """Set the wheel speeds (steps per second, -1000 to 1000)."""
         _check_speeds(left, right)
         self._ask(f"D,{left},{right}", lambda line: True if line == "d" else None)
 
@@ -91,13 +80,7 @@ class EPuck:
         self._ask("R", lambda line: True if line == "r" else None)
 
     def drive(self, left: int, right: int) -> tuple[int, ...]:
-        """Set the wheel speeds and return the eight infrared readings, in one binary request of 7 bytes.
-
-        Raises
-        ------
-        ValueError
-            If a speed is beyond 1000.
-        """
+        """Set the wheel speeds and return the eight infrared readings, in one binary request of 7 bytes."""
         _check_speeds(left, right)
         request = struct.pack("<bhhbb", -ord("D"), left, right, -ord("N"), 0)
 
@@ -126,19 +109,8 @@ class EPuck:
         return self._ask(sealed("X,Q"), read)
 
     def wait_for(self, kind: str, timeout_s: float) -> Signal:
-        """Return the next signal of a kind; signals of the other kind that came before are dropped.
-
-        Raises
-        ------
-        ValueError
-            If there is no such kind.
-        TimeoutError
-            If none arrives in time.
-        LinkError
-            If the link is lost meanwhile.
-        """
-        if kind not in SIGNALS:
-            raise ValueError(f"`kind` must be one of {', '.join(SIGNALS)}; got {kind!r}.")
+        """Return the next signal of a kind, drop earlier ones of the other kind; raise TimeoutError if none arrives in time."""
+        choice("kind", kind, SIGNALS)
         deadline = self._link.clock.now() + timeout_s
         while True:
             while self._signals:
@@ -153,13 +125,7 @@ class EPuck:
             self._sort(line)
 
     def drop_signals(self) -> None:
-        """Forget the signals that have come, so that `wait_for` waits for a new one.
-
-        Raises
-        ------
-        LinkError
-            If the link is lost.
-        """
+        """Drop the signals that have arrived, so that `wait_for` waits for a new one."""
         self._drain(0.0)
         self._signals.clear()
 
@@ -167,7 +133,7 @@ class EPuck:
         return self._link.clock.now() + self._timeout_s
 
     def _ask(self, command: str, read: Callable[[str], Answer | None]) -> Answer:
-        """Send a line and return what `read` makes of the answer; other lines are sorted out."""
+        """Send a line and return what `read` makes of the answer; `_sort` takes the other lines."""
 
         def exchange() -> Answer | None:
             self._link.send(command.encode("ascii") + b"\r")
@@ -191,32 +157,24 @@ class EPuck:
                 if not self._link.is_open:
                     self._link.open()
                     self.reconnections += 1
-                if attempt:
-                    self._resynchronize()
+                if attempt:  # let both ends wait for the beginning of a command
+                    self._link.send(RESYNCHRONIZE)
+                    self._drain(0.1)
+                    self._link.drop_rest()
                 else:
                     self._drain(0.0)
                 answer = exchange()
             except LinkError as error:
                 trouble, answer = str(error), None
-                self._pause()
+                self._link.clock.sleep(min(self._timeout_s, 0.2))  # a port that has just gone may come back
             if answer is not None:
                 return answer
         raise LinkError(
             f"the robot at {self._link.port} must answer {what}; got {trouble} in {self._retries + 1} attempts."
         )
 
-    def _pause(self) -> None:
-        """Give a port that has just gone time to come back."""
-        self._link.clock.sleep(min(self._timeout_s, 0.2))
-
-    def _resynchronize(self) -> None:
-        """Make both ends wait for the beginning of a command."""
-        self._link.send(RESYNCHRONIZE)
-        self._drain(0.1)
-        self._link.drop_rest()
-
     def _drain(self, quiet_s: float) -> None:
-        """Read what has come unasked, until the line is quiet: late answers would be taken for those to come."""
+        """Read unsolicited lines until the line is quiet, so that a late answer is not taken for the next one."""
         limit = self._deadline()
         while self._link.clock.now() < limit:
             line = self._link.read_line(self._link.clock.now() + quiet_s)
@@ -236,8 +194,8 @@ class EPuck:
 
 
 def _check_speeds(left: int, right: int) -> None:
-    if max(abs(left), abs(right)) > MAXIMUM_SPEED:
-        raise ValueError(f"`left` and `right` must be in -{MAXIMUM_SPEED} to {MAXIMUM_SPEED}; got {left} and {right}.")
+    integer("left", left, -MAXIMUM_SPEED, MAXIMUM_SPEED)
+    integer("right", right, -MAXIMUM_SPEED, MAXIMUM_SPEED)
 
 
 def _numbers(line: str, letter: str, counts: Sequence[int]) -> list[int] | None:

@@ -1,53 +1,47 @@
 """Bytes and lines to and from a robot, over a serial line or a TCP port."""
 
+import re
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any, Protocol, Self
 
+from turing_learning.errors import optional
 from turing_learning.robots._clock import Clock, RealClock
 
 LARGEST_LINE = 4096
 _POLL_S = 0.02
+_END = re.compile(rb"[\r\n]")
 
 
 class LinkError(ConnectionError):
     """A robot cannot be reached, or does not answer."""
 
 
-def _pyserial() -> ModuleType:
-    try:
-        import serial
-    except ImportError as error:
-        raise ImportError("pyserial must be installed. Run: pip install 'turing-learning[robot]'") from error
-    return serial
-
-
 class Device(Protocol):
-    """The near end of a line, as pyserial has it; what fails raises OSError."""
+    """The near end of a line, with the interface of pyserial; failures raise OSError."""
 
     @property
     def in_waiting(self) -> int:
-        """How many bytes have come."""
+        """Number of bytes that have arrived."""
 
     def read(self, size: int) -> bytes:
-        """Return up to `size` bytes, fewer if they do not come in a short while."""
+        """Return up to `size` bytes, fewer if they do not arrive within a short timeout."""
 
     def write(self, data: bytes) -> object:
-        """Send."""
+        """Send bytes."""
 
     def close(self) -> None:
-        """Let go of the line."""
+        """Release the line."""
 
 
 class Link:
-    """A line to a robot that can be opened again; see `open_link`.
+    """A line to a robot that can be reopened; see `open_link`. All methods raise `LinkError` if the line is lost.
 
     Parameters
     ----------
     port
         A serial device ("/dev/rfcomm0", "COM3") or "socket://host:port".
     baud
-        Of a serial line.
+        Of a serial line; the e-puck's is 115200.
     clock
         For deadlines and pauses; the computer's by default.
     connect
@@ -55,12 +49,7 @@ class Link:
     """
 
     def __init__(
-        self,
-        port: str,
-        *,
-        baud: int = 115200,
-        clock: Clock | None = None,
-        connect: Callable[[], Device] | None = None,
+        self, port: str, *, baud: int = 115200, clock: Clock | None = None, connect: Callable[[], Device] | None = None
     ) -> None:
         self.port, self.clock = port, clock or RealClock()
         self._baud = baud
@@ -80,13 +69,7 @@ class Link:
         return self._device is not None
 
     def open(self) -> None:
-        """Open the line, anew if it is open.
-
-        Raises
-        ------
-        LinkError
-            If there is nothing at the port.
-        """
+        """Open the line; if it is open, close it first."""
         self.close()
         try:
             self._device = self._connect()
@@ -97,78 +80,57 @@ class Link:
             ) from error
 
     def close(self) -> None:
-        """Close the line; what was received and not read is dropped."""
+        """Close the line and drop unread bytes."""
         device, self._device = self._device, None
         self._buffer.clear()
         if device is not None:
             device.close()
 
     def send(self, data: bytes) -> None:
-        """Send bytes.
-
-        Raises
-        ------
-        LinkError
-            If the line is closed or broken. It is closed then.
-        """
+        """Send bytes."""
         self._guarded(lambda device: device.write(data))
 
     def read_line(self, deadline: float) -> str | None:
-        """Return the next line without its end, None if it is not whole at the deadline (by the clock).
+        """Return the next line without its end, None if it is incomplete at the deadline (by the clock).
 
         Bytes that are not printable ASCII are left out: form feeds and bells of greetings, and noise.
-
-        Raises
-        ------
-        LinkError
-            If the line is closed or broken.
         """
         while True:
-            end = next((k for k, byte in enumerate(self._buffer) if byte in b"\r\n"), None)
-            if end is not None:
-                line = bytes(byte for byte in self._buffer[:end] if 32 <= byte < 127)
-                del self._buffer[: end + 1]
+            if end := _END.search(self._buffer):
+                line = bytes(byte for byte in self._buffer[: end.start()] if 32 <= byte < 127)
+                del self._buffer[: end.end()]
                 if line:
                     return line.decode("ascii")
                 continue
             if len(self._buffer) > LARGEST_LINE:
                 self._buffer.clear()
-            if self.clock.now() >= deadline and not self._is_waiting():
+            if not self._receive(deadline):
                 return None
-            self._receive()
 
     def read_bytes(self, count: int, deadline: float) -> bytes | None:
-        """Return exactly `count` bytes, None if there are fewer at the deadline.
-
-        Raises
-        ------
-        LinkError
-            If the line is closed or broken.
-        """
+        """Return exactly `count` bytes, None if fewer have arrived at the deadline."""
         while len(self._buffer) < count:
-            if self.clock.now() >= deadline and not self._is_waiting():
+            if not self._receive(deadline):
                 return None
-            self._receive()
         data = bytes(self._buffer[:count])
         del self._buffer[:count]
         return data
 
     def drop_rest(self) -> None:
-        """Forget the beginning of a line whose end has not come."""
+        """Drop the beginning of an incomplete line."""
         self._buffer.clear()
 
     def _open_port(self) -> Device:
-        device: Device = _pyserial().serial_for_url(self.port, self._baud, timeout=_POLL_S, write_timeout=1.0)
+        serial = optional("serial", "pyserial", "robot")
+        device: Device = serial.serial_for_url(self.port, self._baud, timeout=_POLL_S, write_timeout=1.0)
         return device
 
-    def _is_waiting(self) -> bool:
-        return bool(self._guarded(lambda device: device.in_waiting))
-
-    def _receive(self) -> None:
-        def read(device: Device) -> bytes:
-            return bytes(device.read(max(1, device.in_waiting)))
-
-        self._buffer += self._guarded(read)
+    def _receive(self, deadline: float) -> bool:
+        """Read what has arrived; return False if the deadline has passed and nothing has."""
+        if self.clock.now() >= deadline and not self._guarded(lambda device: device.in_waiting):
+            return False
+        self._buffer += self._guarded(lambda device: bytes(device.read(max(1, device.in_waiting))))
+        return True
 
     def _guarded(self, use: Callable[[Device], Any]) -> Any:
         if self._device is None:
@@ -181,24 +143,7 @@ class Link:
 
 
 def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None) -> Link:
-    """Open a line to a robot.
-
-    Parameters
-    ----------
-    port
-        A serial device ("/dev/rfcomm0", "COM3") or "socket://host:port".
-    baud
-        Of a serial line; the e-puck's is 115200.
-    clock
-        For deadlines and pauses; the computer's by default.
-
-    Raises
-    ------
-    LinkError
-        If there is nothing at the port.
-    ImportError
-        If pyserial is not installed.
-    """
+    """Open a line to a robot; see `Link`. Raise `LinkError` if there is none, `MissingExtraError` without pyserial."""
     link = Link(port, baud=baud, clock=clock)
     link.open()
     return link

@@ -1,46 +1,43 @@
-"""What replicas and the PC say to each other beside the public e-puck protocol: lines with a checksum.
-
-docs/robots/protocol.md describes them for authors of firmware.
-"""
+"""The messages of replicas and PC beyond the public e-puck protocol: lines with a checksum; see docs/robots/protocol.md."""
 
 import math
 from binascii import crc_hqx
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from turing_learning.errors import integer, require
+
 PARAMETER_UNIT = 1e-4
-"""A model parameter travels as a whole number of these."""
+"""Models are sent as integer multiples of this."""
 SIGNALS = ("START", "STOP")
 LARGEST_SEQUENCE = 65535
 
 
 @dataclass(frozen=True)
 class Model:
-    """A model on its way to a replica.
+    """A model that is sent to a replica.
 
     Attributes
     ----------
     sequence
-        Its number, 0 to 65535, by which the replica tells which model it executes.
+        Its number, 0 to 65535; the replica reports by it which model it executes.
     parameters
-        Wheel speeds as fractions of the maximum, each in [-1, 1], rounded to 0.0001.
+        1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001.
     """
 
     sequence: int
     parameters: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        if not 0 <= self.sequence <= LARGEST_SEQUENCE:
-            raise ValueError(f"`sequence` must be in 0 to {LARGEST_SEQUENCE}; got {self.sequence}.")
-        if not 1 <= len(self.parameters) <= 16:
-            raise ValueError(f"`parameters` must be 1 to 16; got {len(self.parameters)}.")
-        if not all(math.isfinite(value) and abs(value) <= 1 for value in self.parameters):
-            raise ValueError(f"`parameters` must be in [-1, 1]; got {list(self.parameters)}. Apply tanh before.")
+        integer("sequence", self.sequence, 0, LARGEST_SEQUENCE)
+        require(1 <= len(self.parameters) <= 16, "parameters", "be 1 to 16 numbers", len(self.parameters))
+        fits = all(math.isfinite(value) and abs(value) <= 1 for value in self.parameters)
+        require(fits, "parameters", "be in [-1, 1]", list(self.parameters), "Apply tanh before.")
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A replica's word that a trial starts or has stopped.
+    """A replica's message that a trial starts or has stopped.
 
     Attributes
     ----------
@@ -69,11 +66,11 @@ class Status:
     state
         R1 to R5 of the paper; R0 before the loop has begun.
     in_state_s
-        For how long.
+        Time in that state.
     waiting, executing
-        Sequence of the model in the buffer and of the one in force, -1 for none.
+        Sequence numbers of the model in the buffer and of the executed one, -1 for none.
     battery_ok
-        Whether the battery is.
+        Whether the battery is above its limit.
     """
 
     state: str
@@ -84,18 +81,18 @@ class Status:
 
 
 def sealed(text: str) -> str:
-    """Return a line with its checksum: CRC-16 (polynomial 0x1021, start 0xFFFF) of all before the asterisk."""
+    """Return a line with its checksum: CRC-16 (polynomial 0x1021, start 0xFFFF) of the text before the asterisk."""
     return f"{text}*{crc_hqx(text.encode('ascii'), 0xFFFF):04X}"
 
 
 def opened(line: str) -> str | None:
-    """Return a line without its checksum, None if that is wrong or missing."""
+    """Return a line without its checksum, None if the checksum is wrong or missing."""
     text, star, seal = line.rpartition("*")
     return text if star and text.isascii() and line == sealed(text) and len(seal) == 4 else None
 
 
 def whole_numbers(fields: Sequence[str]) -> list[int] | None:
-    """Return fields as whole numbers, None if one is not."""
+    """Return fields as integers, None if one is none."""
     digits = (field.strip().removeprefix("-") for field in fields)
     return [int(field) for field in fields] if all(part.isascii() and part.isdecimal() for part in digits) else None
 
@@ -107,7 +104,7 @@ def write_model(model: Model) -> str:
 
 
 def read_model(numbers: Sequence[int]) -> Model | None:
-    """Return the model of a message's whole numbers, None if they make none."""
+    """Return the model in a message's integers, None if they are no valid model."""
     try:
         return Model(numbers[0], tuple(round(number * PARAMETER_UNIT, 4) for number in numbers[1:]))
     except (IndexError, ValueError):

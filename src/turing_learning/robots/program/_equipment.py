@@ -1,21 +1,22 @@
-"""What the PC program works with: time, links, a camera, and somebody who helps."""
+"""What the PC program works with: a clock, links, a camera, and an operator."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
 from turing_learning.config import ConfigurationError
+from turing_learning.errors import refuse, refusing_as
 from turing_learning.robots._clock import Clock, RealClock
-from turing_learning.robots._errors import LaboratoryError
 from turing_learning.robots.links._link import Link, open_link
+from turing_learning.robots.tracking._calibration import Calibration
+from turing_learning.robots.tracking._images import Capture
+from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
+from turing_learning.robots.tracking._tracker import Tracker
 
-from ._laboratory_config import LaboratorySetup
-
-if TYPE_CHECKING:
-    from turing_learning.robots.tracking._calibration import Calibration
-    from turing_learning.robots.tracking._tracker import Tracker
+from ._setup import LaboratoryError, LaboratorySetup
 
 
 class Camera(Protocol):
@@ -23,11 +24,9 @@ class Camera(Protocol):
 
     def take(self) -> np.ndarray:
         """Return the next image (H, W, 3), blue, green, red; raise CameraError if there is none."""
-        ...
 
     def close(self) -> None:
         """Release the camera."""
-        ...
 
 
 class Operator(Protocol):
@@ -35,20 +34,13 @@ class Operator(Protocol):
 
     def ask(self, what_to_do: str) -> None:
         """Return when it is done."""
-        ...
 
 
 class TerminalOperator:
     """A human at the terminal, who presses Enter when it is done."""
 
     def ask(self, what_to_do: str) -> None:
-        """Print and wait for Enter.
-
-        Raises
-        ------
-        LaboratoryError
-            If nobody can answer.
-        """
+        """Print and wait for Enter; raise `LaboratoryError` if nobody can answer."""
         try:
             input(f"\a\n{what_to_do}\nPress Enter when it is done: ")
         except EOFError as error:
@@ -57,18 +49,18 @@ class TerminalOperator:
 
 @dataclass(frozen=True)
 class Equipment:
-    """The doors to a laboratory, real or emulated; the program cannot tell.
+    """The devices of a laboratory, real or emulated; the program cannot tell which.
 
     Attributes
     ----------
     clock
-        Whatever waits, waits by it.
+        For all waiting.
     open_link
         Address -> line to the replica there; raises LinkError if nobody answers.
     open_camera
         Raises CameraError, or FileNotFoundError, if there is none.
     operator
-        Is asked for help.
+        Helps when asked.
     """
 
     clock: Clock
@@ -79,19 +71,11 @@ class Equipment:
 
 def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> Equipment:
     """Return the equipment that a setup names; nothing is opened yet."""
-    clock = RealClock()
-
-    def open_camera() -> Camera:
-        from turing_learning.robots.tracking._capture import Capture
-
-        return Capture(setup.camera.source)
-
-    return Equipment(
-        clock, lambda address: open_link(address, clock=clock), open_camera, operator or TerminalOperator()
-    )
+    clock, operator = RealClock(), operator or TerminalOperator()
+    return Equipment(clock, partial(open_link, clock=clock), partial(Capture, setup.camera.source), operator)
 
 
-def laboratory_tracker(setup: LaboratorySetup) -> "Tracker":
+def laboratory_tracker(setup: LaboratorySetup) -> Tracker:
     """Return a tracker of all robots, agents first.
 
     Raises
@@ -99,34 +83,19 @@ def laboratory_tracker(setup: LaboratorySetup) -> "Tracker":
     ConfigurationError
         If the calibration cannot be read, or a robot cannot wear its marker.
     """
-    from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
-    from turing_learning.robots.tracking._tracker import Tracker
-
     camera = setup.camera
     kind = TriangleMarkers if camera.markers == "triangles" else ArucoMarkers
-    try:
+    with refusing_as(ConfigurationError):
         markers = kind(height_cm=camera.marker_height_cm)
         return Tracker(markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps)
-    except ValueError as error:
-        raise ConfigurationError(str(error)) from error
 
 
-def laboratory_calibration(setup: LaboratorySetup) -> "Calibration":
-    """Return the calibration of the camera.
-
-    Raises
-    ------
-    ConfigurationError
-        If it cannot be read.
-    """
-    from turing_learning.robots.tracking._calibration import Calibration
-
+def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
+    """Return the calibration of the camera; raise ConfigurationError if it cannot be read."""
     path = setup.camera.calibration
     try:
-        return Calibration.load(path)
+        with refusing_as(ConfigurationError):
+            return Calibration.load(path)
     except OSError as error:
-        raise ConfigurationError(
-            f"`camera.calibration` must be a readable file; got {path} ({error.strerror or error}). Calibrate the camera first."
-        ) from error
-    except ValueError as error:
-        raise ConfigurationError(str(error)) from error
+        got = f"{path} ({error.strerror or error})"
+        refuse("camera.calibration", "be a readable file", got, "Calibrate the camera first.", error=ConfigurationError)

@@ -1,11 +1,11 @@
-"""Images at the right moments."""
+"""Images at the right moments: regular in time, and none left out."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from turing_learning.robots._clock import Clock
-from turing_learning.robots.tracking._capture import CameraError
+from turing_learning.robots.tracking._images import CameraError
 
 from ._equipment import Camera
 
@@ -16,23 +16,10 @@ _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one w
 def punctual_images(
     camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float
 ) -> Iterator[np.ndarray]:
-    """Yield images (H, W, 3) that were taken one interval after the other.
+    """Yield `count` images (H, W, 3) that were taken at a regular interval, the first not before `begin_s`, by the clock.
 
-    A camera takes its images regularly; they come when the computer has time. So one may come late if the next ones do not.
-
-    Parameters
-    ----------
-    begin_s
-        When the first is taken, by the clock; not before.
-    count
-        How many.
-    interval_s
-        Time between two images.
-
-    Raises
-    ------
-    CameraError
-        If there is none; after the last one, if one was left out, or they came faster than they should.
+    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if the next ones
+    are not. Raise CameraError if there is none; after the last one, if one was left out, or they came too fast.
     """
     clock.sleep(begin_s - interval_s - clock.now())
     drop_old_images(camera, clock, interval_s)
@@ -49,7 +36,7 @@ def punctual_images(
 
 
 def _require_regular(delays: np.ndarray, interval_s: float) -> None:
-    """Refuse images after which all others come later than all before: one was left out. And images that come too fast."""
+    """Reject images that came too fast, and a step in the delays: after an image that was left out, all come later."""
     before, after = np.minimum.accumulate(delays), np.minimum.accumulate(delays[::-1])[::-1]
     lost = after - before
     third = max(len(delays) // 3, 1)
@@ -68,13 +55,7 @@ def _require_regular(delays: np.ndarray, interval_s: float) -> None:
 
 
 def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> None:
-    """Take images until one has to be waited for: cameras keep some for who does not come in time.
-
-    Raises
-    ------
-    CameraError
-        If there is none, or no end of them.
-    """
+    """Take the images that a camera has buffered: until one has to be waited for. Raise CameraError if that never happens."""
     for _ in range(_MOST_OLD):
         asked = clock.now()
         camera.take()

@@ -1,7 +1,7 @@
 """The program of the PC: its five states, and what moves it from one to the next."""
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -11,19 +11,25 @@ import numpy as np
 from turing_learning.robots.links._epuck import EPuck
 from turing_learning.robots.links._link import Link, LinkError
 from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Signal
-from turing_learning.robots.tracking._capture import CameraError
-from turing_learning.robots.tracking._tracker import Track, Tracker
+from turing_learning.robots.tracking._images import CameraError
+from turing_learning.robots.tracking._tracker import Fault, Track, Tracker
 
 from ._equipment import Camera, Equipment
-from ._laboratory_config import LaboratorySetup, RobotSection
 from ._punctual import punctual_images
-from ._stuck import stuck_robots
+from ._setup import LaboratorySetup, RobotSection
 
 BEGIN = "P0"
 """Before the states P1 to P5: connecting."""
+STUCK = "stuck"
+"""Kind of fault of a robot that does not move although it should."""
+TURN_RAD = 0.1
+SURE_TURN_RAD = 0.5
+"""A model that must turn a robot so far in the time of the track, in every sensor state, cannot stand."""
+FULL_TURN_RAD_S = 12.8 / 5.1
+"""Angular speed for a difference of 1 between the wheel speeds. Source: paper, section 4.1."""
 _POLL_S = 0.05
-_SHOWN = 3
-"""Faults of a trial that the operator is told."""
+_LISTED = 3
+"""Faults of a trial that are listed for the operator."""
 REMOTE = "put all robots in their places, and press the remote control"
 State = Callable[[], "State | None"]
 Answer = TypeVar("Answer")
@@ -60,15 +66,15 @@ class ObservedTrial:
     models : (R, P)
         Wheel speeds that the replicas executed, fractions of the maximum.
     sequences
-        Numbers of these models.
+        Sequence numbers of these models.
     counts
         The replicas' own counts of trials.
     started_s
-        When START came, by the clock.
+        Time of START, by the clock.
     track
         Agents first, then replicas.
     faults
-        What makes it useless: what the tracker says, and robots that are stuck. The first words are for the operator.
+        What makes it useless: the tracker's faults, and robots that are stuck; for the operator.
     """
 
     number: int
@@ -81,26 +87,14 @@ class ObservedTrial:
 
 
 class PcProgram:
-    """Run trials in step with the replicas.
+    """Run trials in step with the replicas. Source: paper, section 5.2.
 
     Parameters
     ----------
-    setup
-        The laboratory.
-    steps
-        Samples T of a trial; T + 1 images are taken.
-    equipment
-        Its doors.
-    tracker
-        Of all robots, agents first.
-    keep
-        Is given every trial as it is observed, disturbed ones too.
-    on_state
-        Is told every state that is entered.
-
-    Source
-    ------
-    Paper, section 5.2.
+    setup, steps, equipment, tracker
+        As of `LaboratorySource`.
+    watch
+        Called with the name of every state that is entered, and with every trial that is observed, disturbed ones too.
     """
 
     def __init__(
@@ -109,13 +103,10 @@ class PcProgram:
         steps: int,
         equipment: Equipment,
         tracker: Tracker,
-        *,
-        keep: Callable[[ObservedTrial], None],
-        on_state: Callable[[str], None] | None = None,
+        watch: Callable[[str | ObservedTrial], None] = lambda what: None,
     ) -> None:
         self._setup, self._timing, self._steps = setup, setup.timing, steps
-        self._equipment, self._clock, self._tracker = equipment, equipment.clock, tracker
-        self._keep, self._tell = keep, on_state or (lambda state: None)
+        self._equipment, self._clock, self._tracker, self._watch = equipment, equipment.clock, tracker, watch
         self._links: dict[str, Link] = {}
         self._robots: dict[str, EPuck] = {}
         self._camera: Camera | None = None
@@ -137,21 +128,14 @@ class PcProgram:
         return self._camera is not None
 
     def connect(self) -> None:
-        """Open links and camera.
-
-        Raises
-        ------
-        Disturbance
-            If one does not open, a replica does not answer, or the robots have not begun.
-        """
+        """Open links and camera; raise `Disturbance` if one does not open, or a replica does not answer or has not begun."""
         self._enter(BEGIN)
         for replica in self._setup.replicas:
             self._connect_replica(replica)
         try:
-            camera = self._equipment.open_camera()
+            self._camera = self._equipment.open_camera()
         except (CameraError, FileNotFoundError) as error:
             raise Disturbance(BEGIN, str(error), "Connect the camera", transient=True) from error
-        self._camera = camera
 
     def _connect_replica(self, replica: RobotSection) -> None:
         try:
@@ -175,12 +159,9 @@ class PcProgram:
         self._forget_all()
 
     def run(self, models: np.ndarray) -> list[ObservedTrial]:
-        """Let models (M, P), wheel speeds, be executed, as many in each trial as there are replicas; return the trials.
+        """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
-        Raises
-        ------
-        Disturbance
-            If something goes wrong. Call `disconnect`, then `connect`; all models must be run again.
+        After a `Disturbance` call `disconnect`, then `connect`; all models must be run again.
         """
         self._queue.extend(models.reshape(-1, len(self._robots), models.shape[1]))
         self._done = []
@@ -191,7 +172,7 @@ class PcProgram:
 
     def _enter(self, state: str) -> None:
         self.state = state
-        self._tell(state)
+        self._watch(state)
 
     def _wait_for_stop(self) -> State | None:
         """P1: wait until a trial is over. STOP confirms the one that was tracked; without one, any STOP will do."""
@@ -202,7 +183,8 @@ class PcProgram:
             stops = self._signals("STOP", end_s - self._clock.now())
             self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
         elif self._clock.now() > self._send_until:
-            self._drop_signals()
+            for name, robot in self._robots.items():
+                self._guard(name, robot.drop_signals)
             stops = self._signals("STOP", timing.loop_s)
         else:
             stops = {}
@@ -221,9 +203,8 @@ class PcProgram:
             self._guard(name, partial(robot.send_model, model))
             status = self._guard(name, robot.status)
             if not status.battery_ok:
-                raise Disturbance(
-                    "P2", f"replica {name} has a low battery", f"Change the battery of replica {name}; then {REMOTE}"
-                )
+                remedy = f"Change the battery of replica {name}; then {REMOTE}"
+                raise Disturbance("P2", f"replica {name} has a low battery", remedy)
             self._sent[name] = model
         return self._wait_for_start
 
@@ -232,9 +213,8 @@ class PcProgram:
         self._enter("P3")
         timing = self._timing
         starts = self._signals("START", self._send_until + timing.tolerance_s + timing.wait_s - self._clock.now())
-        self._compare(
-            "START", starts, {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
-        )
+        expected = {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
+        self._compare("START", starts, expected)
         self._starts = starts
         return self._track_robots
 
@@ -253,7 +233,7 @@ class PcProgram:
         return partial(self._update, track, started_s)
 
     def _update(self, track: Track, started_s: float) -> State:
-        """P5: keep the trial, and go on unless it was disturbed. The generation is judged when it is complete."""
+        """P5: report the trial, and continue unless it was disturbed. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
         stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm)
@@ -266,9 +246,12 @@ class PcProgram:
             track=track,
             faults=tuple(fault.text for fault in (*track.faults, *stuck)),
         )
-        self._keep(trial)
+        self._watch(trial)
         if trial.faults:
-            raise Disturbance("P5", trial.faults[0], f"Look after the robots: {_listed(trial.faults)} Then {REMOTE}")
+            listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
+            if more := len(trial.faults) - len(listed):
+                listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
+            raise Disturbance("P5", trial.faults[0], f"Look after the robots: {' '.join(listed)} Then {REMOTE}")
         self._done.append(trial)
         self._queue.popleft()
         return self._wait_for_stop
@@ -277,42 +260,34 @@ class PcProgram:
         """Return a signal of a kind from every replica, in the order of the replicas."""
         deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
         found: dict[str, Signal] = {}
-        while len(found) < len(self._robots):
-            for name in [name for name in self._robots if name not in found]:
-                signal = self._poll(name, kind)
-                if signal is not None:
-                    found[name] = signal
+        while silent := [name for name in self._robots if name not in found]:
+            for name in silent:
+                try:
+                    found[name] = self._robots[name].wait_for(kind, _POLL_S)
+                except TimeoutError:
+                    continue
+                except LinkError as error:
+                    raise self._lost(name, str(error)) from error
             if self._clock.now() > deadline and len(found) < len(self._robots):
-                silent = ", ".join(name for name in self._robots if name not in found)
-                raise self._missed(f"{kind} has not come from {silent}")
+                silent = [name for name in silent if name not in found]
+                raise self._missed(f"{kind} has not come from {', '.join(silent)}")
         times = [signal.received_s for signal in found.values()]
-        if max(times) - min(times) > self._timing.tolerance_s:
-            apart = max(times) - min(times)
+        if (apart := max(times) - min(times)) > self._timing.tolerance_s:
             raise Disturbance(self.state, f"the replicas are {apart:.1f} s out of step", REMOTE.capitalize())
         return {name: found[name] for name in self._robots}
 
-    def _poll(self, name: str, kind: str) -> Signal | None:
-        try:
-            return self._robots[name].wait_for(kind, _POLL_S)
-        except TimeoutError:
-            return None
-        except LinkError as error:
-            raise self._lost(name, str(error)) from error
-
     def _compare(self, kind: str, signals: Mapping[str, Signal], counts: Mapping[str, int]) -> None:
-        """Refuse signals of another trial or with another model than expected."""
+        """Reject signals of another trial or with another model than expected."""
         for name, signal in signals.items():
             if signal.trial != counts[name]:
-                fault = (
-                    f"{kind} of trial {signal.trial} has come from {name}, {counts[name]} was expected: one was missed"
-                )
-                raise self._missed(fault)
+                came = f"{kind} of trial {signal.trial} has come from {name}"
+                raise self._missed(f"{came}, {counts[name]} was expected: one was missed")
             if signal.sequence != self._sent[name].sequence:
                 model = self._sent[name].sequence
                 raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
 
     def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
-        """Use a replica's link; one that had to be opened again counts as lost."""
+        """Use a replica's link; one that had to be reopened counts as lost."""
         robot = self._robots[name]
         before = robot.reconnections
         try:
@@ -324,24 +299,29 @@ class PcProgram:
         return answer
 
     def _lost(self, name: str, how: str) -> Disturbance:
+        fault = f"the link to replica {name} is lost ({how.rstrip('.')})"
         remedy = f"Switch replica {name} on, and see to its link; then {REMOTE}"
-        return Disturbance(
-            self.state, f"the link to replica {name} is lost ({how.rstrip('.')})", remedy, transient=True
-        )
+        return Disturbance(self.state, fault, remedy, transient=True)
 
     def _missed(self, fault: str) -> Disturbance:
         return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", transient=True)
 
-    def _drop_signals(self) -> None:
-        for name, robot in self._robots.items():
-            self._guard(name, robot.drop_signals)
 
+def stuck_robots(track: Track, models: np.ndarray, least_cm: float) -> tuple[Fault, ...]:
+    """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
-def _listed(faults: Sequence[str]) -> str:
-    """Return sentences of the first faults, and how many more there are; where nearly all robots jump, the camera is at fault."""
-    sentences = [f"{text[0].upper()}{text[1:]}" for text in faults[:_SHOWN]]
-    if len(faults) > _SHOWN:
-        sentences.append(
-            f"And {len(faults) - _SHOWN} more; if they are of nearly all robots, look after the camera and the PC."
-        )
-    return " ".join(sentences)
+    The last R individuals are replicas of models (R, 2 n). One whose model may make it stand, or push against a wall, is not
+    stuck: only models that turn in every sensor state are expected to move.
+    """
+    moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
+    turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
+    pairs = models.reshape(len(models), -1, 2)
+    turns = np.abs(pairs[..., 0] - pairs[..., 1]) * FULL_TURN_RAD_S * track.interval_s * (len(track.poses) - 1)
+    must = np.ones(len(track.labels), bool)
+    must[len(must) - len(models) :] = (turns >= SURE_TURN_RAD).all(axis=1)
+    faults = []
+    for who in np.nonzero(must & (moved < least_cm) & (turned < TURN_RAD))[0].tolist():
+        x, y, _ = track.poses[-1, who]
+        text = f"individual {who} ({track.labels[who]}) has not moved from x, y = {x:.1f}, {y:.1f} cm: it is stuck"
+        faults.append(Fault(0, STUCK, text + ", or its battery is empty. Free it."))
+    return tuple(faults)

@@ -7,7 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ._opencv import gray, vision
+from turing_learning.errors import choice, require
+
+from ._images import gray, vision
 
 HUES = {"blue": 220.0, "orange": 28.0, "purple": 290.0, "green": 130.0, "red": 0.0}
 """Hue (degrees) of each color that a marker may have."""
@@ -15,7 +17,7 @@ HUE_TOLERANCE = 27.0
 UNKNOWN = "unknown color"
 _LEAST_PIXELS = 8  # of a spot, at half the resolution
 Shapes = list[tuple[np.ndarray, tuple[int, int, int]]]
-"""What is printed on the white disk: outlines (k, 2) in the robot's axes (cm, x ahead), and their colors (blue, green, red)."""
+"""The print on the white disk: outlines (k, 2) in the robot's axes (cm, x ahead), and their colors (blue, green, red)."""
 _PAINTS = {
     "blue": (200, 90, 20),
     "orange": (30, 120, 235),
@@ -63,20 +65,15 @@ class Markers(Protocol):
         """Return what is printed on the disk of a robot with this label."""
 
     def check_label(self, label: str) -> None:
-        """Refuse a label that such a marker cannot have."""
+        """Reject a label that such a marker cannot have."""
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all markers in an image (H, W, 3), given x, y (H, W, 2) of every pixel at the markers' height."""
 
 
-def _check_color(label: str) -> None:
-    if label not in HUES:
-        raise ValueError(f"`label` must be one of {', '.join(HUES)}; got {label!r}.")
-
-
 @dataclass(frozen=True)
 class _Spot:
-    """A colored spot: weight (n,) and x, y (n, 2) of its pixels, and its color's name."""
+    """A colored spot: weights (n,) and x, y (n, 2) of its pixels, and its color's name."""
 
     weights: np.ndarray
     places: np.ndarray
@@ -88,8 +85,11 @@ class _Spot:
         return np.asarray(self.weights @ self.places / self.weights.sum())
 
     @cached_property
-    def taper(self) -> "_Taper":
-        """How the spot is long and tapers off."""
+    def taper(self) -> tuple[float, float, float]:
+        """Direction (rad) in which the spot tapers off, its skewness that way, and its variance along over that across.
+
+        The direction is the axis of largest variance, on the side of the third moment: a triangle's long tail is its tip.
+        """
         offsets = self.places - self.center
         shares = self.weights / self.weights.sum()
         (xx, xy), (_, yy) = (offsets * shares[:, None]).T @ offsets
@@ -97,29 +97,13 @@ class _Spot:
         along = offsets @ np.array([math.cos(angle), math.sin(angle)])
         longest = float(shares @ along**2)
         third = float(shares @ along**3) / longest**1.5
-        return _Taper(angle if third > 0 else angle + math.pi, abs(third), longest / max(xx + yy - longest, 1e-9))
+        return angle if third > 0 else angle + math.pi, abs(third), longest / max(xx + yy - longest, 1e-9)
 
 
-@dataclass(frozen=True)
-class _Taper:
-    """Direction (rad) in which a spot tapers off, its skewness that way, and its variance along over that across.
-
-    The direction is the axis of largest variance, on the side of the third moment: a triangle's long tail is its tip.
-    """
-
-    direction: float
-    skewness: float
-    elongation: float
-
-
-def _hue(color: np.ndarray) -> float:
-    """Return the hue (degrees) of blue, green, red (3,)."""
+def _name_of(color: np.ndarray) -> str:
+    """Return the name of the color nearest in hue to blue, green, red (3,), or `UNKNOWN`."""
     blue, green, red = (float(value) for value in color)
-    return math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
-
-
-def _name_hue(hue: float) -> str:
-    """Return the nearest color's name, or `UNKNOWN`."""
+    hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
     distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
     nearest = min(distances, key=lambda name: distances[name])
     return nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
@@ -129,8 +113,8 @@ def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: 
     """Return the colored spots of about the expected area.
 
     A pixel's chroma, its largest minus its smallest channel, is high on colored paper alone: skirts, disks, floor and
-    walls are gray. Spots are looked for at half the resolution, where there is less noise, and measured at the full one:
-    weighing pixels by their chroma tells places much finer than a pixel.
+    walls are gray. Spots are found at half the resolution, where there is less noise, and measured at the full one:
+    pixels weighted by their chroma give places much finer than a pixel.
     """
     cv2 = vision()
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
@@ -162,9 +146,9 @@ def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: floa
     area = abs(float(across[0] * down[1] - across[1] * down[0])) * float(weights.mean())
     if not 0.75 * area_cm2 <= area <= 1.3 * area_cm2:
         return None
-    label = _name_hue(_hue(image[weights > 0.7].mean(axis=0)))
-    kept = weights > 0
-    return _Spot(weights[kept], places[kept].astype(np.float64), label)
+    label = _name_of(image[weights > 0.7].mean(axis=0))
+    used = weights > 0
+    return _Spot(weights[used], places[used].astype(np.float64), label)
 
 
 @dataclass(frozen=True)
@@ -198,12 +182,9 @@ class TriangleMarkers:
     has_heading = True
 
     def __post_init__(self) -> None:
-        length = self.tip_cm + self.base_cm
-        if not 0 < 2.2 * self.half_width_cm <= length:
-            raise ValueError(
-                f"`markers` must be triangles at least 1.1 times as long as wide; got {length} cm by "
-                f"{2 * self.half_width_cm} cm."
-            )
+        length, width = self.tip_cm + self.base_cm, 2 * self.half_width_cm
+        rule = "be triangles at least 1.1 times as long as wide"
+        require(0 < 1.1 * width <= length, "markers", rule, f"{length} cm by {width} cm")
 
     def shapes(self, label: str) -> Shapes:
         """Return one triangle; see `Markers`."""
@@ -211,46 +192,36 @@ class TriangleMarkers:
         return [(np.array(corners), _PAINTS[label])]
 
     def check_label(self, label: str) -> None:
-        """Refuse what is not a color."""
-        _check_color(label)
+        """Reject what is not a color."""
+        choice("label", label, HUES)
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all triangles in an image (H, W, 3); see `Markers`."""
         found = _find_spots(image, places, (self.tip_cm + self.base_cm) * self.half_width_cm, self.chroma)
-        spots = [spot for spot in found if self._is_triangle(spot.taper)]
-        headings = np.array([spot.taper.direction + math.pi for spot in spots])
+        spots = [spot for spot in found if self._is_triangle(spot)]
+        headings = np.array([spot.taper[0] + math.pi for spot in spots])
         offset = (2 * self.base_cm - self.tip_cm) / 3
         ahead = np.column_stack([np.cos(headings), np.sin(headings)])
         centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
         wrapped = (headings + math.pi) % (2 * math.pi) - math.pi
         return Detections(centers - offset * ahead, wrapped, tuple(spot.label for spot in spots))
 
-    def _is_triangle(self, taper: _Taper) -> bool:
-        """Tell a whole triangle from what a cable or a hand leaves of it, or from another colored thing.
+    def _is_triangle(self, spot: _Spot) -> bool:
+        """Return False for what a cable or a hand leaves of a triangle, and for other colored things.
 
-        A triangle's variance is a 1/18 of its length squared along, 1/24 of its width squared across; its skewness is 0.57.
-        Blur and noise make both less.
+        A triangle's variance is 1/18 of its length squared along, 1/24 of its width squared across; its skewness is 0.57.
+        Blur and noise reduce both.
         """
-        elongation = (self.tip_cm + self.base_cm) ** 2 / 18 / ((2 * self.half_width_cm) ** 2 / 24)
-        return taper.skewness > 0.2 and 0.55 * elongation < taper.elongation < 1.4 * elongation
+        _, skewness, elongation = spot.taper
+        expected = (self.tip_cm + self.base_cm) ** 2 / 18 / ((2 * self.half_width_cm) ** 2 / 24)
+        return skewness > 0.2 and 0.55 * expected < elongation < 1.4 * expected
 
 
 @dataclass(frozen=True)
 class RoundMarkers:
-    """Plain colored disks, for positions alone.
+    """Colored disks of `radius_cm` on the white ones, which show positions alone; otherwise as `TriangleMarkers`.
 
-    Attributes
-    ----------
-    radius_cm
-        Radius of the colored disk.
-    height_cm
-        Height of the marker above the floor.
-    chroma
-        As for triangles.
-
-    Source
-    ------
-    Paper, section 5.4: 40 robots, of which only positions were taken.
+    Source: paper, section 5.4, 40 robots of which only positions were taken.
     """
 
     radius_cm: float = 2.0
@@ -265,8 +236,8 @@ class RoundMarkers:
         return [(self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])]
 
     def check_label(self, label: str) -> None:
-        """Refuse what is not a color."""
-        _check_color(label)
+        """Reject what is not a color."""
+        choice("label", label, HUES)
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all disks in an image (H, W, 3); see `Markers`."""
@@ -293,9 +264,8 @@ class ArucoMarkers:
     has_heading = True
 
     def check_label(self, label: str) -> None:
-        """Refuse what is not an identity of the dictionary."""
-        if not (label.isdecimal() and int(label) < 50):
-            raise ValueError(f"`label` must be an ArUco identity, 0 to 49; got {label!r}.")
+        """Reject what is not an identity of the dictionary."""
+        require(label.isdecimal() and int(label) < 50, "label", "be an ArUco identity, 0 to 49", repr(label))
 
     def shapes(self, label: str) -> Shapes:
         """Return the black square and its white cells; see `Markers`."""
@@ -324,22 +294,14 @@ class ArucoMarkers:
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all ArUco markers in an image (H, W, 3); see `Markers`."""
+        cv2 = vision()
         found, identities, _ = self._detector.detectMarkers(gray(image))
         corners = np.array([np.asarray(square).reshape(4, 2) for square in found]).reshape(-1, 4, 2)
-        on_plane = _interpolate(places, corners.reshape(-1, 2)).reshape(-1, 4, 2)
+        on_plane = np.empty((0, 4, 2))
+        if len(corners):
+            at = corners.astype(np.float32).reshape(-1, 1, 2)  # x, y between the pixels of `places`
+            on_plane = cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+            on_plane = np.asarray(on_plane).reshape(-1, 4, 2).astype(np.float64)
         ahead = (on_plane[:, 0] + on_plane[:, 1]) - (on_plane[:, 2] + on_plane[:, 3])
         labels = tuple(str(identity) for identity in ([] if identities is None else np.asarray(identities).ravel()))
         return Detections(on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), labels)
-
-
-def _interpolate(places: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-    """Return x, y (n, 2) between the pixels of a map (H, W, 2)."""
-    cv2 = vision()
-    if len(pixels) == 0:
-        return np.empty((0, 2))
-    at = pixels.astype(np.float32).reshape(-1, 1, 2)
-    return (
-        np.asarray(cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-        .reshape(-1, 2)
-        .astype(np.float64)
-    )

@@ -4,14 +4,19 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from ._calibration import Calibration
+from turing_learning._files import whole
+from turing_learning.arrays import array
+from turing_learning.errors import integer, number, require
+from turing_learning.trajectories import compute_signals
+
+from ._calibration import Calibration, refuse_taken
+from ._images import require_image
 from ._markers import Detections, Markers
-from ._motion import signed_speeds
-from ._opencv import require_image
 
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
 """Kinds of faults."""
@@ -92,20 +97,65 @@ class Track:
     def speeds(self) -> np.ndarray:
         """Return the samples (A, T, 2): linear speed (cm/s), angular speed (rad/s); see `signed_speeds`.
 
-        Raises
-        ------
-        ValueError
-            If somebody is not present all the time, or headings are not known: a sample is never made of guesses.
+        A track with gaps, or without headings, is rejected: a sample is never made of guesses.
         """
-        if not self.has_headings:
-            raise ValueError("`markers` must show headings for speeds to be signed; got positions alone.")
+        require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
         if not self.complete:
             frame, individual = (int(k) for k in np.argwhere(~self.present)[0])
-            raise ValueError(
-                f"`track` must be complete; got no sight of individual {individual} ({self.labels[individual]}) at frame "
-                f"{frame}. Repeat the trial."
-            )
+            gap = f"no sight of individual {individual} ({self.labels[individual]}) at frame {frame}"
+            require(False, "track", "be complete", gap, "Repeat the trial.")
         return signed_speeds(self.poses, self.interval_s)
+
+
+def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
+    """Compute signed linear and angular speeds, as of recorded motion with headings; see `trajectories.compute_signals`.
+
+    Parameters
+    ----------
+    poses : (T + 1, A, 3)
+        x, y (cm), heading (rad, anticlockwise), T >= 1.
+    interval_s
+        Time between poses (s), > 0.
+
+    Returns
+    -------
+    (A, T, 2)
+        Linear speed (cm/s), the length of the displacement over the interval, negative when the displacement is more than
+        pi / 2 away from the heading at its start; angular speed (rad/s), of the turn that is shorter than pi.
+
+    Source
+    ------
+    Paper, the footnote of section 3.2.3 on the sign.
+    """
+    poses = array("poses", poses, "T+1 A 3")
+    require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
+    fps = 1 / number("interval_s", interval_s, above=0)
+    signals = compute_signals(poses[..., :2], fps=fps, names=("speed", "turn"), headings=poses[..., 2])
+    return signals.values.transpose(1, 0, 2)
+
+
+def write_table(track: Track, path: Path, *, force: bool = False) -> None:
+    """Write a table with a header: frame, x, y (cm), id, and heading (rad) where markers show it.
+
+    A robot that was not seen in a frame has no row there. Read it with
+    ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``.
+
+    Parameters
+    ----------
+    track
+        Individuals are numbered from 1, agents first.
+    path
+        The file, in a folder that exists.
+    force
+        Whether a file that exists may be replaced; FileExistsError otherwise.
+    """
+    refuse_taken(path, name="out", force=force)
+    with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        file.write("frame,x,y,id,heading\n" if track.has_headings else "frame,x,y,id\n")
+        for frame, individual in np.argwhere(track.present).tolist():
+            x, y, heading = track.poses[frame, individual].tolist()
+            row = f"{frame},{x:.4f},{y:.4f},{individual + 1}"
+            file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))
 
 
 def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
@@ -121,7 +171,7 @@ def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
 class Tracker:
     """Follow individuals from image to image.
 
-    Individuals that wear the same label are told apart by where they were: detections are assigned to individuals so
+    Individuals with the same label are told apart by where they were: detections are assigned to individuals so
     that the sum of distances is smallest, and nobody moves farther than the robot can. In the first image
     they are numbered by x, then y.
 
@@ -138,7 +188,7 @@ class Tracker:
     maximum_speed_cm_s
         Of the robots.
     maximum_gap
-        Images for which an individual may be out of sight and be recognized after.
+        Number of images for which an individual may be out of sight and be recognized afterwards.
     """
 
     def __init__(
@@ -153,16 +203,11 @@ class Tracker:
     ) -> None:
         for label in labels:
             markers.check_label(label)
-        for name, value in (("interval_s", interval_s), ("maximum_speed_cm_s", maximum_speed_cm_s)):
-            if not (math.isfinite(value) and value > 0):
-                raise ValueError(f"`{name}` must be a finite number above 0; got {value}.")
-        if maximum_gap < 0:
-            raise ValueError(f"`maximum_gap` must be 0 or more; got {maximum_gap}.")
-        self.markers, self.labels, self.interval_s = markers, tuple(labels), float(interval_s)
-        self.calibration = calibration
+        self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
+        self.interval_s = number("interval_s", interval_s, above=0)
+        self._step = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0) * interval_s
+        self._maximum_gap = integer("maximum_gap", maximum_gap)
         self._places = calibration.map_pixels(markers.height_cm)
-        self._step = maximum_speed_cm_s * interval_s
-        self._maximum_gap = maximum_gap
         self.start()
 
     @property
@@ -187,18 +232,15 @@ class Tracker:
         return self.markers.detect(image, self._places)
 
     def follow(self, image: np.ndarray) -> Sighting:
-        """Find everybody in the next image (H, W, 3).
-
-        Raises
-        ------
-        ValueError
-            If the image is not of the calibration's size, or not in color.
-        """
+        """Find everybody in the next image (H, W, 3)."""
         require_image("image", image, self.image_size)
         self._frame += 1
-        if self._is_frozen(image):
+        if self._last_image is not None and np.array_equal(image, self._last_image):
             self._gap[self._gap >= 0] += 1
-            return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), self._report_frozen())
+            text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
+            frozen = () if self._frozen else (Fault(self._frame, FROZEN, text),)
+            self._frozen = True
+            return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), frozen)
         self._frozen, self._last_image = False, image
         detections = self.markers.detect(image, self._places)
         present, free = self._assign(detections)
@@ -208,17 +250,10 @@ class Tracker:
         return Sighting(self._poses.copy(), present, faults)
 
     def track(self, images: Iterable[np.ndarray]) -> Track:
-        """Follow everybody through images of one trial: 51 for the paper's 50 samples.
-
-        Raises
-        ------
-        ValueError
-            If there are fewer than two images.
-        """
+        """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
         self.start()
         sightings = [self.follow(image) for image in images]
-        if len(sightings) < 2:
-            raise ValueError(f"`images` must be 2 or more; got {len(sightings)}. Check that the camera gives frames.")
+        require(len(sightings) >= 2, "images", "be 2 or more", len(sightings), "Check that the camera gives frames.")
         return Track(
             np.array([sighting.poses for sighting in sightings]),
             np.array([sighting.present for sighting in sightings]),
@@ -228,49 +263,30 @@ class Tracker:
             self.markers.has_heading,
         )
 
-    def _is_frozen(self, image: np.ndarray) -> bool:
-        return self._last_image is not None and np.array_equal(image, self._last_image)
-
-    def _report_frozen(self) -> tuple[Fault, ...]:
-        if self._frozen:
-            return ()
-        self._frozen = True
-        text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
-        return (Fault(self._frame, FROZEN, text),)
-
     def _assign(self, detections: Detections) -> tuple[np.ndarray, np.ndarray]:
-        """Give detections to individuals; return who is present (A,) and which detections (n,) are left."""
+        """Assign detections to individuals; return who is present (A,) and which detections (n,) are left."""
         present, free = np.zeros(len(self.labels), bool), np.ones(len(detections.labels), bool)
         worn, seen = np.array(self.labels), np.array(detections.labels)
         for label in dict.fromkeys(self.labels):
             (found,) = np.nonzero(seen == label)
             (known,) = np.nonzero((worn == label) & (self._gap >= 0) & (self._gap <= self._maximum_gap))
-            pairs = self._nearest(known, detections.positions[found])
-            new = np.nonzero((worn == label) & (self._gap < 0))[0]
-            for individual, which in pairs:
-                self._see(individual, detections, found[which], present, free)
-            left = found[free[found]]
+            (new,) = np.nonzero((worn == label) & (self._gap < 0))
+            pairs = [(who, found[which]) for who, which in self._nearest(known, detections.positions[found])]
+            left = np.delete(found, np.searchsorted(found, [which for _, which in pairs]))
             order = left[np.lexsort((detections.positions[left, 1], detections.positions[left, 0]))]
-            for individual, which in zip(new.tolist(), order.tolist(), strict=False):
-                self._see(individual, detections, which, present, free)
+            for who, which in [*pairs, *zip(new.tolist(), order.tolist(), strict=False)]:
+                self._poses[who, :2] = detections.positions[which]
+                if detections.headings is not None:
+                    self._poses[who, 2] = detections.headings[which]
+                self._gap[who], present[who], free[which] = 0, True, False
         return present, free
 
-    def _see(self, individual: int, detections: Detections, which: int, present: np.ndarray, free: np.ndarray) -> None:
-        self._poses[individual, :2] = detections.positions[which]
-        if detections.headings is not None:
-            self._poses[individual, 2] = detections.headings[which]
-        self._gap[individual], present[individual], free[which] = 0, True, False
-
-    def _gates(self, individuals: np.ndarray) -> np.ndarray:
-        """Return how far (cm) individuals can be from where they were last seen: their way, and a push."""
-        return self._step * (self._gap[individuals] + 1) + 1.0
-
     def _nearest(self, individuals: np.ndarray, positions: np.ndarray) -> list[tuple[int, int]]:
-        """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within gates."""
+        """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within reach."""
         distance = np.hypot(*(self._poses[individuals, None, :2] - positions[None]).transpose(2, 0, 1))
-        gates = self._gates(individuals)[:, None]
-        rows, columns = linear_sum_assignment(np.where(distance <= gates, distance, 1e6))
-        return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= gates[i]]
+        reach = (self._step * (self._gap[individuals] + 1) + 1.0)[:, None]  # their way since the last sight, and a push
+        rows, columns = linear_sum_assignment(np.where(distance <= reach, distance, 1e6))
+        return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= reach[i]]
 
     def _report(self, detections: Detections, present: np.ndarray, free: np.ndarray) -> tuple[Fault, ...]:
         """Return the faults that begin with this image."""
@@ -295,8 +311,7 @@ class Tracker:
         """Return the fault that begins when an individual is not seen: its marker is covered, or far away."""
         who, label = self._name(individual), self.labels[individual]
         if self._gap[individual] < 0:
-            seen = sum(1 for name in detections.labels if name == label)
-            text = f"{seen} {label} markers in the first image, {self.labels.count(label)} expected"
+            text = f"{detections.labels.count(label)} {label} markers in the first image, {self.labels.count(label)} expected"
             return Fault(self._frame, MISSING, f"{text}: {who} is missing. Check its marker.")
         x, y, _ = self._poses[individual]
         others = [k for k in np.nonzero(free)[0] if detections.labels[k] == label]

@@ -6,7 +6,7 @@ import logging
 import os
 import re
 import zipfile
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -174,7 +174,8 @@ class EventLog:
         """
         if event.kind == "disturbed":
             _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
-        line = json.dumps({"time": now(), **asdict(event)}) + "\n"
+        known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
+        line = json.dumps({"time": now(), **known}) + "\n"
         with self._folder.storage(), self._folder.events_path.open("a+b") as file:
             file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
             file.flush()

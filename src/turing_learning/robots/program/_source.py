@@ -1,4 +1,4 @@
-"""A laboratory as a source of samples: what the PC does when a trial is disturbed."""
+"""A laboratory as a source of samples; what the PC does when a trial is disturbed."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,23 +9,24 @@ from turing_learning.coevolution import Samples
 from turing_learning.robots.tracking._tracker import Tracker
 
 from ._equipment import Equipment
-from ._laboratory_config import LaboratorySetup
+from ._setup import LaboratorySetup
 from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
 
 ALONE = 2
 """How often in a generation the program tries again alone, before it asks the operator."""
 PAUSE_S = 2.0
-"""Before links are opened again."""
+"""Before links are reopened."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """What happened in a laboratory, for its log.
+    """What happened in a laboratory.
 
     Attributes
     ----------
     kind
-        "disturbed": the trials are started again; "batteries": they are replaced; "complete": all trials are observed.
+        "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": the trials
+        are started again; "batteries": they are replaced; "complete": all trials are observed.
     stage
         The generation, or which post-evaluation.
     attempt
@@ -33,9 +34,11 @@ class Event:
     state
         "P1" to "P5" of the program, "P0" while connecting.
     fault
-        What was wrong; empty for the other kinds.
+        What was wrong; empty unless "disturbed".
     asked
         What the operator was asked to do; empty if nobody was asked.
+    trial
+        The trial, of the kind "trial".
     """
 
     kind: str
@@ -44,13 +47,14 @@ class Event:
     state: str
     fault: str = ""
     asked: str = ""
+    trial: ObservedTrial | None = None
 
 
 class LaboratorySource:
     """Samples of real agents and of the replicas among them, observed in trials of all models.
 
-    A disturbed trial is not used: all trials of the generation are started again, after links and camera have been opened
-    anew and the operator has done what had to be done. A context manager.
+    A disturbed trial is not used: all trials of the generation are started again, after links and camera have been
+    reopened and the operator has intervened where needed. A context manager.
 
     Parameters
     ----------
@@ -59,15 +63,11 @@ class LaboratorySource:
     steps
         Samples T of a trial.
     equipment
-        Its doors.
+        Its devices.
     tracker
         Of all robots, agents first.
-    keep
-        Is given stage, attempt and every trial as it is observed, disturbed ones too.
-    note
-        Is given every event.
-    on_state
-        Is told every state of the program.
+    watch
+        Called with every event.
     last_attempt
         Stage -> number of its attempts in earlier sessions.
 
@@ -88,17 +88,14 @@ class LaboratorySource:
         equipment: Equipment,
         tracker: Tracker,
         *,
-        keep: Callable[[str, int, ObservedTrial], None] = lambda stage, attempt, trial: None,
-        note: Callable[[Event], None] = lambda event: None,
-        on_state: Callable[[str], None] | None = None,
+        watch: Callable[[Event], None] = lambda event: None,
         last_attempt: Callable[[str], int] = lambda stage: 0,
     ) -> None:
         self.generation = 0
-        self._setup, self._equipment = setup, equipment
-        self._keep, self._note, self._last_attempt = keep, note, last_attempt
+        self._setup, self._equipment, self._watch, self._last_attempt = setup, equipment, watch, last_attempt
         self._stage, self._attempt = "", 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh
-        self._program = PcProgram(setup, steps, equipment, tracker, keep=self._keep_trial, on_state=on_state)
+        self._program = PcProgram(setup, steps, equipment, tracker, self._follow)
 
     def __enter__(self) -> "LaboratorySource":
         return self
@@ -120,10 +117,7 @@ class LaboratorySource:
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2).
 
-        Raises
-        ------
-        LaboratoryError
-            If nobody helps.
+        Raise `LaboratoryError` if an operator is needed and nobody answers.
         """
         self._replace_batteries()
         return self.observe(self.to_units(models), f"generation-{self.generation:04d}")
@@ -143,7 +137,8 @@ class LaboratorySource:
                 self._recover(disturbance, ask=alone == 0)
             else:
                 self._tell("complete", self._program.state)
-                return self._samples(trials)
+                speeds_seen = np.array([trial.track.speeds() for trial in trials])
+                return trial_samples(speeds_seen, len(self._setup.replicas))
 
     def _recover(self, disturbance: Disturbance, *, ask: bool) -> None:
         remedy = f"{disturbance.remedy.rstrip('.')}."
@@ -166,18 +161,18 @@ class LaboratorySource:
         self._equipment.operator.ask(todo)
         self._fresh_at = self.generation
 
-    def _keep_trial(self, trial: ObservedTrial) -> None:
-        self._keep(self._stage, self._attempt, trial)
+    def _follow(self, what: str | ObservedTrial) -> None:
+        """Report a state or a trial of the program."""
+        trial = None if isinstance(what, str) else what
+        kind = "trial" if trial else "state"
+        self._watch(Event(kind, self._stage, self._attempt, self._program.state, trial=trial))
 
     def _tell(self, kind: str, state: str, fault: str = "", asked: str = "") -> None:
-        self._note(Event(kind, self._stage, self._attempt, state, fault, asked))
-
-    def _samples(self, trials: list[ObservedTrial]) -> Samples:
-        return trial_samples(np.array([trial.track.speeds() for trial in trials]), len(self._setup.replicas))
+        self._watch(Event(kind, self._stage, self._attempt, state, fault, asked))
 
 
 def trial_samples(speeds: np.ndarray, replicas: int) -> Samples:
-    """Return what was observed in R trials as samples of agents (R x agents, T, 2), and of each model (R x replicas, 1, T, 2).
+    """Return the samples of R trials: of the agents (R x agents, T, 2), and of each model (R x replicas, 1, T, 2).
 
     Parameters
     ----------

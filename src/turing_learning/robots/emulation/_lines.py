@@ -1,0 +1,324 @@
+"""The robot's end of a line: in virtual time within this process, on a TCP port, or on a pseudo-terminal."""
+
+import os
+import selectors
+import socket
+import tempfile
+import threading
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable
+from functools import partial
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from turing_learning.robots._clock import VirtualClock
+from turing_learning.robots.links._link import Link, open_link
+
+from ._emulated_robot import EmulatedRobot
+
+PAUSE_S = 0.05
+"""Between the pieces of a spoiled answer."""
+_POLL_S = 0.02
+Spoil = Callable[[bytes], Iterable[bytes]]
+"""Turns the bytes that a robot sends into the pieces that arrive: where tests put noise."""
+
+
+def whole(data: bytes) -> Iterable[bytes]:
+    """Return data in one piece."""
+    return [data]
+
+
+class Line(ABC):
+    """The robot's end of a line; it is reached at `port`. A context manager."""
+
+    port: str
+
+    def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
+        self.robot, self.spoil = robot, spoil
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @abstractmethod
+    def link(self) -> Link:
+        """Return an open link to the robot; raise LinkError if there is none."""
+
+    @abstractmethod
+    def drop(self) -> None:
+        """Lose the link."""
+
+    @abstractmethod
+    def restore(self) -> None:
+        """Make it possible to connect again."""
+
+    @abstractmethod
+    def _send(self, data: bytes) -> None:
+        """Send to the PC, piece by piece; without a link the bytes are lost."""
+
+    def signal(self, kind: str) -> None:
+        """Send a signal; without a link it is lost."""
+        self._send(self.robot.signal(kind))
+
+    def close(self) -> None:
+        """End the service."""
+        self.drop()
+
+
+class VirtualLine(Line):
+    """A line in virtual time, whose bytes take the time `latency_s`, from shortest to longest."""
+
+    def __init__(
+        self,
+        robot: EmulatedRobot,
+        name: str,
+        clock: VirtualClock,
+        latency_s: tuple[float, float],
+        rng: np.random.Generator,
+    ) -> None:
+        super().__init__(robot)
+        self.port = name
+        self._clock, self._latency_s, self._rng = clock, latency_s, rng
+        self._there = True
+        self._near: _NearEnd | None = None
+        self._last = {"in": 0.0, "out": 0.0}
+
+    def link(self) -> Link:
+        link = Link(self.port, clock=self._clock, connect=self._connect)
+        link.open()
+        return link
+
+    def drop(self) -> None:
+        self._there, self._near = False, None
+
+    def restore(self) -> None:
+        self._there = True
+
+    def is_near(self, end: "_NearEnd") -> bool:
+        """Return whether an end is that of the present connection."""
+        return self._near is end
+
+    def receive(self, data: bytes) -> None:
+        """Take what the PC sends."""
+        self._later("in", 0.0, lambda: self._send(self.robot.receive(data) if self._there else b""))
+
+    def _send(self, data: bytes) -> None:
+        if self._near is not None and data:
+            for number, piece in enumerate(self.spoil(data)):
+                self._later("out", number * PAUSE_S, partial(self._near.arrived.extend, piece))
+
+    def _connect(self) -> "_NearEnd":
+        if not self._there:
+            raise OSError("no connection")
+        self._near = _NearEnd(self, self._clock)
+        return self._near
+
+    def _later(self, way: str, pause_s: float, action: Callable[[], None]) -> None:
+        """Do something when the bytes have arrived; they do not overtake each other."""
+        due = self._clock.now() + pause_s + self._rng.uniform(*self._latency_s)
+        self._last[way] = due = max(due, self._last[way])
+        self._clock.call_at(due, action)
+
+
+class _NearEnd:
+    """The PC's end of a virtual line, a `links.Device`."""
+
+    def __init__(self, line: VirtualLine, clock: VirtualClock) -> None:
+        self._line, self._clock = line, clock
+        self.arrived = bytearray()
+
+    @property
+    def in_waiting(self) -> int:
+        self._require()
+        return len(self.arrived)
+
+    def read(self, size: int) -> bytes:
+        self._require()
+        self._clock.sleep_until(self._clock.now() + _POLL_S, ready=lambda: len(self.arrived) > 0)
+        self._require()
+        data = bytes(self.arrived[:size])
+        del self.arrived[:size]
+        return data
+
+    def write(self, data: bytes) -> int:
+        self._require()
+        self._line.receive(bytes(data))
+        return len(data)
+
+    def close(self) -> None:
+        """Leave the line as it is."""
+
+    def _require(self) -> None:
+        if not self._line.is_near(self):
+            raise OSError("connection lost")
+
+
+class RobotServer(Line):
+    """A line in real time; see `serve_tcp` and `serve_terminal`. `spoil` is where tests put noise."""
+
+    def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
+        super().__init__(robot, spoil)
+        self._lock = threading.Lock()
+        self._done = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.restore()
+
+    def link(self) -> Link:
+        """Return an open link to the robot; raise LinkError if there is none."""
+        return open_link(self.port)
+
+    def drop(self) -> None:
+        """Lose the link; nothing happens without one."""
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            self._done.set()
+            thread.join()
+            with self._lock:
+                self._shut()
+
+    def restore(self) -> None:
+        """Open the line again; nothing happens if it is open."""
+        if self._thread is None:
+            self._done.clear()
+            self._open()
+            self._thread = threading.Thread(target=self._serve, daemon=True)
+            self._thread.start()
+
+    def _send(self, data: bytes) -> None:
+        with self._lock:
+            for number, piece in enumerate(self.spoil(data)):
+                if number:
+                    time.sleep(PAUSE_S)
+                if self._thread is not None:
+                    self._write(piece)
+
+    def _serve(self) -> None:
+        while not self._done.is_set():
+            data = self._read()
+            answer = self.robot.receive(data) if data else b""
+            if answer:
+                self._send(answer)
+
+    @abstractmethod
+    def _open(self) -> None:
+        """Make the port."""
+
+    @abstractmethod
+    def _shut(self) -> None:
+        """Take the port away."""
+
+    @abstractmethod
+    def _read(self) -> bytes:
+        """Return what has arrived, nothing after a short while."""
+
+    @abstractmethod
+    def _write(self, data: bytes) -> None:
+        """Send, if anybody listens."""
+
+
+class _TcpServer(RobotServer):
+    """One client at a time; each is greeted."""
+
+    def __init__(self, robot: EmulatedRobot, spoil: Spoil, address: tuple[str, int]) -> None:
+        self._address = address
+        self._client: socket.socket | None = None
+        super().__init__(robot, spoil)
+
+    def _open(self) -> None:
+        self._listening = socket.create_server(self._address)
+        self._listening.settimeout(0.05)
+        self._address = self._listening.getsockname()[:2]
+        self.port = f"socket://{self._address[0]}:{self._address[1]}"
+
+    def _shut(self) -> None:
+        self._hang_up()
+        self._listening.close()
+
+    def _hang_up(self) -> None:
+        client, self._client = self._client, None
+        if client is not None:
+            client.close()
+
+    def _read(self) -> bytes:
+        try:
+            if self._client is None:
+                client, _ = self._listening.accept()
+                client.settimeout(_POLL_S)
+                self._client = client
+                self._send(self.robot.greeting)
+            data = self._client.recv(4096) if self._client is not None else b""
+        except TimeoutError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def _write(self, data: bytes) -> None:
+        client = self._client
+        if client is not None:
+            try:
+                client.sendall(data)
+            except OSError:
+                self._hang_up()
+
+
+class _TerminalServer(RobotServer):
+    """A pseudo-terminal whose name stays the same when the link comes back."""
+
+    def __init__(self, robot: EmulatedRobot, spoil: Spoil) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="emulated-robot-")
+        self.port = str(Path(self._folder.name) / "serial")
+        super().__init__(robot, spoil)
+
+    def _open(self) -> None:
+        import tty  # not on every system
+
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        Path(self.port).symlink_to(os.ttyname(self._slave))
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._master, selectors.EVENT_READ)
+        self._write(self.robot.greeting)
+
+    def _shut(self) -> None:
+        Path(self.port).unlink(missing_ok=True)
+        self._selector.close()
+        for end in (self._master, self._slave):
+            os.close(end)
+
+    def close(self) -> None:
+        """End the service."""
+        super().close()
+        self._folder.cleanup()
+
+    def _read(self) -> bytes:
+        if not self._selector.select(_POLL_S):
+            return b""
+        try:
+            return os.read(self._master, 4096)
+        except OSError:
+            return b""
+
+    def _write(self, data: bytes) -> None:
+        try:
+            os.write(self._master, data)
+        except OSError:
+            return  # nobody reads, and the line is full: a serial line loses bytes then, too
+
+
+def serve_tcp(robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, spoil: Spoil = whole) -> RobotServer:
+    """Serve a robot on a TCP port (0: any free one), in a thread, until closed; raise OSError if the port is taken."""
+    return _TcpServer(robot, spoil, (host, port))
+
+
+def serve_terminal(robot: EmulatedRobot, *, spoil: Spoil = whole) -> RobotServer:
+    """Serve a robot on a pseudo-terminal, in a thread, until closed; raise OSError on a system without them."""
+    return _TerminalServer(robot, spoil)

@@ -1,0 +1,362 @@
+"""What a laboratory consists of, and how it works, as validated, frozen data."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, Field, ValidationError, model_validator
+
+from turing_learning.config import (
+    Configuration,
+    ConfigurationError,
+    Section,
+    dotted,
+    line_of,
+    load_configuration,
+    nearest,
+    read_toml,
+)
+from turing_learning.errors import Refusal, brief, refuse, require
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Count = Annotated[int, Field(ge=0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
+
+RUN_SECTIONS = ("preset", "scenario", "models", "classifiers", "coevolution", "run")
+"""Sections of a laboratory's file that configure the run, as in the configuration of any run."""
+
+_BASE = {
+    "models.parents": 10,
+    "models.offspring": 10,
+    "models.redraw": 0.0,
+    "models.exchange": 0.0,
+    "run.generations": 100,
+    "run.checkpoint_every": 1,
+    "scenario.arena.width_cm": 200.0,
+    "scenario.arena.height_cm": 225.0,
+    "scenario.robot.clamp_wheel_speeds": True,
+    "scenario.trial.duration_s": 5.0,
+}
+"""The paper's setup (sections 5.1 and 5.3), for what the file leaves out; a generation takes minutes, so each one is saved.
+
+No jumps (decision 0025): they are drawn from the initial range, which the hyperbolic tangent makes -0.76 to 0.76 of the
+largest speed, and 100 generations of 20 models cannot afford them.
+"""
+_SIZES = {"models.population", "models.parents", "models.offspring"}
+
+_DERIVED = {
+    "scenario.agents": "[[robots]]",
+    "scenario.replicas": "[[robots]]",
+    "scenario.trial.control_interval_s": "camera.fps",
+}
+
+
+class LaboratoryError(RuntimeError):
+    """A session in a laboratory has to end; the run can be resumed."""
+
+
+class RobotSection(Section):
+    """A robot: an agent, which the PC does not control, or a replica at an address."""
+
+    name: Name
+    role: Literal["agent", "replica"]
+    marker: str
+    address: str | None = None
+
+    @model_validator(mode="after")
+    def _check_address(self) -> "RobotSection":
+        if self.role == "replica":
+            remedy = "Name a serial device or socket://host:port."
+            require(self.address, "address", "be given for a replica", "nothing", remedy)
+        else:
+            rule = "be left out for an agent, which the PC does not control"
+            require(self.address is None, "address", rule, repr(self.address))
+        return self
+
+
+class CameraSection(Section):
+    """The camera: its number, a video file or a URL; images per second; its calibration; what the robots wear.
+
+    `landmarks` are printed markers that stay on the floor: identity -> x, y (cm). They must not be among the robots' markers.
+    """
+
+    source: int | str = 0
+    fps: Positive = 10.0
+    calibration: str
+    markers: Literal["triangles", "aruco"] = "triangles"
+    marker_height_cm: Positive = 6.0
+    landmarks: dict[str, tuple[float, float]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _check_landmarks(self) -> "CameraSection":
+        for identity in self.landmarks:
+            fits = identity.isdecimal() and int(identity) < 50
+            require(fits, "camera.landmarks", "be named by their identities, 0 to 49", repr(identity))
+        return self
+
+
+class TimingSection(Section):
+    """Durations of a replica's states (s), as in its firmware: R1, R3 and R4 wait; R2 disperses; R5 executes.
+
+    `tolerance_s` is how late a signal may be, and how far apart those of two replicas.
+
+    Source: paper, section 5.2.
+    """
+
+    wait_s: Positive = 1.0
+    disperse_s: Positive = 8.0
+    execute_s: Positive = 7.0
+    tolerance_s: Positive = 1.0
+
+    @property
+    def loop_s(self) -> float:
+        """Duration of a loop (s)."""
+        return 3 * self.wait_s + self.disperse_s + self.execute_s
+
+
+class InterventionsSection(Section):
+    """When a human has to come.
+
+    All batteries are replaced every `batteries_every` generations. A robot that moves less than `stuck_cm` in a trial, and
+    does not turn, is stuck. 0 for never.
+
+    Source: paper, section 5.3.
+    """
+
+    batteries_every: Count = 25
+    stuck_cm: NotNegative = 0.2
+
+
+class EvaluationSection(Section):
+    """How often each model of the last generation is observed again, to find the best; 0 for not at all."""
+
+    repeats: Count = 5
+
+
+class LaboratorySetup(Section):
+    """The laboratory itself. With `emulated`, its runs are rehearsals, which never meet the real robots."""
+
+    emulated: bool = False
+    robots: tuple[RobotSection, ...]
+    camera: CameraSection
+    timing: TimingSection = TimingSection()
+    interventions: InterventionsSection = InterventionsSection()
+    evaluation: EvaluationSection = EvaluationSection()
+
+    @property
+    def agents(self) -> tuple[RobotSection, ...]:
+        """The agents, in the order of the file."""
+        return tuple(robot for robot in self.robots if robot.role == "agent")
+
+    @property
+    def replicas(self) -> tuple[RobotSection, ...]:
+        """The replicas, in the order of the file."""
+        return tuple(robot for robot in self.robots if robot.role == "replica")
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Markers of all robots, agents first, in the order of a tracker."""
+        return tuple(robot.marker for robot in (*self.agents, *self.replicas))
+
+    @model_validator(mode="after")
+    def _check_robots(self) -> "LaboratorySetup":
+        for role, found in (("agent", self.agents), ("replica", self.replicas)):
+            require(found, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
+        _require_different("name", [robot.name for robot in self.robots], "robots")
+        _require_different("address", [str(robot.address) for robot in self.replicas], "replicas")
+        for replica in self.replicas:
+            others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
+            got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
+            require(not others, "marker", "be a replica's alone", got)
+        if self.camera.markers == "aruco":
+            _require_different("marker", [robot.marker for robot in self.robots], "robots with ArUco markers")
+            both = sorted(self.camera.landmarks.keys() & set(self.labels))
+            require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
+        return self
+
+
+def _require_different(field: str, values: list[str], whose: str) -> None:
+    for value in values:
+        require(values.count(value) == 1, field, f"be different for all {whose}", f"{value!r} twice")
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """A laboratory and the run that takes place in it.
+
+    Attributes
+    ----------
+    setup
+        Robots, camera, timing.
+    configuration
+        The run; its scenario is that of the laboratory.
+    """
+
+    setup: LaboratorySetup
+    configuration: Configuration
+
+
+@dataclass(frozen=True)
+class _File:
+    """A laboratory's file: its text, what it says, and where each override comes from, for messages."""
+
+    path: Path
+    text: str
+    document: Mapping[str, Any]
+    labels: Mapping[str, str]
+
+    def where(self, key: str) -> str:
+        """Return where a dotted key comes from."""
+        if key in self.labels:
+            return self.labels[key]
+        parts = key.split(".")
+        if parts[0] == "robots" and len(parts) > 1:
+            robots = self.document.get("robots")
+            robot = robots[int(parts[1])] if isinstance(robots, list) else {}
+            name = robot.get("name", f"number {int(parts[1]) + 1}") if isinstance(robot, Mapping) else parts[1]
+            return f"robot {name!r}, {self.path}"
+        line = line_of(self.text, key)
+        return f"{self.path}:{line}" if line else str(self.path)
+
+    def require(self, holds: object, key: str, rule: str, got: object, remedy: str = "") -> None:
+        """Reject the value of a dotted key unless `holds`."""
+        require(holds, key, rule, got, remedy, place=self.where(key), error=ConfigurationError)
+
+
+def load_laboratory(
+    path: str | Path, overrides: Mapping[str, Any] | None = None, labels: Mapping[str, str] | None = None
+) -> Laboratory:
+    """Read a laboratory's file.
+
+    Parameters
+    ----------
+    path
+        A TOML file: `robots`, `camera`, `timing`, `interventions`, `evaluation`, and the sections of any run. What it leaves
+        out is as in the paper: 20 models, 100 generations, 5 s observed, an arena of 200 cm x 225 cm.
+    overrides
+        Dotted key -> value, settings of the run.
+    labels
+        Dotted key -> where an override comes from, for messages.
+
+    Raises
+    ------
+    ConfigurationError
+        If anything is rejected; one message that says what, where, the value and what to do.
+
+    Source
+    ------
+    Paper, section 5.
+    """
+    path = Path(path)
+    text, document = read_toml(path)
+    file = _File(path, text, document, labels or {})
+    known = (*LaboratorySetup.model_fields, *RUN_SECTIONS)
+    for key in document:
+        file.require(key in known, key, "be a known section", "one", nearest(key, known))
+    described = {key: value for key, value in document.items() if key not in RUN_SECTIONS}
+    try:
+        setup = LaboratorySetup.model_validate_json(json.dumps(described, default=str), strict=True)
+    except ValidationError as error:
+        key, why = _complaint(error)
+        raise ConfigurationError(replace(why, place=file.where(key))) from error
+    camera = {"calibration": str((path.parent / setup.camera.calibration).absolute())}
+    setup = setup.model_copy(update={"camera": setup.camera.model_copy(update=camera)})
+    configuration = _configuration(setup, file, overrides or {})
+    _check_together(setup, configuration, file)
+    return Laboratory(setup, configuration)
+
+
+def read_setup(text: str) -> LaboratorySetup:
+    """Return a setup from its JSON; raise ConfigurationError for anything else."""
+    try:
+        return LaboratorySetup.model_validate_json(text)
+    except ValidationError as error:
+        raise ConfigurationError(replace(_complaint(error)[1], place="laboratory.json")) from error
+
+
+def _complaint(error: ValidationError) -> tuple[str, Refusal]:
+    """Return the dotted key of pydantic's first complaint, and the complaint."""
+    first = error.errors(include_url=False)[0]
+    key, got = ".".join(map(str, first["loc"])), brief(first["input"])
+    match first["type"]:
+        case "value_error":
+            return key, first["ctx"]["error"].refusal
+        case "missing":
+            return key, Refusal(key, "be given", "nothing")
+        case "extra_forbidden":
+            kind: Any = LaboratorySetup
+            for part in first["loc"][:-1]:
+                if not isinstance(part, int):
+                    kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
+            advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
+            return key, Refusal(key, "be a known setting", got, remedy=advice)
+        case _:
+            return key, Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
+
+
+def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, Any]) -> Configuration:
+    """Return the run's configuration: the paper's, over it what follows from the setup, over that the file and the overrides."""
+    document = dict(file.document)
+    scenario = document.pop("scenario", {})
+    table = {"preset": scenario} if isinstance(scenario, str) else scenario
+    given = dotted({"scenario": table, **{key: document[key] for key in RUN_SECTIONS[2:] if key in document}})
+    given |= overrides
+    for key, source in _DERIVED.items():
+        file.require(key not in given, key, f"be left out, as it follows from {source}", repr(given.get(key)))
+    base = {key: value for key, value in _BASE.items() if key not in _SIZES or not _SIZES & given.keys()}
+    derived = {
+        "scenario.agents": len(setup.agents),
+        "scenario.replicas": len(setup.replicas),
+        "scenario.trial.control_interval_s": 1 / setup.camera.fps,
+    }
+    _refuse_part_of_an_image(setup, given, file)
+    places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
+    return load_configuration(None, document.get("preset", "default"), base | derived | given, labels=places)
+
+
+def _refuse_part_of_an_image(setup: LaboratorySetup, given: Mapping[str, Any], file: _File) -> None:
+    """Reject a trial that ends between two images of the camera; name the nearest one that does not."""
+    key, fps = "scenario.trial.duration_s", setup.camera.fps
+    duration_s = given.get(key, _BASE[key])
+    if isinstance(duration_s, bool) or not isinstance(duration_s, int | float) or not 0 < duration_s * fps < math.inf:
+        return  # rejected as in any run
+    images = round(duration_s * fps)
+    if images >= 1 and abs(duration_s * fps - images) < 1e-6:
+        return
+    images = max(1, min(images, math.floor(setup.timing.execute_s * fps)))
+    rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
+    got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
+    if key not in given:
+        refuse(key, rule, f"{got} by default", remedy, error=ConfigurationError)
+    file.require(False, key, rule, got, remedy)
+
+
+def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, place: str = "") -> None:
+    """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
+    fits = not setup.evaluation.repeats or configuration.run.history != "thin"
+    rule, remedy = 'be "full" for a post-evaluation', "Or set evaluation.repeats = 0."
+    require(fits, "run.history", rule, '"thin"', remedy, place=place, error=ConfigurationError)
+
+
+def _check_together(setup: LaboratorySetup, configuration: Configuration, file: _File) -> None:
+    """Reject combinations of settings that are valid one by one."""
+    scenario, replicas = configuration.scenario, len(setup.replicas)
+    models = configuration.models.parents + configuration.models.offspring
+    rule = f"be a multiple of the {replicas} replicas, which execute them at the same time"
+    file.require(models % replicas == 0, "models", rule, models)
+    trial, longest = scenario.trial.duration_s, setup.timing.execute_s
+    file.require(trial <= longest, "scenario.trial.duration_s", f"be at most timing.execute_s, {longest}", trial)
+    refuse_without_history(setup, configuration, file.where("run.history"))
+    for key, value, needed in (
+        ("models.hidden", configuration.models.hidden, 0),
+        ("scenario.representation", scenario.representation, "reactive"),
+        ("scenario.grouping", scenario.grouping, "mixed"),
+    ):
+        rule = f"be {needed!r} for robots: replicas, among agents, take wheel speeds alone"
+        file.require(value == needed, key, rule, repr(value))
+    speeds, rule = len(scenario.controller), "have 16 wheel speeds or fewer, which a replica takes"
+    file.require(speeds <= 16, "scenario.controller", rule, speeds)
