@@ -122,6 +122,10 @@ class ScriptedLaboratory:
         for body in self.bodies:
             body.battery = True
 
+    def after(self, seconds, name, value):
+        """Set an attribute in a while."""
+        self.clock.call_at(self.clock.now() + seconds, lambda: setattr(self, name, value))
+
     def press_remote(self):
         """Let all robots begin their loops at the next whole second."""
         self._round += 1

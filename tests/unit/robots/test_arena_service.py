@@ -1,5 +1,4 @@
 import os
-import select
 import socket
 import time
 
@@ -7,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from arena_laboratories import SMALL
+from robot_bodies import PublicClient
 
 from turing_learning.robots import (
     ArenaService,
@@ -44,24 +44,6 @@ def connect(address):
         host, port = address.removeprefix("socket://").split(":")
         return socket.create_connection((host, int(port)), timeout=5).detach()
     return os.open(address, os.O_RDWR | os.O_NOCTTY)
-
-
-class PublicClient:
-    """Knows the public protocol of the e-puck and nothing of this project's driver."""
-
-    def __init__(self, descriptor):
-        self.descriptor, self.rest = descriptor, b""
-
-    def line(self, timeout=20.0):
-        while b"\n" not in self.rest:
-            assert select.select([self.descriptor], [], [], timeout)[0], f"silence after {self.rest!r}"
-            self.rest += os.read(self.descriptor, 1024)
-        line, self.rest = self.rest.split(b"\n", 1)
-        return line.rstrip(b"\r").decode("ascii")
-
-    def ask(self, command):
-        os.write(self.descriptor, command.encode("ascii") + b"\r")
-        return self.line()
 
 
 def test_a_public_client_drives_any_robot_and_hears_a_replica(service):

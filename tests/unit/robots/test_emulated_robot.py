@@ -1,42 +1,15 @@
 """The emulated robot against a client written from the public protocol alone (GCtronic wiki, "Advanced sercom protocol")."""
 
 import os
-import select
 import socket
 import struct
 import termios
 from binascii import crc_hqx
 
 import pytest
-from robot_bodies import Body, Clock
+from robot_bodies import Body, Clock, PublicClient
 
 from turing_learning.robots import EmulatedRobot, serve_tcp, serve_terminal
-
-
-class PublicClient:
-    """Knows the wiki's tables and nothing of the driver."""
-
-    def __init__(self, descriptor):
-        self.descriptor, self.rest = descriptor, b""
-
-    def line(self, timeout=2.0):
-        while b"\n" not in self.rest:
-            assert select.select([self.descriptor], [], [], timeout)[0], f"silence after {self.rest!r}"
-            self.rest += os.read(self.descriptor, 1024)
-        line, self.rest = self.rest.split(b"\n", 1)
-        return line.rstrip(b"\r").decode("ascii")
-
-    def ask(self, command):
-        os.write(self.descriptor, command.encode("ascii") + b"\n")
-        return self.line()
-
-    def binary(self, request, expected):
-        os.write(self.descriptor, request)
-        while len(self.rest) < expected:
-            assert select.select([self.descriptor], [], [], 2.0)[0]
-            self.rest += os.read(self.descriptor, 1024)
-        answer, self.rest = self.rest[:expected], self.rest[expected:]
-        return answer
 
 
 @pytest.fixture

@@ -1,5 +1,7 @@
 """The states P1 to P5 against a laboratory in virtual time, and every fault that a laboratory can have."""
 
+import re
+
 import numpy as np
 import pytest
 from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
@@ -224,22 +226,24 @@ def test_another_model_than_the_one_sent_is_noticed(run, undisturbed):
     require_same(samples, undisturbed)
 
 
-def test_a_frozen_camera_is_named(run, undisturbed):
-    def freeze():
-        run.lab.clock.call_at(run.lab.clock.now() + 4.52, lambda: setattr(run.lab, "frozen", True))
-
-    run.at("P4", freeze)
+@pytest.mark.parametrize(
+    ("state", "count", "change", "fault", "asked"),
+    [
+        ("P4", 1, lambda lab: setattr(lab, "covered", (2,)), "0 orange markers in the first image, 1 exp", "Check its marker"),
+        ("P4", 2, lambda lab: setattr(lab, "carried", 3), r"individual 3 \(purple\) cannot have .* it was carried away", ""),
+        ("P4", 1, lambda lab: setattr(lab, "stuck", (1,)), r"individual 1 \(blue\) has not .* stuck, or its battery is emp", ""),
+        ("P4", 1, lambda lab: lab.after(4.52, "frozen", True), "the camera is frozen: image 5 is", "Restart the camera."),
+        ("P4", 1, lambda lab: setattr(lab, "dead_camera", True), "`source` must give images; got none", "Look after the camera."),
+        ("P2", 2, lambda lab: setattr(lab.bodies[0], "battery", False), "replica r1 has a low battery", "Change the battery"),
+    ],
+)  # fmt: skip
+def test_a_fault_is_named_and_its_trial_is_not_used(run, undisturbed, state, count, change, fault, asked):
+    run.at(state, lambda: change(run.lab), count)
     samples = run.collect()
-    assert run.disturbed[0].fault.startswith("the camera is frozen: image 5 is that before it")
-    assert "Restart the camera." in run.lab.asked[0]
-    require_same(samples, undisturbed)
-
-
-def test_a_camera_that_gives_no_more_images_is_named(run, undisturbed):
-    run.at("P4", lambda: setattr(run.lab, "dead_camera", True))
-    samples = run.collect()
-    assert "`source` must give images; got none more" in run.disturbed[0].fault
-    assert "Look after the camera." in run.lab.asked[-1]
+    assert re.match(fault, run.disturbed[0].fault)
+    assert asked in run.lab.asked[-1]
+    assert all(attempt == len(run.disturbed) + 1 for attempt, trial in run.trials[-2:] if not trial.faults)
+    assert sum(not trial.faults for attempt, trial in run.trials if attempt == run.trials[-1][0]) == 2
     require_same(samples, undisturbed)
 
 
@@ -258,47 +262,9 @@ def test_a_camera_that_leaves_images_out_is_named(run):
     assert run.disturbed[0].fault.startswith("`camera` must give an image every 0.1 s; got one left out before image")
 
 
-def test_a_covered_marker_is_named_and_its_trial_is_not_used(run, undisturbed):
-    run.at("P4", lambda: setattr(run.lab, "covered", (2,)))
-    samples = run.collect()
-    assert "0 orange markers in the first image, 1 expected" in run.disturbed[0].fault
-    assert "Check its marker" in run.lab.asked[0]
-    assert "press the remote control" in run.lab.asked[0]
-    assert [(attempt, bool(trial.faults)) for attempt, trial in run.trials] == [(1, True), (2, False), (2, False)]
-    require_same(samples, undisturbed)
-
-
-def test_a_robot_that_is_carried_away_is_named(run, undisturbed):
-    def carry():
-        run.lab.carried = 3
-
-    run.at("P4", carry, count=2)
-    samples = run.collect()
-    assert "individual 3 (purple) cannot have moved" in run.disturbed[0].fault
-    assert "it was carried away" in run.disturbed[0].fault
-    assert [attempt for attempt, _ in run.trials] == [1, 1, 2, 2]
-    require_same(samples, undisturbed)
-
-
-def test_a_stuck_robot_is_named(run, undisturbed):
-    run.at("P4", lambda: setattr(run.lab, "stuck", (1,)))
-    samples = run.collect()
-    assert "individual 1 (blue) has not moved" in run.disturbed[0].fault
-    assert "it is stuck, or its battery is empty" in run.disturbed[0].fault
-    require_same(samples, undisturbed)
-
-
 def test_a_replica_whose_model_stands_still_is_not_stuck(run):
     run.collect(np.array([(0.0, 0.0, 0.0, 0.0)] * 4))
     assert run.disturbed == []
-
-
-def test_a_low_battery_is_told_to_the_operator(run, undisturbed):
-    run.at("P2", lambda: setattr(run.lab.bodies[0], "battery", False), count=2)
-    samples = run.collect()
-    assert run.disturbed[0].fault == "replica r1 has a low battery"
-    assert "Change the battery of replica r1; then put all robots" in run.lab.asked[0]
-    require_same(samples, undisturbed)
 
 
 def test_replicas_out_of_step_are_started_again(run, undisturbed):

@@ -1,7 +1,5 @@
 """What is told before anything moves."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from program_laboratory import CALIBRATION, FILE, HOMES, ScriptedLaboratory, new_tracker
@@ -9,7 +7,6 @@ from program_laboratory import CALIBRATION, FILE, HOMES, ScriptedLaboratory, new
 from turing_learning.robots import (
     Calibration,
     CameraError,
-    Equipment,
     LinkError,
     Tracker,
     TriangleMarkers,
@@ -29,9 +26,9 @@ def look(tracker, tmp_path):
     path.write_text(FILE)
     laboratory = load_laboratory(path)
 
-    def look(lab=None, equipment=None, tracker=tracker):
+    def look(lab=None, tracker=tracker):
         lab = lab or ScriptedLaboratory(noise=2.0)
-        found = inspect(laboratory.setup, laboratory.configuration.scenario, equipment or lab.equipment(), tracker)
+        found = inspect(laboratory.setup, laboratory.configuration.scenario, lab.equipment(), tracker)
         return {finding.what: finding for finding in found}
 
     return look
@@ -45,67 +42,53 @@ def test_a_laboratory_in_order_is_fine(look):
     assert found["markers"].text == "all 4 in sight"
 
 
-def test_a_port_that_does_not_exist_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-    doors = lab.equipment()
-
+def closed(lab):
     def open_link(address):
         if address == "r-purple":
             raise LinkError("`port` must be a serial device; got 'r-purple'.")
-        return doors.open_link(address)
+        return ScriptedLaboratory.open_link(lab, address)
 
-    found = look(lab, dataclasses.replace(doors, open_link=open_link))
-    assert not found["replica r2"].fine
-    assert "got 'r-purple'" in found["replica r2"].text
-    assert found["replica r1"].fine
+    lab.open_link = open_link
 
 
-def test_a_low_battery_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-    lab.bodies[0].battery = False
-    assert look(lab)["replica r1"].text == "the battery of r1 must be charged; got a low one. Change it."
-
-
-def test_a_camera_that_does_not_open_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-
-    def nothing():
+def no_camera(lab):
+    def open_camera():
         raise CameraError("`source` must be a camera or a video that opens; got camera 3.")
 
-    found = look(lab, Equipment(lab.clock, lab.open_link, nothing, lab))
-    assert found["camera"].text == "`source` must be a camera or a video that opens; got camera 3."
-    assert "markers" not in found
+    lab.open_camera = open_camera
 
 
-def test_a_camera_that_gives_no_images_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-    lab.dead_camera = True
-    assert "got none more" in look(lab)["camera"].text
+def slow(lab):
+    take = lab.take
+    lab.take = lambda: lab.clock.sleep(0.15) or take()
 
 
-def test_a_frozen_camera_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
+def frozen(lab):
     lab.take()
     lab.frozen = True
-    assert "got the same one again and again" in look(lab)["camera"].text
 
 
-def test_another_rate_is_told(look):
+@pytest.mark.parametrize(
+    ("change", "what", "text"),
+    [
+        (closed, "replica r2", "`port` must be a serial device; got 'r-purple'."),
+        (lambda lab: setattr(lab.bodies[0], "battery", False), "replica r1", "the battery of r1 must be charged; got a low one."),
+        (no_camera, "camera", "`source` must be a camera or a video that opens; got camera 3."),
+        (lambda lab: setattr(lab, "dead_camera", True), "camera", "got none more"),
+        (frozen, "camera", "got the same one again and again"),
+        (slow, "camera", "images at 5.00 per second"),
+        (lambda lab: setattr(lab, "take", lambda: np.zeros((240, 320, 3), np.uint8)), "camera",
+         "must give images (384, 448, 3), as its calibration says; got (240, 320, 3)"),
+        (lambda lab: setattr(lab, "covered", (0,)), "markers", "1 blue markers in sight, 2 expected"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told_and_the_rest_is_looked_at(look, change, what, text):
     lab = ScriptedLaboratory(noise=2.0)
-    take = lab.take
-
-    def slow():
-        lab.clock.sleep(0.15)
-        return take()
-
-    lab.take = slow
-    assert "images at 5.00 per second" in look(lab)["camera"].text
-
-
-def test_images_of_another_size_than_the_calibrations_are_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-    lab.take = lambda: np.zeros((240, 320, 3), np.uint8)
-    assert "must give images (384, 448, 3), as its calibration says; got (240, 320, 3)" in look(lab)["camera"].text
+    change(lab)
+    found = look(lab)
+    assert text in found.pop(what).text
+    assert all(finding.fine for finding in found.values())
+    assert ("markers" in found) == (what not in ("camera", "markers"))
 
 
 def test_a_calibration_that_places_robots_outside_the_arena_is_told(look):
@@ -128,9 +111,3 @@ def test_two_robots_with_the_same_marker_are_told(look, monkeypatch):
     text = look(lab)["markers"].text
     assert "2 orange markers in sight, 1 expected; 0 purple markers in sight, 1 expected" in text
     assert len(HOMES) == 4
-
-
-def test_a_marker_that_is_out_of_sight_is_told(look):
-    lab = ScriptedLaboratory(noise=2.0)
-    lab.covered = (0,)
-    assert "1 blue markers in sight, 2 expected" in look(lab)["markers"].text
