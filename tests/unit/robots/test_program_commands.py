@@ -52,7 +52,7 @@ def test_check_says_what_is_bad_and_refuses(laboratory, doors, call):
 
 def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatch):
     answers = iter([False, True])
-    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
     code, out, err = call(
         "robots", "run", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
     )
@@ -71,7 +71,7 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
 
 def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory, call, monkeypatch):
     answers = iter([False, True])
-    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
     code, _, err = call(
         "robots", "run", "--emulated", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
     )
@@ -115,7 +115,7 @@ def test_a_finished_run_is_resumed_without_robots(evaluated, doors, call):
 
 def test_a_run_stopped_while_its_last_models_are_observed_again_says_so_and_goes_on(evaluated, call, monkeypatch):
     answers = iter([False, False, True])
-    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
     code, out, err = call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)
     assert code == 130
     assert "the last models have been observed again 1 of 2 times" in out
@@ -145,7 +145,7 @@ def test_what_a_run_has_is_refused_where_it_is_gone_on_with(laboratory, doors, c
 
 def test_robots_that_a_stored_run_does_not_find_are_said_to_be_in_its_folder(evaluated, doors, call, monkeypatch):
     answers = iter([True])
-    monkeypatch.setattr("turing_learning.cli._signals.StopRequest.__call__", lambda self: next(answers, False))
+    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
     assert call("robots", "run", "--generations", "2", "--out", "run", *BRIEF)[0] == 130
     doors.wires["r-orange"].cut = True
     code, out, err = call("robots", "run", "--resume", "run")
