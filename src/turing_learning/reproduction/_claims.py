@@ -3,7 +3,9 @@
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any
 
 
@@ -40,18 +42,16 @@ class Claim:
         return self.id.partition("-")[0]
 
 
-def load_claims() -> dict[str, Claim]:
+@cache
+def load_claims() -> Mapping[str, Claim]:
     """Return id -> claim, in the order of the paper.
 
     Source
     ------
     Paper, sections 3.2, 4 and 5.
     """
-    text = (files(__package__) / "claims.toml").read_text(encoding="utf-8")
-    return {entry["id"]: _claim(entry) for entry in tomllib.loads(text)["claim"]}
-
-
-def _claim(entry: dict[str, Any]) -> Claim:
-    named = {key: entry.get(key, "") for key in ("id", "where", "seen", "note")}
-    values = {key: value for key, value in entry.items() if key not in (*named, "kind")}
-    return Claim(**named, kind=entry.get("kind", "value"), values=values)
+    claims = {}
+    for entry in tomllib.loads((files(__package__) / "claims.toml").read_text(encoding="utf-8"))["claim"]:
+        words = {key: entry.pop(key, "") for key in ("id", "where", "seen", "note")}
+        claims[words["id"]] = Claim(**words, kind=entry.pop("kind", "value"), values=MappingProxyType(entry))
+    return MappingProxyType(claims)

@@ -1,20 +1,19 @@
 """What an experiment is, and what it leaves behind."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import pandas as pd
+
+from turing_learning.figures import Picture
 
 from ._verdicts import Verdict
 from ._work import Work
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
-Cell = str | int | float | bool | None
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Table:
     """A small table.
 
@@ -24,44 +23,31 @@ class Table:
         Name of its file, without suffix.
     caption
         What it holds.
-    columns, rows
-        Headings and cells.
+    frame
+        Its columns; the index is left out.
     inline
         Whether the page of the experiment shows it.
     """
 
     name: str
     caption: str
-    columns: Sequence[str]
-    rows: Sequence[Sequence[Cell]]
+    frame: pd.DataFrame
     inline: bool = False
 
+    def csv(self) -> bytes:
+        """Return the table as a CSV file; six digits are more than any of the quantities has."""
+        return self.frame.to_csv(index=False, float_format="%.6g", lineterminator="\n").encode()
 
-@dataclass(frozen=True)
-class Picture:
-    """A figure.
 
-    Attributes
-    ----------
-    name
-        Name of its files, without suffix.
-    caption
-        What it shows.
-    claim
-        Id of the claim that it belongs to, "" if to none.
-    figure
-        The figure.
-    """
-
-    name: str
-    caption: str
-    claim: str
-    figure: "Figure"
+def stacked(frames: Mapping[Any, pd.DataFrame], *columns: str) -> pd.DataFrame:
+    """Return frames one below the other, after columns with what their keys say."""
+    frame = pd.concat(dict(frames), names=columns).reset_index(level=list(range(len(columns))))
+    return frame.reset_index(drop=True)
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What an experiment has found; remarks are sentences in Markdown."""
+    """What an experiment has found; the title of a picture is the id of its claim, remarks are sentences in Markdown."""
 
     verdicts: Sequence[Verdict]
     tables: Sequence[Table]

@@ -1,9 +1,8 @@
 """The folder of an experiment: configuration, pieces of work, tables, figures, results."""
 
 import csv
-import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,7 +15,7 @@ from ._verdicts import Verdict
 from ._work import PIECES
 
 if TYPE_CHECKING:
-    from ._experiment import Experiment, Findings, Table
+    from ._experiment import Experiment, Findings
 
 FORMAT_VERSION = 1
 FULL, FAST = "full", "fast"
@@ -129,13 +128,11 @@ class ExperimentFolder:
 
     def write(self, findings: "Findings", *, fast: bool, seconds: float, commits: Mapping[str, int]) -> None:
         """Write tables, figures, and the results, in this order; see `Work` for seconds and commits."""
-        from turing_learning.figures import save_figure
-
         for table in findings.tables:
             self._subfolder("tables")
-            write_atomically(self.path / "tables" / f"{table.name}.csv", _csv(table))
+            write_atomically(self.path / "tables" / f"{table.name}.csv", table.csv())
         for picture in findings.pictures:
-            save_figure(picture.figure, self._subfolder("figures"), picture.name)
+            picture.save(self._subfolder("figures"))
         write_json(
             self.results_path,
             {
@@ -143,7 +140,7 @@ class ExperimentFolder:
                 "form": FAST if fast else FULL,
                 "verdicts": [asdict(verdict) for verdict in findings.verdicts],
                 "tables": [asdict(Shown(table.name, table.caption, inline=table.inline)) for table in findings.tables],
-                "pictures": [asdict(Shown(one.name, one.caption, one.claim)) for one in findings.pictures],
+                "pictures": [asdict(Shown(one.name, one.caption, one.title)) for one in findings.pictures],
                 "remarks": list(findings.remarks),
                 "seconds": round(seconds, 1),
                 "provenance": {**_provenance(), "commits": dict(sorted(commits.items()))},
@@ -205,19 +202,6 @@ class ExperimentFolder:
                 place=str(path), error=RunFolderError)  # fmt: skip
         refuse_format(content.get("format_version"), FORMAT_VERSION, path, "experiment")
         return content
-
-
-def _csv(table: "Table") -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(table.columns)
-    writer.writerows(_cells(row) for row in table.rows)
-    return text.getvalue().encode()
-
-
-def _cells(row: Sequence[Any]) -> list[Any]:
-    """Six digits are more than any of the quantities has."""
-    return [f"{float(cell):.6g}" if isinstance(cell, float) else cell for cell in row]
 
 
 def _provenance() -> dict[str, Any]:

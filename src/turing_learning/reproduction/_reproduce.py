@@ -6,16 +6,16 @@ from pathlib import Path
 
 from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
+from turing_learning.errors import require
 from turing_learning.store import storage, writable
 
 from ._experiment import Experiment
 from ._folder import ExperimentFolder, Results
 from ._page import write_readme
-from ._registry import ALL, EXPERIMENTS, experiments_named
 from ._work import Say, Work
+from .experiments import EXPERIMENTS
 
-EXPERIMENTS_FOLDER = Path("experiments")
-FAST_FOLDER = Path("runs/reproduction-fast")
+ALL = "all"
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Standing:
 
 def default_folder(*, fast: bool = False) -> Path:
     """Return where experiments go: "experiments", as in the repository; their fast forms under "runs"."""
-    return FAST_FOLDER if fast else EXPERIMENTS_FOLDER
+    return Path("runs/reproduction-fast" if fast else "experiments")
 
 
 def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Standing, ...]:
@@ -69,11 +69,12 @@ def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Sta
     RunFolderError
         If something there cannot be read.
     """
-    return tuple(_standing(experiment, _path(out, fast)) for experiment in EXPERIMENTS.values())
+    path = default_folder(fast=fast) if out is None else in_home(out)
+    return tuple(_standing(experiment, path) for experiment in EXPERIMENTS.values())
 
 
-def _standing(experiment: Experiment, out: Path) -> Standing:
-    folder = ExperimentFolder(out / experiment.id)
+def _standing(experiment: Experiment, path: Path) -> Standing:
+    folder = ExperimentFolder(path / experiment.id)
     return Standing(experiment, folder.results(), folder.pieces())
 
 
@@ -88,7 +89,7 @@ def reproduce(
 ) -> tuple[Standing, ...]:
     """Conduct an experiment, or all, and leave tables, figures, results and a page in a folder for each.
 
-    What has been done before is not done again: a call that was stopped or killed is gone on with.
+    What has been done before is not done again: a call that was stopped or killed is resumed by the same call.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def reproduce(
     should_stop
         Asked again and again; once it returns True, the present piece of work is given up.
     say
-        Told when a piece of work has been done.
+        Gets a line when a piece of work has been done.
 
     Returns
     -------
@@ -122,36 +123,35 @@ def reproduce(
     """
     from turing_learning.studies import Hands
 
-    Hands(workers)  # refuses a wrong number before anything is done
-    chosen = _possible(experiments_named(experiment), experiment, say)
-    path = _path(out, fast)
-    folders = [ExperimentFolder(path / one.id) for one in chosen]
+    Hands(workers)  # rejects a wrong number before anything is done
+    chosen = possible(experiment, say)
+    path = default_folder(fast=fast) if out is None else in_home(out)
+    folders = [(one, ExperimentFolder(path / one.id)) for one in chosen]
     with writable("out", path):
-        stores = [folder.begin(one, fast=fast) for one, folder in zip(chosen, folders, strict=True)]
+        stores = [folder.begin(one, fast=fast) for one, folder in folders]
     with storage(path, "give the same command again: it goes on."):
-        for one, folder, store in zip(chosen, folders, stores, strict=True):
-            sizes = one.sizes(fast=fast)
+        for (one, folder), store in zip(folders, stores, strict=True):
             with store.locked():
+                sizes = one.sizes(fast=fast)
                 work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
                 folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
                 write_readme(one, folder)
     return tuple(_standing(one, path) for one in chosen)
 
 
-def _possible(chosen: tuple[Experiment, ...], name: str, say: Say | None) -> tuple[Experiment, ...]:
-    """Return the experiments whose packages are installed; one that was asked for by name is refused without them."""
-    for one in chosen:
-        if not one.missing:
-            continue
+def possible(name: str, say: Say | None = None) -> list[Experiment]:
+    """Return the experiment of that name; of all, those whose packages are installed, and `say` which are left out."""
+    known = [*EXPERIMENTS, ALL]
+    require(name in known, "experiment", f"be one of {', '.join(known)}", repr(name), error=ConfigurationError)
+    chosen = []
+    for one in EXPERIMENTS.values() if name == ALL else [EXPERIMENTS[name]]:
         need = f"{', '.join(one.missing)}. Run: pip install 'turing-learning[{one.extra}]'"
-        if name != ALL:
+        if not one.missing:
+            chosen.append(one)
+        elif name != ALL:
             raise ConfigurationError(
                 f"`experiment` must be one whose packages are installed; got {one.id}, which needs {need}"
             )
-        if say is not None:
+        elif say is not None:
             say(f"{one.id}: left out, it needs {need}")
-    return tuple(one for one in chosen if not one.missing)
-
-
-def _path(out: str | Path | None, fast: bool) -> Path:
-    return default_folder(fast=fast) if out is None else in_home(out)
+    return chosen

@@ -1,13 +1,17 @@
 """When what came out agrees with what the paper prints: one rule per kind of claim.
 
-Which rules were changed when results were known already is told in docs/decisions/0027.
+docs/decisions/0027 lists the rules that were changed when results were known.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from turing_learning.errors import choice
+
+from ._claims import load_claims
 
 PAPER_RUNS = 30
 ROUNDING = 0.005
@@ -91,8 +95,7 @@ class Verdict:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "agrees", bool(self.agrees))  # a comparison of NumPy's cannot be stored
-        if self.rule not in RULES:
-            raise ValueError(f"`rule` must be one of {', '.join(RULES)}; got {self.rule!r}.")
+        choice("rule", self.rule, RULES)
 
     @property
     def word(self) -> str:
@@ -117,28 +120,30 @@ class Spread:
     def of(cls, values: np.typing.ArrayLike) -> "Spread":
         """Return mean and standard deviation (n - 1; 0 for a single run) of the values of the runs (R,)."""
         array = np.asarray(values, dtype=np.float64)
-        deviation = float(array.std(ddof=1)) if array.size > 1 else 0.0
-        return cls(float(array.mean()), deviation, array.size)
+        return cls(float(array.mean()), float(array.std(ddof=1)) if array.size > 1 else 0.0, array.size)
 
     @property
     def standard_error(self) -> float:
         """Standard deviation of the mean."""
         return self.standard_deviation / math.sqrt(self.runs)
 
-    def __str__(self) -> str:
-        return f"{self.mean:.3f} ({self.standard_deviation:.3f})"
+
+def spreads_of(values: np.ndarray) -> list[Spread]:
+    """Return the spread of each column of values (R, P)."""
+    return [Spread.of(column) for column in values.T]
 
 
-def printed_spreads(values: Mapping[str, Sequence[float]], runs: int = PAPER_RUNS) -> tuple[Spread, ...]:
+def printed_spreads(claim: str, runs: int = PAPER_RUNS) -> list[Spread]:
     """Return the absolute errors that a claim prints, parameter by parameter, of so many runs."""
-    pairs = zip(values["ae_mean"], values["ae_std"], strict=True)
-    return tuple(Spread(mean, deviation, runs) for mean, deviation in pairs)
+    values = load_claims()[claim].values
+    return [Spread(mean, std, runs) for mean, std in zip(values["ae_mean"], values["ae_std"], strict=True)]
 
 
 def not_worse(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
     """Apply the rule "absolute errors".
 
-    One's own deviation does not enter: with it, a few runs that fail altogether would widen the limit that they are held against.
+    The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that they are held
+    against.
     """
     return all(
         own.mean - theirs.mean
@@ -167,3 +172,19 @@ def listed(names: Sequence[str], spreads: Sequence[Spread], digits: int = 3) -> 
         f"{name} {one.mean:.{digits}f} ({one.standard_deviation:.{digits}f})"
         for name, one in zip(names, spreads, strict=True)
     )
+
+
+def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> str:
+    """Return names with values."""
+    return ", ".join(f"{name} {value:{form}}" for name, value in zip(names, values, strict=True))
+
+
+def errors_verdict(
+    claim: str, errors: np.ndarray, names: Sequence[str], variant: str = "", *,
+    paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str = "",
+) -> Verdict:  # fmt: skip
+    """Hold absolute errors (R, P) against the printed ones, by the rule "absolute errors"; add to what is said of both."""
+    printed, observed = printed_spreads(claim, paper_runs), spreads_of(errors)
+    agrees = not_worse(observed, printed)
+    texts = listed(names, printed, 2) + printed_also, listed(names, observed) + observed_also
+    return Verdict(claim, agrees, *texts, "absolute errors", variant, "" if agrees else reason)

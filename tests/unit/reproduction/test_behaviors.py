@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction._verdicts import shares_not_worse
-from turing_learning.reproduction.experiments.behaviors import _harder, _Outcome, _verdict
-
-
-def outcome(errors):
-    errors = np.asarray(errors)
-    behaviors = np.zeros_like(errors)
-    return _Outcome("default", tuple(range(len(errors))), behaviors, {"best_model": errors}, {"best_model": errors})
+from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction.experiments.behaviors import NAMES, behaviors_verdict, depends_on_the_reading
 
 
 def errors_like_the_papers(runs, rng):
@@ -20,7 +15,8 @@ def errors_like_the_papers(runs, rng):
 
 
 def verdict_on(errors, of_most=None):
-    return _verdict(outcome(errors), "best_model", errors if of_most is None else of_most)
+    runs = Runs("default", NAMES, tuple(range(len(errors))), {"best_model": errors}, {"best_model": errors})
+    return behaviors_verdict(runs, "best_model", errors if of_most is None else of_most)
 
 
 def test_small_errors_that_are_larger_where_another_robot_is_seen_agree():
@@ -51,7 +47,7 @@ def test_a_share_agrees_up_to_twice_the_standard_error_of_the_difference():
 
 def test_lower_errors_for_one_wheel_alone_are_not_enough():
     errors = np.random.default_rng(2).uniform(0.5, 1.5, (60, 4)) * (0.01, 0.05, 0.05, 0.05)
-    assert not _harder(errors)
+    assert not depends_on_the_reading(errors)
 
 
 def test_a_few_runs_that_do_not_show_the_difference_are_told_with_how_often_as_few_do():

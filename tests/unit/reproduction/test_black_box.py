@@ -7,9 +7,15 @@ import pytest
 
 from turing_learning.analysis import dynamic_outputs, response_error
 from turing_learning.models import ElmanModel
-from turing_learning.reproduction.experiments.black_box import TRUTH, _Outcome, _verdict, settling
-from turing_learning.reproduction.experiments.separated import _Outcome as SeparatedOutcome
-from turing_learning.reproduction.experiments.separated import _verdict as separated_verdict
+from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction.experiments.black_box import (
+    NAMES,
+    TRUTH,
+    NetworkRuns,
+    black_box_verdict,
+    settling,
+)
+from turing_learning.reproduction.experiments.separated import separated_verdict
 from turing_learning.studies import load_study
 
 
@@ -38,20 +44,22 @@ def black_box(shift=0.0, slow=0.0):
     network = [40.0, 0.0, -20.0, 8.0, 0.0, 2 * np.arctanh(-0.7), right]
     if slow:
         network = [slow, 8.0, -4.2, 8.0, 0.0, 2 * np.arctanh(-0.7), right]
-    outputs = np.tile(TRUTH + shift, (3, 1))
+    return NetworkRuns(runs_of(np.tile(TRUTH + shift, (3, 1))), model, np.tile(network, (3, 1)))
+
+
+def runs_of(outputs):
     errors = np.abs(outputs - TRUTH)
-    both = {"best_model": outputs, "estimate": outputs}, {"best_model": errors, "estimate": errors}
-    return _Outcome("default", model, (1, 2, 3), *both, np.tile(network, (3, 1)))
+    return Runs("default", NAMES, tuple(range(len(outputs))), {"best_model": outputs}, {"best_model": errors})
 
 
 def test_outputs_near_the_agents_parameters_that_settle_at_once_agree():
-    verdict = _verdict([black_box(), black_box(shift=0.05)])
+    verdict = black_box_verdict([black_box(), black_box(shift=0.05)])
     assert verdict.agrees
     assert "settled in step 1" in verdict.observed
 
 
 def test_one_size_of_the_network_that_misses_makes_the_claim_differ():
-    assert not _verdict([black_box(), black_box(shift=0.2)]).agrees
+    assert not black_box_verdict([black_box(), black_box(shift=0.2)]).agrees
 
 
 @pytest.mark.parametrize(("hidden", "astray", "agrees"), [(1, 2, True), (1, 6, False), (5, 6, True), (5, 10, False)])
@@ -59,27 +67,24 @@ def test_more_runs_with_an_output_far_off_than_printed_make_the_claim_differ(hid
     model = ElmanModel(hidden=hidden)
     outputs = np.tile(TRUTH, (30, 1))
     outputs[:astray, 2] += 1.0
-    errors = np.abs(outputs - TRUTH)
-    weights = np.zeros((30, len(model.parameter_names)))
-    outcome = _Outcome("default", model, tuple(range(30)), {"best_model": outputs}, {"best_model": errors}, weights)
+    outcome = NetworkRuns(runs_of(outputs), model, np.zeros((30, len(model.parameter_names))))
     assert outcome.near  # the medians do not notice
     assert outcome.few_astray is agrees
-    assert _verdict([outcome]).agrees is agrees
+    assert black_box_verdict([outcome]).agrees is agrees
 
 
 def test_outputs_that_settle_slowly_make_the_claim_differ():
     outcome = black_box(slow=2.2)
     assert settling(outcome.dynamics) > 3
-    assert not _verdict([outcome]).agrees
+    assert not black_box_verdict([outcome]).agrees
 
 
 def separated(shift):
     rng = np.random.default_rng(0)
     errors = {
-        name: {kind: np.abs(rng.normal(0, 0.02, (30, 4))) + more for kind in ("best_model", "estimate")}
-        for name, more in (("mixed", 0.0), ("separated", shift))
+        name: np.abs(rng.normal(0, 0.02, (30, 4))) + more for name, more in (("mixed", 0.0), ("separated", shift))
     }
-    return SeparatedOutcome("default", tuple(range(30)), errors, errors)
+    return {name: Runs("default", NAMES, tuple(range(30)), {}, {"best_model": one}) for name, one in errors.items()}
 
 
 @pytest.mark.parametrize(("shift", "agrees"), [(0.0, True), (0.1, False)])

@@ -1,6 +1,7 @@
 import pytest
 
-from turing_learning.reproduction import EXPERIMENTS, load_claims
+from turing_learning.reproduction import load_claims
+from turing_learning.reproduction.experiments import EXPERIMENTS
 
 
 def test_printed_numbers_can_be_looked_up():

@@ -7,10 +7,15 @@ import pytest
 
 from turing_learning.config import classifier_of
 from turing_learning.detection import accuracy_over_generations, grid_models
-from turing_learning.reproduction import EXPERIMENTS, Stopped
+from turing_learning.reproduction import Stopped
 from turing_learning.reproduction._work import Work
-from turing_learning.reproduction.experiments.classifier_accuracy._populations import RunSizes, run_populations
-from turing_learning.reproduction.experiments.classifier_accuracy._verdicts import BestAccuracies, accuracy_verdicts
+from turing_learning.reproduction.experiments import EXPERIMENTS
+from turing_learning.reproduction.experiments.classifier_accuracy import (
+    BestAccuracies,
+    RunSizes,
+    accuracy_verdicts,
+    run_populations,
+)
 from turing_learning.runs import infer
 from turing_learning.swarm import AGGREGATION
 
@@ -104,7 +109,7 @@ def test_verdicts_of_another_preset_stand_beside():
 
 
 def test_populations_are_those_of_the_runs(tmp_path):
-    found = run_populations(Work(tmp_path, None), SMALL, "aggregation", "paper", [0, 2])
+    found = run_populations(Work(tmp_path, None), SMALL, "paper", (0, 2))
     for run, seed in enumerate((7, 8)):
         history = infer(
             "aggregation", preset="paper", generations=3, seed=seed, settings=dict(SMALL.settings)
@@ -116,7 +121,7 @@ def test_populations_are_those_of_the_runs(tmp_path):
 
 
 def test_the_archive_holds_the_best_of_the_generations_before(tmp_path):
-    found = run_populations(Work(tmp_path, None), SMALL, "aggregation", "default", [0, 1, 2])
+    found = run_populations(Work(tmp_path, None), SMALL, "default", (0, 1, 2))
     for run in range(2):
         best = [found.classifiers[run][k][found.fitness[run][k].argmax()] for k in range(2)]
         for generation in range(3):
@@ -132,7 +137,7 @@ def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
         return len(asked) > 2
 
     with pytest.raises(Stopped, match="run-default-seed7"):
-        run_populations(Work(tmp_path, None, should_stop=should_stop), SMALL, "aggregation", "default", [0])
+        run_populations(Work(tmp_path, None, should_stop=should_stop), SMALL, "default", (0,))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turing_learning.reproduction.experiments.comparison._groups import (
+from turing_learning.reproduction._likelihood_free import (
     Groups,
     Inferred,
     baseline,
@@ -83,7 +83,7 @@ def test_models_of_the_prior_lie_around_the_truth_on_both_sides():
 
 
 def test_groups_of_nothing_are_refused():
-    with pytest.raises(ValueError, match="`size` must be at least 1; got 0"):
+    with pytest.raises(ValueError, match="`size` must be an integer of at least 1; got 0"):
         Groups(AGGREGATION, 0)
 
 

@@ -7,24 +7,30 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
-from turing_learning.reproduction._claims import load_claims
+from turing_learning.reproduction._laboratory_trials import (
+    Gathering,
+    LaboratoryRuns,
+    LaboratoryRunSizes,
+    emulated_runs,
+    places_apart,
+)
 from turing_learning.reproduction._work import Work
-from turing_learning.reproduction.experiments.classifier_accuracy._verdicts import BestAccuracies
-from turing_learning.reproduction.experiments.laboratory._runs import LaboratoryRuns, LaboratoryRunSizes, emulated_runs
-from turing_learning.reproduction.experiments.laboratory._validation import Gathering, Validation, places_apart
-from turing_learning.reproduction.experiments.laboratory._verdicts import (
+from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
+from turing_learning.reproduction.experiments.laboratory import (
+    NAMES,
     ErrorDynamics,
+    Validation,
     classifiers_verdict,
     distances,
     does_not_drop,
     dynamics_verdict,
-    errors_verdict,
     medians,
+    runs_verdict,
     validation_verdict,
 )
+from turing_learning.robots import LABORATORY
 
 TRUTH = np.array([-0.7, -1.0, 1.0, -1.0])
-NAMES = ("vl0", "vr0", "vl1", "vr1")
 
 
 def runs_of(models, fitness, again=None):
@@ -74,15 +80,18 @@ def test_medians_are_compared_over_the_last_fifth_of_the_generations():
     np.testing.assert_allclose(overall, [0.8 * 5.0 + 0.2 * 0.3] * 4)
 
 
+def test_the_parameters_are_those_of_the_laboratory():
+    assert tuple(LABORATORY.parameter_names) == NAMES
+
+
 def test_errors_at_the_printed_ones_agree_and_large_ones_differ():
-    claims = load_claims()
     printed = np.array([0.08, 0.01, 0.05, 0.02])
     fitness = np.ones((10, 1, 1))
     models = TRUTH + np.broadcast_to(printed * [1, 1, -1, 1], (10, 1, 1, 4))
-    verdict = errors_verdict(runs_of(models, fitness), TRUTH, NAMES, claims)
+    verdict = runs_verdict(runs_of(models, fitness), TRUTH)
     assert (verdict.agrees, verdict.rule) == (True, "absolute errors")
     assert "median model -0.62, -0.99, 0.95, -0.98" in verdict.observed
-    assert not errors_verdict(runs_of(models - [0, 0, 0.2, 0], fitness), TRUTH, NAMES, claims).agrees
+    assert not runs_verdict(runs_of(models - [0, 0, 0.2, 0], fitness), TRUTH).agrees
 
 
 def test_dynamics_agree_if_both_kinds_are_between_and_end_together():
@@ -90,8 +99,8 @@ def test_dynamics_agree_if_both_kinds_are_between_and_end_together():
     fitness = np.tile([1.0, 0.0], (2, 10, 1))
     good = runs_of(offsets(maes), fitness)
     worst = runs_of(offsets(maes), 1 - fitness)
-    assert dynamics_verdict(good, good, TRUTH, NAMES).agrees
-    verdict = dynamics_verdict(good, worst, TRUTH, NAMES)
+    assert dynamics_verdict(good, good, TRUTH).agrees
+    verdict = dynamics_verdict(good, worst, TRUTH)
     assert not verdict.agrees
     assert "100% of the generations of emulated and 0% of simulated runs" in verdict.observed
     assert "vl0 0.20" in verdict.observed

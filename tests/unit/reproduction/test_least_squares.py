@@ -60,7 +60,7 @@ def test_a_scale_that_does_not_fit_is_refused(scale):
 
 
 def test_no_generations_are_refused():
-    with pytest.raises(ValueError, match="`generations` must be at least 1; got 0"):
+    with pytest.raises(ValueError, match="`generations` must be an integer of at least 1; got 0"):
         LeastSquares(AGGREGATION, generations=0)
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction import load_claims
-from turing_learning.reproduction.experiments.morphology import _Outcome, _verdict
+from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction.experiments.morphology import morphology_verdict
 from turing_learning.swarm import AGGREGATION_VIEW_0
 
 SEEDS = (2001, 2002, 2003)
@@ -18,10 +18,9 @@ def verdict(errors):
 def verdict_of(models):
     models = np.array(models, dtype=float)
     errors = np.abs(models - TRUTH)
-    outcome = _Outcome(
-        "4.6.1-morphology-0", AGGREGATION_VIEW_0, "default", SEEDS, {"best_model": models}, {"best_model": errors}
-    )
-    return _verdict(outcome, "best_model", load_claims())
+    names = AGGREGATION_VIEW_0.parameter_names
+    runs = Runs("default", names, SEEDS, {"best_model": models}, {"best_model": errors})
+    return morphology_verdict("4.6.1-morphology-0", runs, "best_model")
 
 
 def test_one_run_that_is_off_is_named_and_the_claim_differs():

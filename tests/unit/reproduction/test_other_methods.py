@@ -5,16 +5,33 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.reproduction import EXPERIMENTS, Findings, Picture, Table, page, readme, reproduce
+from turing_learning.figures import Picture
+from turing_learning.reproduction import reproduce
+from turing_learning.reproduction._experiment import Findings, Table
 from turing_learning.reproduction._folder import ExperimentFolder
-from turing_learning.reproduction._reproduce import _possible, standings
-from turing_learning.reproduction.experiments.comparison._conduct import ComparisonSizes, _as_json, _ends
-from turing_learning.reproduction.experiments.comparison._groups import Groups, Inferred, summaries
-from turing_learning.reproduction.experiments.comparison._outcome import METHODS, Outcome
-from turing_learning.reproduction.experiments.comparison._text import remarks
+from turing_learning.reproduction._likelihood_free import (
+    Groups,
+    Inferred,
+    fit_mixture,
+    infer_by_abc_smc,
+    infer_by_npe,
+    summaries,
+)
+from turing_learning.reproduction._page import page, readme
+from turing_learning.reproduction._reproduce import possible, standings
+from turing_learning.reproduction.experiments import EXPERIMENTS
+from turing_learning.reproduction.experiments.comparison import (
+    METHODS,
+    ComparisonSizes,
+    Outcome,
+    as_json,
+    remarks,
+    runs_frame,
+)
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
 ID = "4.5+"
@@ -37,9 +54,9 @@ def folder(tmp_path):
 
     folder = ExperimentFolder(tmp_path / ID)
     folder.begin(EXPERIMENTS[ID], fast=False)
-    table = Table("errors", "Errors", ("method", "trials", "MAE"), [("NPE", 1000, 0.123456)], inline=True)
+    table = Table("errors", "Errors", pd.DataFrame({"method": ["NPE"], "trials": 1000, "MAE": 0.123456}), inline=True)
     folder.write(
-        Findings([], [table], [Picture("one", "A picture", "", Figure())], ["Who wins."]),
+        Findings([], [table], [Picture("one", "", "A picture", Figure())], ["Who wins."]),
         fast=False,
         seconds=1,
         commits={},
@@ -76,11 +93,12 @@ def test_an_interval_that_is_not_known_holds_nothing_and_is_counted():
 
 def test_what_is_not_known_is_null_in_a_piece_and_empty_in_the_table():
     inferred = Inferred(TRUTH, np.array([np.nan, 0.0, 0.0, 0.0]), np.array([np.nan, 1.0, 1.0, 1.0]))
-    piece = json.loads(json.dumps(_as_json(inferred, 2.0), allow_nan=False))
+    piece = json.loads(json.dumps(as_json(inferred, 2.0), allow_nan=False))
     assert (piece["low"], piece["high"]) == ([None, 0.0, 0.0, 0.0], [None, 1.0, 1.0, 1.0])
     found = Outcome.of(AGGREGATION, "turing-learning", 1000, (1,), [piece])
     np.testing.assert_array_equal(found.intervals[0], [inferred.low, inferred.high])
-    assert _ends(found, 0) == [None, None, 0.0, 1.0, 0.0, 1.0, 0.0, 1.0]
+    table = Table("runs", "", runs_frame([found], AGGREGATION.parameter_names)).csv().decode()
+    assert table.splitlines()[1].endswith(",0,,,0,1,0,1,0,1")
 
 
 def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
@@ -122,7 +140,7 @@ def test_by_name_it_is_refused_without_its_packages_before_anything_is_done(tmp_
 @pytest.mark.usefixtures("without_packages")
 def test_of_all_it_is_left_out_without_its_packages_and_that_is_said():
     said = []
-    left = _possible(tuple(EXPERIMENTS.values()), "all", said.append)
+    left = possible("all", said.append)
     assert [one.id for one in left] == [name for name, one in EXPERIMENTS.items() if not one.packages]
     assert said == [
         "4.5+: left out, it needs pyabc, sbi, sklearn. Run: pip install 'turing-learning[baselines]'",
@@ -150,8 +168,6 @@ def test_without_claims_an_experiment_is_finished(folder):
 
 def test_a_mixture_finds_the_levels_of_the_wheels():
     pytest.importorskip("sklearn")
-    from turing_learning.reproduction.experiments.comparison._mixture import fit_mixture
-
     genuine = Groups(OBJECT_CLUSTERING).observe(40, np.random.default_rng(1))
     found = fit_mixture(genuine, OBJECT_CLUSTERING, seed=1)
     # wheel noise has a standard deviation of 0.03; the rarest state has about 1500 of the 16000 cycles
@@ -173,8 +189,6 @@ def still():
 
 def test_abc_smc_comes_near_and_leaves_global_random_numbers_alone(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
-
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     found = infer_by_abc_smc(*still, 600, seed=1)
     np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
@@ -185,26 +199,20 @@ def test_abc_smc_comes_near_and_leaves_global_random_numbers_alone(still):
 
 def test_abc_smc_gives_the_same_for_the_same_seed(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
-
     first, second = (infer_by_abc_smc(*still, 120, seed=3) for _ in range(2))
     np.testing.assert_array_equal(first.estimate, second.estimate)
 
 
 def test_abc_smc_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("pyabc")
-    from turing_learning.reproduction.experiments.comparison._abc_smc import infer_by_abc_smc
-
     assert infer_by_abc_smc(*still, 120, 1, should_stop=lambda: True) is None
-    with pytest.raises(ValueError, match="`evaluations` must be at least 100; got 99"):
+    with pytest.raises(ValueError, match="`evaluations` must be an integer of at least 100; got 99"):
         infer_by_abc_smc(*still, 99, 1)
 
 
 @pytest.mark.parametrize("rounds", [1, 2])
 def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, rounds, tmp_path, monkeypatch, capfd):
     pytest.importorskip("sbi")
-    from turing_learning.reproduction.experiments.comparison._neural_posterior import infer_by_npe
-
     monkeypatch.chdir(tmp_path)
     found = infer_by_npe(*still, 400, seed=1, rounds=rounds)
     np.testing.assert_allclose(found.estimate[:2], 0.4, atol=0.3)
@@ -214,8 +222,6 @@ def test_a_neural_posterior_comes_near_says_nothing_and_writes_nothing(still, ro
 
 def test_a_neural_posterior_can_be_stopped_and_refuses_too_few_models(still):
     pytest.importorskip("sbi")
-    from turing_learning.reproduction.experiments.comparison._neural_posterior import infer_by_npe
-
     assert infer_by_npe(*still, 100, 1, should_stop=lambda: True) is None
     with pytest.raises(ValueError, match="`evaluations` must be at least 20 in each of 1 or more rounds; got 30 in 2"):
         infer_by_npe(*still, 30, 1, rounds=2)

@@ -8,8 +8,11 @@ from pathlib import Path
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.reproduction import EXPERIMENTS, RULES, load_claims, page, readme, refuse_page_path, write_page
+from turing_learning.reproduction import load_claims, refuse_page_path, write_page
 from turing_learning.reproduction._folder import ExperimentFolder
+from turing_learning.reproduction._page import page, readme
+from turing_learning.reproduction._verdicts import RULES
+from turing_learning.reproduction.experiments import EXPERIMENTS
 
 ROOT = Path(__file__).parents[3]
 HOW = "make it current with: turing-learning reproduce --page docs/reproduction.md"

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import check_statements, expected_squared_error, least_squares_optimum
-from turing_learning.reproduction.experiments.baseline._theorem import Check
+from turing_learning.reproduction._least_squares import Check
 
 
 def test_the_expected_error_is_that_of_many_drawn_pairs():
@@ -25,12 +25,12 @@ def test_what_is_no_probability_is_refused(chances):
 
 
 def test_values_of_another_number_of_states_are_refused():
-    with pytest.raises(ValueError, match=r"of shape \(T, n\) and `values` of shape \(n,\); got \(1, 2\) and \(3,\)"):
+    with pytest.raises(ValueError, match=r"`values` must be of shape \(n,\) = \(2,\); got \(3,\)"):
         expected_squared_error([0.0, 0.0], [[0.5, 0.5]], [0.0, 1.0, 2.0])
 
 
 def test_no_cases_are_refused():
-    with pytest.raises(ValueError, match="`cases` must be at least 1; got 0"):
+    with pytest.raises(ValueError, match="`cases` must be an integer of at least 1; got 0"):
         check_statements(0)
 
 

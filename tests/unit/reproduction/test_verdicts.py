@@ -1,18 +1,25 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction import Verdict, load_claims
 from turing_learning.reproduction._verdicts import (
     Spread,
+    Verdict,
     listed,
     not_worse,
     printed_spreads,
     shares_not_worse,
     within_spread,
 )
-from turing_learning.reproduction.experiments.case_studies._emergence import Emergence, EmergenceSizes
-from turing_learning.reproduction.experiments.case_studies._outcome import Case, Outcome
-from turing_learning.reproduction.experiments.case_studies._verdicts import emergence_verdict, settled, settled_for_good
+from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction.experiments.case_studies import (
+    Case,
+    Emergence,
+    EmergenceSizes,
+    Outcome,
+    emergence_verdict,
+    settled,
+    settled_for_good,
+)
 from turing_learning.swarm import AGGREGATION
 
 PRINTED = Spread(0.1, 0.03, 30)
@@ -60,7 +67,7 @@ def test_a_share_may_fall_short_by_twice_the_standard_error_of_the_difference(ow
 
 
 def test_printed_errors_are_those_of_30_runs():
-    assert printed_spreads({"ae_mean": [0.1], "ae_std": [0.03]}) == (PRINTED,)
+    assert printed_spreads("4.3-aggregation-ae")[0] == Spread(0.01, 0.01, 30)
 
 
 def test_numbers_are_listed_with_their_names():
@@ -103,9 +110,6 @@ def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees
     # all of four trials alike: no test can be significant, so that only the second condition decides
     emergence = Emergence(np.full(4, 10.0), np.array([[d] * 4 for d in dispersions]), np.full((2, 4), 10.0))
     case = Case(AGGREGATION, "aggregation", EmergenceSizes(robots=5, trials=4))
-    none = {"best_model": np.zeros((2, 4))}
-    outcome = Outcome(
-        case, "default", (1, 2), none, none, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": emergence}
-    )
-    claims = {"4.3-emergent-aggregation": load_claims()["4.3-emergent-aggregation"]}
-    assert emergence_verdict(outcome, "best_model", claims).agrees is agrees
+    runs = Runs("default", AGGREGATION.parameter_names, (1, 2), {}, {})
+    outcome = Outcome(case, runs, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": emergence})
+    assert emergence_verdict(outcome, "best_model").agrees is agrees

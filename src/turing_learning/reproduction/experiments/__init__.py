@@ -1,1 +1,25 @@
-"""The experiments of the paper, each a module or a package with an `EXPERIMENT`, and what several of them share."""
+"""The experiments of the paper, in its order, each a module with an `EXPERIMENT`, and what several of them share."""
+
+from turing_learning.reproduction._experiment import Experiment
+
+from . import (
+    baseline,
+    behaviors,
+    black_box,
+    case_studies,
+    classifier_accuracy,
+    comparison,
+    laboratory,
+    morphology,
+    separated,
+    snapshots,
+)
+
+EXPERIMENTS: dict[str, Experiment] = {
+    module.EXPERIMENT.id: module.EXPERIMENT
+    for module in (
+        snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors,
+        laboratory,
+    )
+}  # fmt: skip
+"""The experiments by their ids, those of the paper's sections."""

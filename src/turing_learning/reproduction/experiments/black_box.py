@@ -5,16 +5,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import dynamic_outputs, median_place, response_error
+from turing_learning.figures import Picture
+from turing_learning.figures._many_runs import box_panels_figure, dynamic_outputs_figure
 from turing_learning.models import ElmanModel
-from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
-from turing_learning.reproduction._verdicts import PAPER_RUNS, Spread, Verdict, shares_not_worse
+from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
+from turing_learning.reproduction._verdicts import PAPER_RUNS, Verdict, shares_not_worse, valued
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
-from ._variants import KINDS, PRESETS, values_of, variant_of
+from ._shared import PRESETS, Runs, variant_of
 
 CLAIM = "4.6.2-black-box"
 NEAR = 0.1
@@ -22,7 +25,7 @@ QUICK = 3
 """Steps after a change of the reading in which the outputs are to be near their steady values."""
 PRINTED_ASTRAY = {5: 2}
 """Hidden neurons -> outliers that the caption of figure 11 names, of `PAPER_RUNS`."""
-TRUTH = np.array(AGGREGATION.controller)
+TRUTH, NAMES = np.array(AGGREGATION.controller), AGGREGATION.parameter_names
 
 
 @dataclass(frozen=True)
@@ -37,27 +40,25 @@ class BlackBoxSizes:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """What the runs with one preset and one size of the network have inferred.
+@dataclass(frozen=True, eq=False)
+class NetworkRuns:
+    """What runs with networks of one size have inferred.
 
     Attributes
     ----------
-    outputs, errors : kind -> (R, 2 n)
-        Steady outputs and their absolute errors.
+    runs
+        Their "models" are the steady outputs of the networks.
     networks : (R, Q)
         Weights of the subjectively best models.
     """
 
-    preset: str
+    runs: Runs
     model: ElmanModel
-    seeds: tuple[int, ...]
-    outputs: dict[str, np.ndarray]
-    errors: dict[str, np.ndarray]
     networks: np.ndarray
 
     @property
     def title(self) -> str:
+        """The size in words."""
         neurons = {1: "One", 3: "Three", 5: "Five"}.get(self.model.hidden, str(self.model.hidden))
         return f"{neurons} hidden neuron{'s' if self.model.hidden > 1 else ''}"
 
@@ -67,51 +68,44 @@ class _Outcome:
         return response_error(self.model, self.networks, TRUTH)
 
     @property
-    def median_place(self) -> int:
-        return median_place(self.performance)
-
-    @property
     def dynamics(self) -> np.ndarray:
         """Outputs (T, 2) of the network of median performance."""
-        return dynamic_outputs(self.model, self.networks[self.median_place])
+        return dynamic_outputs(self.model, self.networks[median_place(self.performance)])
 
     @property
     def near(self) -> bool:
         """Whether the median of every steady output is near the truth."""
-        return bool((np.abs(np.median(self.outputs["best_model"], axis=0) - TRUTH) <= NEAR).all())
+        return bool((np.abs(np.median(self.runs.models["best_model"], axis=0) - TRUTH) <= NEAR).all())
 
     @property
     def astray(self) -> int:
         """Number of runs with an output far from the truth."""
-        return int(np.count_nonzero(self.errors["best_model"].max(axis=1) > 2 * NEAR))
+        return int(np.count_nonzero(self.runs.errors["best_model"].max(axis=1) > 2 * NEAR))
 
     @property
     def few_astray(self) -> bool:
         """Whether the share of the others does not fall short of the printed one."""
-        runs, printed = len(self.seeds), PRINTED_ASTRAY.get(self.model.hidden, 0)
+        runs, printed = len(self.runs), PRINTED_ASTRAY.get(self.model.hidden, 0)
         return shares_not_worse(1 - self.astray / runs, runs, 1 - printed / PAPER_RUNS, PAPER_RUNS)
 
 
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and look at what the networks do."""
     sizes: BlackBoxSizes = work.sizes
-    found = {preset: [_outcome(work, preset, hidden) for hidden in sizes.hidden] for preset in sizes.presets}
-    everything = [outcome for outcomes in found.values() for outcome in outcomes]
-    verdicts = [_verdict(outcomes) for outcomes in found.values()]
-    tables = [_errors_table(everything), _outputs_table(everything), _dynamics_table(everything)]
-    return Findings(verdicts, tables, [picture for outcomes in found.values() for picture in _pictures(outcomes)])
-
-
-def _outcome(work: Work, preset: str, hidden: int) -> _Outcome:
-    result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings={"models.hidden": hidden})
-    networks = [list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None]
-    return _Outcome(
-        preset=preset,
-        model=ElmanModel(AGGREGATION.sensor.states, hidden),
-        seeds=tuple(run.seed for run in result.runs),
-        outputs={kind: values_of(result, kind) for kind in KINDS},
-        errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
-        networks=np.array(networks),
+    found: dict[str, list[NetworkRuns]] = {preset: [] for preset in sizes.presets}
+    for preset in sizes.presets:
+        for hidden in sizes.hidden:
+            settings = {"models.hidden": hidden}
+            result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings=settings)
+            networks = [
+                list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None
+            ]
+            model = ElmanModel(AGGREGATION.sensor.states, hidden)
+            found[preset].append(NetworkRuns(Runs.of(result, preset, NAMES), model, np.array(networks)))
+    return Findings(
+        [black_box_verdict(outcomes) for outcomes in found.values()],
+        _tables([outcome for outcomes in found.values() for outcome in outcomes]),
+        [picture for outcomes in found.values() for picture in _pictures(outcomes)],
     )
 
 
@@ -125,15 +119,15 @@ def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
     return slowest
 
 
-def _verdict(outcomes: Sequence[_Outcome]) -> Verdict:
+def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> Verdict:
+    """Hold networks of all sizes against the claim."""
     settled = [settling(outcome.dynamics) for outcome in outcomes]
     texts = []
     for one, step in zip(outcomes, settled, strict=True):
-        medians = np.median(one.outputs["best_model"], axis=0)
-        outputs = ", ".join(f"{name} {v:.2f}" for name, v in zip(AGGREGATION.parameter_names, medians, strict=True))
+        medians = valued(NAMES, np.median(one.runs.models["best_model"], axis=0))
         texts.append(
-            f"{one.model.hidden} hidden: medians {outputs}; median MAE {_mae(one):.3f}, an output off by more than "
-            f"{2 * NEAR:g} in {one.astray} of {len(one.seeds)} runs; settled in step {step}"
+            f"{one.model.hidden} hidden: medians {medians}; median MAE {np.median(one.runs.maes('best_model')):.3f}, an output "
+            f"off by more than {2 * NEAR:g} in {one.astray} of {len(one.runs)} runs; settled in step {step}"
         )
     return Verdict(
         CLAIM,
@@ -141,88 +135,62 @@ def _verdict(outcomes: Sequence[_Outcome]) -> Verdict:
         "steady outputs near (-0.7, -1, 1, -1), more hidden neurons worse, two outliers with five; outputs settle quickly",
         ". ".join(texts),
         "black box",
-        variant_of(outcomes[0].preset),
+        variant_of(outcomes[0].runs.preset),
     )
 
 
-def _mae(outcome: _Outcome) -> float:
-    return float(np.median(outcome.errors["best_model"].mean(axis=1)))
-
-
-def _errors_table(outcomes: Sequence[_Outcome]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
+def _tables(outcomes: Sequence[NetworkRuns]) -> list[Table]:
+    errors, steady, dynamic = {}, {}, {}
     for one in outcomes:
-        for kind in KINDS:
-            for k, name in enumerate(AGGREGATION.parameter_names):
-                own, median = Spread.of(one.errors[kind][:, k]), float(np.median(one.errors[kind][:, k]))
-                output = float(np.median(one.outputs[kind][:, k]))
-                head = (one.preset, one.model.hidden, len(one.model.parameter_names), kind, name)
-                rows.append((*head, own.runs, output, own.mean, own.standard_deviation, median))
-    return Table(
-        "absolute-errors",
-        "Steady outputs of the networks over the runs, and their absolute errors",
-        (
-            "preset", "hidden", "weights", "model", "parameter", "runs", "median_output", "mean", "standard_deviation",
-            "median",
+        key, runs = (one.runs.preset, one.model.hidden), one.runs
+        frame = runs.errors_frame()
+        frame.insert(3, "median_output", np.ravel([np.median(outputs, axis=0) for outputs in runs.models.values()]))
+        errors[*key, len(one.model.parameter_names)] = frame
+        median = np.arange(len(runs)) == median_place(one.performance)
+        numbers = pd.DataFrame({"seed": runs.seeds, "metric": one.performance, "is_median": median})
+        steady[key] = numbers.join(pd.DataFrame(runs.models["best_model"], columns=NAMES))
+        moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
+        dynamic[key] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
+    return [
+        Table(
+            "absolute-errors",
+            "Steady outputs of the networks over the runs, and their absolute errors",
+            stacked(errors, "preset", "hidden", "weights"),
         ),
-        rows,
-    )  # fmt: skip
-
-
-def _outputs_table(outcomes: Sequence[_Outcome]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
-    for one in outcomes:
-        for place, (seed, error) in enumerate(zip(one.seeds, one.performance, strict=True)):
-            outputs = map(float, one.outputs["best_model"][place])
-            rows.append((one.preset, one.model.hidden, seed, float(error), place == one.median_place, *outputs))
-    return Table(
-        "steady-outputs",
-        "Steady outputs of the subjectively best network of the last generation of every run, and the paper's metric, by which "
-        "one is the median",
-        ("preset", "hidden", "seed", "metric", "is_median", *AGGREGATION.parameter_names),
-        rows,
-    )
-
-
-def _dynamics_table(outcomes: Sequence[_Outcome]) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        (one.preset, one.model.hidden, step, int(reading), *map(float, outputs))
-        for one in outcomes
-        for step, (reading, outputs) in enumerate(zip(READINGS, one.dynamics, strict=True), start=1)
+        Table(
+            "steady-outputs",
+            "Steady outputs of the subjectively best network of the last generation of every run, and the paper's metric, by which "
+            "one is the median",
+            stacked(steady, "preset", "hidden"),
+        ),
+        Table(
+            "dynamic-outputs",
+            "Outputs of the networks of median performance while the reading changes",
+            stacked(dynamic, "preset", "hidden"),
+        ),
     ]
-    caption = "Outputs of the networks of median performance while the reading changes"
-    return Table("dynamic-outputs", caption, ("preset", "hidden", "step", "reading", "left", "right"), rows)
 
 
-def _pictures(outcomes: Sequence[_Outcome]) -> list[Picture]:
-    from turing_learning.figures._many_runs import box_panels_figure, dynamic_outputs_figure
-
-    preset, titles = outcomes[0].preset, [outcome.title for outcome in outcomes]
+def _pictures(outcomes: Sequence[NetworkRuns]) -> list[Picture]:
+    runs, titles = outcomes[0].runs, [outcome.title for outcome in outcomes]
+    outputs = [one.runs.models["best_model"] for one in outcomes]
+    steady = box_panels_figure(outputs, titles=titles, names=NAMES, truth=TRUTH, what="Steady output")
+    truth = TRUTH.reshape(-1, 2)[READINGS]
+    dynamics = dynamic_outputs_figure([one.dynamics for one in outcomes], readings=READINGS, titles=titles, truth=truth)
     return [
         Picture(
-            f"{preset}-steady-outputs",
-            f"Outputs in the 20th step of each constant reading, of the subjectively best network of the last generation, "
-            f"{len(outcomes[0].seeds)} runs, preset {preset}; the agents' parameters are dashed (figure 11 of the paper).",
+            f"{runs.preset}-steady-outputs",
             CLAIM,
-            box_panels_figure(
-                [outcome.outputs["best_model"] for outcome in outcomes],
-                titles=titles,
-                names=AGGREGATION.parameter_names,
-                truth=TRUTH,
-                what="Steady output",
-            ),
+            f"Outputs in the 20th step of each constant reading, of the subjectively best network of the last generation, "
+            f"{len(runs)} runs, preset {runs.preset}; the agents' parameters are dashed (figure 11 of the paper).",
+            steady,
         ),
         Picture(
-            f"{preset}-dynamic-outputs",
-            f"Outputs of the network of median performance for I = 0, 1 (shaded), 0, ten steps each, preset {preset}; what the "
-            "agents do is dashed (figure 12 of the paper).",
+            f"{runs.preset}-dynamic-outputs",
             CLAIM,
-            dynamic_outputs_figure(
-                [outcome.dynamics for outcome in outcomes],
-                readings=READINGS,
-                titles=titles,
-                truth=TRUTH.reshape(-1, 2)[READINGS],
-            ),
+            f"Outputs of the network of median performance for I = 0, 1 (shaded), 0, ten steps each, preset {runs.preset}; what "
+            "the agents do is dashed (figure 12 of the paper).",
+            dynamics,
         ),
     ]
 

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.reproduction._claims import Claim, load_claims
-from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
-from turing_learning.reproduction._verdicts import Spread, Verdict, listed, not_worse, printed_spreads
+from turing_learning.figures import Picture, box_figure
+from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
+from turing_learning.reproduction._verdicts import Verdict, errors_verdict, listed, spreads_of
 from turing_learning.reproduction._work import Work
-from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60, Scenario
+from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
-from ._error_rows import ERROR_COLUMNS, error_rows
-from ._variants import KINDS, PRESETS, values_of, variant_of
+from ._shared import KINDS, PRESETS, Runs, beside_the_paper, variant_of
 
 CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
 """Claim -> scenario."""
@@ -34,140 +33,75 @@ class MorphologySizes:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """What the runs of one scenario with one preset have inferred: kind -> models and their errors (R, P)."""
-
-    claim: str
-    scenario: Scenario
-    preset: str
-    seeds: tuple[int, ...]
-    models: dict[str, np.ndarray]
-    errors: dict[str, np.ndarray]
-
-    def off(self, kind: str) -> np.ndarray:
-        """Return which runs are off (R,)."""
-        return self.errors[kind].mean(axis=1) > OFF
-
-    def mirrored(self, kind: str) -> np.ndarray:
-        """Return which runs' wheel speeds are nearer to the truth with both readings exchanged than to the truth (R,)."""
-        truth = np.array(self.scenario.controller)
-        speeds = self.models[kind][:, : len(truth)]
-        exchanged = np.abs(speeds - np.roll(truth, 2)).sum(axis=1)
-        return exchanged < np.abs(speeds - truth).sum(axis=1)
-
-    def seeds_of(self, runs: np.ndarray) -> str:
-        """Name the seeds of some runs (R,)."""
-        return ", ".join(str(self.seeds[k]) for k in np.flatnonzero(runs))
-
-
 def conduct(work: Work) -> Findings:
     """Conduct a study for each field of view and preset."""
-    claims = load_claims()
     sizes: MorphologySizes = work.sizes
-    outcomes = [_outcome(work, claim, preset) for preset in sizes.presets for claim in CASES]
+    found: dict[tuple[str, str], Runs] = {}
+    for preset in sizes.presets:
+        for claim, scenario in CASES.items():
+            runs = sizes.runs if preset == PRESETS[0] else sizes.beside
+            result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=runs)
+            found[claim, preset] = Runs.of(result, preset, scenario.parameter_names)
+    errors = {
+        (CASES[claim].name, preset): beside_the_paper(runs.errors_frame(), claim)
+        for (claim, preset), runs in found.items()
+    }
+    caption = (
+        "Absolute errors over the runs, that of theta in rad, of the subjectively best model of the last generation (the "
+        "paper's rule) and of the estimate, beside what the paper prints"
+    )
     return Findings(
-        [_verdict(outcome, kind, claims) for outcome in outcomes for kind in KINDS],
-        [_errors_table(outcomes, claims), *(_models_table(outcome) for outcome in outcomes)],
-        [_picture(outcome) for outcome in outcomes],
+        [morphology_verdict(claim, runs, kind) for (claim, _), runs in found.items() for kind in KINDS],
+        [
+            Table("absolute-errors", caption, stacked(errors, "scenario", "preset")),
+            *(_models_table(claim, runs) for (claim, _), runs in found.items()),
+        ],
+        [_picture(claim, runs) for (claim, _), runs in found.items()],
     )
 
 
-def _outcome(work: Work, claim: str, preset: str) -> _Outcome:
-    scenario = CASES[claim]
-    sizes: MorphologySizes = work.sizes
-    runs = sizes.runs if preset == PRESETS[0] else sizes.beside
-    result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=runs)
-    return _Outcome(
-        claim=claim,
-        scenario=scenario,
-        preset=preset,
-        seeds=tuple(run.seed for run in result.runs),
-        models={kind: values_of(result, kind) for kind in KINDS},
-        errors={kind: values_of(result, errors) for kind, errors in KINDS.items()},
-    )
+def morphology_verdict(claim: str, runs: Runs, kind: str) -> Verdict:
+    """Hold the errors against a claim; name the runs that are off, which a mean hides, and those that mistook a reading."""
+    names, truth, errors = CASES[claim].parameter_labels, np.array(CASES[claim].controller), runs.errors[kind]
 
+    def seeds(chosen: np.ndarray) -> str:
+        return ", ".join(str(runs.seeds[k]) for k in np.flatnonzero(chosen))
 
-def _verdict(outcome: _Outcome, kind: str, claims: Mapping[str, Claim]) -> Verdict:
-    printed = printed_spreads(claims[outcome.claim].values)
-    observed = [Spread.of(errors) for errors in outcome.errors[kind].T]
-    names, agrees = outcome.scenario.parameter_labels, not_worse(observed, printed)
-    return Verdict(
-        outcome.claim,
-        agrees,
-        listed(names, printed, 2),
-        listed(names, observed) + _those_off(outcome, kind),
-        "absolute errors",
-        variant_of(outcome.preset, kind),
-        reason="" if agrees else _strayed(outcome, kind),
-    )
-
-
-def _those_off(outcome: _Outcome, kind: str) -> str:
-    """Say which runs are off, which a mean hides, and what the errors of the others are."""
-    errors, names = outcome.errors[kind], outcome.scenario.parameter_labels
-    off = outcome.off(kind)
-    if not off.any():
-        return f"; the mean error is at most {OFF} in every run"
-    text = (
-        f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {outcome.seeds_of(off)})"
-    )
-    return text if off.all() else f"{text}, without them {listed(names, [Spread.of(each) for each in errors[~off].T])}"
-
-
-def _strayed(outcome: _Outcome, kind: str) -> str:
-    """Say which of the runs that are off are in a mirror image of the truth, and which have the speeds right, and another view."""
-    off, mirrored = outcome.off(kind), outcome.mirrored(kind)
-    views = outcome.errors[kind][:, -1] > math.pi / 2
-    found = {
+    off = runs.maes(kind) > OFF
+    text = f"; the mean error is at most {OFF} in every run"
+    if off.any():
+        text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds(off)})"
+        if not off.all():
+            text += f", without them {listed(names, spreads_of(errors[~off]))}"
+    speeds = runs.models[kind][:, : len(truth)]
+    mirrored = np.abs(speeds - np.roll(truth, 2)).sum(axis=1) < np.abs(speeds - truth).sum(axis=1)
+    strayed = {
         "a mirror image of the truth, which takes one reading of the sensor for the other and exchanges their wheel speeds": (
             off & mirrored
         ),
-        "a field of view that is far off beside the right wheel speeds": off & ~mirrored & views,
+        "a field of view that is far off beside the right wheel speeds": off
+        & ~mirrored
+        & (errors[:, -1] > math.pi / 2),
     }
-    texts = [f"{what} (seeds {outcome.seeds_of(runs)})" for what, runs in found.items() if runs.any()]
-    return f"{'; '.join(texts)}; docs/decisions/0016" if texts else ""
+    reasons = [f"{what} (seeds {seeds(chosen)})" for what, chosen in strayed.items() if chosen.any()]
+    reason = f"{'; '.join(reasons)}; docs/decisions/0016" if reasons else ""
+    return errors_verdict(claim, errors, names, variant_of(runs.preset, kind), observed_also=text, reason=reason)
 
 
-def _errors_table(outcomes: list[_Outcome], claims: Mapping[str, Claim]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
-    for one in outcomes:
-        printed = printed_spreads(claims[one.claim].values)
-        rows += error_rows(one.scenario, one.preset, one.errors, printed)
-    return Table(
-        "absolute-errors",
-        "Absolute errors over the runs, that of theta in rad, of the subjectively best model of the last generation (the "
-        "paper's rule) and of the estimate, beside what the paper prints",
-        ERROR_COLUMNS,
-        rows,
+def _models_table(claim: str, runs: Runs) -> Table:
+    scenario = CASES[claim]
+    caption = f"{scenario.title}, preset {runs.preset}: what every run has inferred; theta in rad"
+    return Table(f"{scenario.name}-{runs.preset}-models", caption, runs.models_frame())
+
+
+def _picture(claim: str, runs: Runs) -> Picture:
+    scenario = CASES[claim]
+    figure = box_figure(runs.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth)
+    caption = (
+        f"{scenario.title}, preset {runs.preset}: parameters of the subjectively best model of the last generation, "
+        f"{len(runs)} runs; the truth is dashed."
     )
-
-
-def _models_table(outcome: _Outcome) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        (kind, seed, *map(float, model))
-        for kind in KINDS
-        for seed, model in zip(outcome.seeds, outcome.models[kind], strict=True)
-    ]
-    return Table(
-        f"{outcome.scenario.name}-{outcome.preset}-models",
-        f"{outcome.scenario.title}, preset {outcome.preset}: what every run has inferred; theta in rad",
-        ("model", "seed", *outcome.scenario.parameter_names),
-        rows,
-    )
-
-
-def _picture(outcome: _Outcome) -> Picture:
-    from turing_learning.figures import box_figure
-
-    scenario = outcome.scenario
-    return Picture(
-        f"{scenario.name}-{outcome.preset}-boxes",
-        f"{scenario.title}, preset {outcome.preset}: parameters of the subjectively best model of the last generation, "
-        f"{len(outcome.seeds)} runs; the truth is dashed.",
-        outcome.claim,
-        box_figure(outcome.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth),
-    )
+    return Picture(f"{scenario.name}-{runs.preset}-boxes", claim, caption, figure)
 
 
 EXPERIMENT = Experiment(

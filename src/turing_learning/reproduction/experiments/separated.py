@@ -5,17 +5,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from turing_learning.analysis import Comparison, compare
-from turing_learning.reproduction._experiment import Cell, Experiment, Findings, Picture, Table
-from turing_learning.reproduction._verdicts import Spread, Verdict, listed
+from turing_learning.figures import Picture
+from turing_learning.figures._many_runs import box_panels_figure
+from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
+from turing_learning.reproduction._verdicts import Verdict, listed, spreads_of, valued
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
-from ._variants import KINDS, PRESETS, values_of, variant_of
+from ._shared import KINDS, PRESETS, Runs, spreads_frame, variant_of
 
 CLAIM = "4.6.3-separated"
 GROUPINGS = ("mixed", "separated")
+NAMES = AGGREGATION.parameter_names
 
 
 @dataclass(frozen=True)
@@ -29,109 +33,70 @@ class SeparatedSizes:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class _Outcome:
-    """What the runs with one preset have inferred, in both kinds of groups."""
-
-    preset: str
-    seeds: tuple[int, ...]
-    models: dict[str, dict[str, np.ndarray]]  # grouping -> kind -> (R, P)
-    errors: dict[str, dict[str, np.ndarray]]
-
-    def comparison(self, kind: str) -> Comparison:
-        """Test the absolute errors of separated runs against those of mixed ones, parameter by parameter."""
-        mixed, separated = (self.errors[grouping][kind] for grouping in GROUPINGS)
-        tests = [compare(mixed[:, k], [separated[:, k]]) for k in range(mixed.shape[1])]
-        return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
-
-
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and test whether their errors differ."""
     sizes: SeparatedSizes = work.sizes
-    outcomes = [_outcome(work, preset) for preset in sizes.presets]
-    verdicts = [_verdict(outcome, kind) for outcome in outcomes for kind in KINDS]
-    tables = [_errors_table(outcomes), *(_models_table(outcome) for outcome in outcomes)]
-    return Findings(verdicts, tables, [_picture(outcome) for outcome in outcomes])
-
-
-def _outcome(work: Work, preset: str) -> _Outcome:
-    results = {
-        grouping: work.runs(
-            f"study-{grouping}-{preset}", AGGREGATION.name, preset, settings={"scenario.grouping": grouping}
-        )
-        for grouping in GROUPINGS
-    }
-    return _Outcome(
-        preset=preset,
-        seeds=tuple(run.seed for run in results[GROUPINGS[0]].runs),
-        models={name: {kind: values_of(one, kind) for kind in KINDS} for name, one in results.items()},
-        errors={name: {kind: values_of(one, KINDS[kind]) for kind in KINDS} for name, one in results.items()},
+    found: dict[str, dict[str, Runs]] = {preset: {} for preset in sizes.presets}
+    for preset, both in found.items():
+        for grouping in GROUPINGS:
+            settings = {"scenario.grouping": grouping}
+            result = work.runs(f"study-{grouping}-{preset}", AGGREGATION.name, preset, settings=settings)
+            both[grouping] = Runs.of(result, preset, NAMES)
+    return Findings(
+        [separated_verdict(both, kind) for both in found.values() for kind in KINDS],
+        [_errors_table(found), *(_models_table(preset, both) for preset, both in found.items())],
+        [_picture(preset, both) for preset, both in found.items()],
     )
 
 
-def _verdict(outcome: _Outcome, kind: str) -> Verdict:
-    comparison, names = outcome.comparison(kind), AGGREGATION.parameter_names
-    spreads = {name: [Spread.of(values) for values in errors[kind].T] for name, errors in outcome.errors.items()}
-    p_values = ", ".join(f"{name} {p:.2g}" for name, p in zip(names, comparison.p_values, strict=True))
-    texts = "; ".join(f"{name}: {listed(names, spread)}" for name, spread in spreads.items())
+def _comparison(both: Mapping[str, Runs], kind: str) -> Comparison:
+    """Test the absolute errors of separated runs against those of mixed ones, parameter by parameter."""
+    mixed, separated = (both[grouping].errors[kind] for grouping in GROUPINGS)
+    tests = [compare(mixed[:, k], [separated[:, k]]) for k in range(mixed.shape[1])]
+    return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
+
+
+def separated_verdict(both: Mapping[str, Runs], kind: str) -> Verdict:
+    """Test whether the errors of runs, by their grouping, differ."""
+    comparison = _comparison(both, kind)
+    texts = "; ".join(f"{name}: {listed(NAMES, spreads_of(runs.errors[kind]))}" for name, runs in both.items())
     return Verdict(
         CLAIM,
         not comparison.significant.any(),
         "no significant difference",
-        f"{texts}; p: {p_values}",
+        f"{texts}; p: {valued(NAMES, comparison.p_values, '.2g')}",
         "separated",
-        variant_of(outcome.preset, kind),
+        variant_of(both["mixed"].preset, kind),
     )
 
 
-def _errors_table(outcomes: list[_Outcome]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
-    for one in outcomes:
+def _errors_table(found: Mapping[str, Mapping[str, Runs]]) -> Table:
+    frames = {}
+    for preset, both in found.items():
         for kind in KINDS:
-            comparison = one.comparison(kind)
-            for k, name in enumerate(AGGREGATION.parameter_names):
-                spreads = [Spread.of(one.errors[grouping][kind][:, k]) for grouping in GROUPINGS]
-                numbers = [number for own in spreads for number in (own.mean, own.standard_deviation)]
-                tests = float(comparison.p_values[k]), bool(comparison.significant[k])
-                rows.append((one.preset, kind, name, spreads[0].runs, *numbers, *tests))
-    return Table(
-        "absolute-errors",
-        "Absolute errors over the runs with mixed and with separated groups, and the Mann-Whitney test of each parameter",
-        (
-            "preset", "model", "parameter", "runs", "mixed_mean", "mixed_standard_deviation", "separated_mean",
-            "separated_standard_deviation", "p_value", "significant",
-        ),
-        rows,
-    )  # fmt: skip
+            comparison = _comparison(both, kind)
+            frame = pd.DataFrame({"parameter": NAMES, "runs": len(both["mixed"])})
+            for name, runs in both.items():
+                spreads = spreads_of(runs.errors[kind])
+                frame = frame.join(spreads_frame(spreads, f"{name}_mean", f"{name}_standard_deviation"))
+            frames[preset, kind] = frame.assign(p_value=comparison.p_values, significant=comparison.significant)
+    caption = "Absolute errors over the runs with mixed and with separated groups, and the Mann-Whitney test of each parameter"
+    return Table("absolute-errors", caption, stacked(frames, "preset", "model"))
 
 
-def _models_table(outcome: _Outcome) -> Table:
-    rows: list[tuple[Cell, ...]] = [
-        (grouping, kind, seed, *map(float, model))
-        for grouping in GROUPINGS
-        for kind in KINDS
-        for seed, model in zip(outcome.seeds, outcome.models[grouping][kind], strict=True)
-    ]
-    caption = f"What every run has inferred, preset {outcome.preset}"
-    return Table(f"{outcome.preset}-models", caption, ("grouping", "model", "seed", *AGGREGATION.parameter_names), rows)
+def _models_table(preset: str, both: Mapping[str, Runs]) -> Table:
+    frame = stacked({name: runs.models_frame() for name, runs in both.items()}, "grouping")
+    return Table(f"{preset}-models", f"What every run has inferred, preset {preset}", frame)
 
 
-def _picture(outcome: _Outcome) -> Picture:
-    from turing_learning.figures._many_runs import box_panels_figure
-
-    figure = box_panels_figure(
-        [outcome.models[grouping]["best_model"] for grouping in GROUPINGS],
-        titles=("Mixed", "Separated"),
-        names=AGGREGATION.parameter_names,
-        truth=AGGREGATION.controller,
+def _picture(preset: str, both: Mapping[str, Runs]) -> Picture:
+    models = [both[grouping].models["best_model"] for grouping in GROUPINGS]
+    figure = box_panels_figure(models, titles=("Mixed", "Separated"), names=NAMES, truth=AGGREGATION.controller)
+    caption = (
+        f"Parameters of the subjectively best model of the last generation, {len(models[0])} runs each, preset "
+        f"{preset}: replicas mixed into groups of agents, and separated from them; the truth is dashed."
     )
-    return Picture(
-        f"{outcome.preset}-boxes",
-        f"Parameters of the subjectively best model of the last generation, {len(outcome.seeds)} runs each, preset "
-        f"{outcome.preset}: replicas mixed into groups of agents, and separated from them; the truth is dashed.",
-        CLAIM,
-        figure,
-    )
+    return Picture(f"{preset}-boxes", CLAIM, caption, figure)
 
 
 EXPERIMENT = Experiment(

@@ -2,18 +2,19 @@
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from turing_learning.analysis import dispersion, largest_cluster
-from turing_learning.reproduction._experiment import Experiment, Findings, Picture, Table
+from turing_learning.figures import Picture
+from turing_learning.figures._swarms import snapshots_figure
+from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
 from turing_learning.reproduction._verdicts import Verdict
 from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CLAIM = "3.2-snapshots"
 SHARE = 0.9
@@ -54,14 +55,6 @@ class _Row:
     def gathers_objects(self) -> bool:
         return self.scenario.objects.count > 0
 
-    @property
-    def radius_cm(self) -> float:
-        return self.scenario.objects.radius_cm if self.gathers_objects else self.scenario.robot.radius_cm
-
-    def gathered(self, poses: np.ndarray) -> np.ndarray:
-        """Return the positions (..., S, 2) of those that are to gather."""
-        return poses[..., self.robots :, :2] if self.gathers_objects else poses[..., : self.robots, :2]
-
 
 def conduct(work: Work) -> Findings:
     """Simulate both behaviors, and show the trial of median dispersion at the end."""
@@ -70,76 +63,39 @@ def conduct(work: Work) -> Findings:
         _Row(AGGREGATION, sizes.aggregating_robots, sizes.aggregation_times_s),
         _Row(OBJECT_CLUSTERING, sizes.clustering_robots, sizes.clustering_times_s, sizes.clustering_later_s),
     )
-    measured = [_measured(work, row) for row in rows]
-    pictures = [_picture(row, found) for row, found in zip(rows, measured, strict=True)]
-    return Findings([_verdict(rows, measured)], [_table(rows, measured)], pictures)
-
-
-def _measured(work: Work, row: _Row) -> dict[str, Any]:
-    sizes: SnapshotSizes = work.sizes
-    return work.piece(f"snapshots-{row.scenario.name}", lambda: _simulated(row, sizes.trials, sizes.seed))
+    found = {
+        row: work.piece(f"snapshots-{row.scenario.name}", partial(_simulated, row, sizes.trials, sizes.seed))
+        for row in rows
+    }
+    return Findings([_verdict(found)], [_table(found)], [_picture(*one) for one in found.items()])
 
 
 def _simulated(row: _Row, trials: int, seed: int) -> dict[str, Any]:
     from turing_learning.swarm import initial_poses, simulate
 
-    scenario = row.scenario
+    scenario, interval = row.scenario, row.scenario.trial.control_interval_s
     start = initial_poses(scenario, trials, np.random.default_rng(seed), robots=row.robots)
     controllers = np.broadcast_to(scenario.controller, (trials, row.robots, len(scenario.controller)))
-    interval = scenario.trial.control_interval_s
     steps = [round(time / interval) for time in row.measured_s]
     poses = simulate(scenario, controllers, start, control_steps=steps[-1], seed=seed).poses[:, steps]
-    positions = row.gathered(poses)
-    spread = dispersion(positions, row.radius_cm)
-    last = len(row.times_s) - 1
+    gathered, radius = poses[..., : row.robots, :2], scenario.robot.radius_cm
+    if row.gathers_objects:
+        gathered, radius = poses[..., row.robots :, :2], scenario.objects.radius_cm
+    spread, last = dispersion(gathered, radius), len(row.times_s) - 1
     shown = int(np.argsort(spread[:, last], kind="stable")[(trials - 1) // 2])
     return {
         "dispersion": spread.tolist(),
-        "largest_cluster": largest_cluster(positions, row.radius_cm).tolist(),
-        "gathering": positions.shape[2],
+        "largest_cluster": largest_cluster(gathered, radius).tolist(),
+        "gathering": gathered.shape[2],
         "shown": shown,
         "poses": poses[shown, : last + 1].tolist(),
     }
 
 
-def _picture(row: _Row, found: dict[str, Any]) -> Picture:
-    trials = len(found["dispersion"])
-    objects = f" and {found['gathering']} objects" if row.gathers_objects else ""
-    caption = (
-        f"{row.scenario.title}: {row.robots} agents{objects}; of {trials} trials the one with the median dispersion at the "
-        "end. A robot is a disk with its heading, an object a plain disk."
-    )
-    return Picture(row.scenario.name, caption, CLAIM, _figure(row, found))
-
-
-def _figure(row: _Row, found: dict[str, Any]) -> "Figure":
-    from turing_learning.figures._swarms import snapshots_figure
-
-    return snapshots_figure(
-        np.array(found["poses"]),
-        times_s=row.times_s,
-        robots=row.robots,
-        robot_radius_cm=row.scenario.robot.radius_cm,
-        object_radius_cm=row.scenario.objects.radius_cm,
-    )
-
-
-def _table(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Table:
-    cells = [
-        (row.scenario.name, trial + 1, time, found["dispersion"][trial][k], found["largest_cluster"][trial][k])
-        for row, found in zip(rows, measured, strict=True)
-        for trial in range(len(found["dispersion"]))
-        for k, time in enumerate(row.measured_s)
-    ]
-    caption = "Dispersion, and number of robots or objects in the largest cluster, of every trial"
-    return Table("snapshots", caption, ("behavior", "trial", "time_s", "dispersion", "largest_cluster"), cells)
-
-
-def _verdict(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Verdict:
+def _verdict(measured: dict[_Row, dict[str, Any]]) -> Verdict:
     texts, agrees = [], True
-    for row, found in zip(rows, measured, strict=True):
-        total, largest = found["gathering"], np.array(found["largest_cluster"])
-        end = len(row.times_s) - 1
+    for row, found in measured.items():
+        total, largest, end = found["gathering"], np.array(found["largest_cluster"]), len(row.times_s) - 1
         shown = int(largest[found["shown"], end])
         enough = np.count_nonzero(largest >= math.ceil(SHARE * total), axis=0)
         agrees = agrees and shown >= SHARE * total
@@ -150,8 +106,36 @@ def _verdict(rows: tuple[_Row, ...], measured: list[dict[str, Any]]) -> Verdict:
             f"shown, 90 % or more in {enough[end]} of {len(largest)} trials{later}"
         )
     printed = "a single compact cluster at the end of each row"
-    reason = "" if agrees else OPENS_AND_CLOSES
-    return Verdict(CLAIM, bool(agrees), printed, "; ".join(texts), "snapshots", reason=reason)
+    return Verdict(CLAIM, agrees, printed, "; ".join(texts), "snapshots", reason="" if agrees else OPENS_AND_CLOSES)
+
+
+def _table(measured: dict[_Row, dict[str, Any]]) -> Table:
+    frames = {}
+    for row, found in measured.items():
+        trials = len(found["dispersion"])
+        columns = {name: np.ravel(found[name]) for name in ("dispersion", "largest_cluster")}
+        moments = {
+            "trial": np.repeat(np.arange(1, trials + 1), len(row.measured_s)), "time_s": np.tile(row.measured_s, trials)
+        }  # fmt: skip
+        frames[row.scenario.name] = pd.DataFrame(moments | columns)
+    caption = "Dispersion, and number of robots or objects in the largest cluster, of every trial"
+    return Table("snapshots", caption, stacked(frames, "behavior"))
+
+
+def _picture(row: _Row, found: dict[str, Any]) -> Picture:
+    objects = f" and {found['gathering']} objects" if row.gathers_objects else ""
+    figure = snapshots_figure(
+        np.array(found["poses"]),
+        times_s=row.times_s,
+        robots=row.robots,
+        robot_radius_cm=row.scenario.robot.radius_cm,
+        object_radius_cm=row.scenario.objects.radius_cm,
+    )
+    caption = (
+        f"{row.scenario.title}: {row.robots} agents{objects}; of {len(found['dispersion'])} trials the one with the median "
+        "dispersion at the end. A robot is a disk with its heading, an object a plain disk."
+    )
+    return Picture(row.scenario.name, CLAIM, caption, figure)
 
 
 EXPERIMENT = Experiment(

@@ -1,0 +1,334 @@
+"""Robots in the emulated laboratory: runs, the same runs in plain simulation, swarms before the camera, random models."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from turing_learning.analysis import dispersion, largest_cluster
+from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
+
+from ._work import Work
+
+if TYPE_CHECKING:
+    from turing_learning.runs import Progress
+
+REPLICAS = {"replica-1": "orange", "replica-2": "purple"}
+"""Name and marker; as in the paper, agents wear blue."""
+AGENTS = 8
+KINDS = ("agents", "model")
+MARKER = "red"
+Stop = Callable[[], bool]
+
+
+@dataclass(frozen=True)
+class LaboratoryRunSizes:
+    """How many runs, how long, which generations' classifiers are kept, and how often the last models are observed again."""
+
+    runs: int = 10
+    generations: int = 100
+    first_seed: int = 5001
+    repeats: int = 5
+    kept: tuple[int, ...] = (0, 1, 2, 3, 4, 5, 10, 20, 50, 99)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the runs."""
+        return tuple(range(self.first_seed, self.first_seed + self.runs))
+
+    def overrides(self, seed: int) -> dict[str, Any]:
+        """Return the settings of a run."""
+        own = {"run.generations": self.generations, "run.seed": seed, "run.threads": 1}
+        return {**self.settings, **own}
+
+
+@dataclass(frozen=True)
+class ValidationSizes:
+    """How many trials of how many robots, how long, how often the camera looks, and which moments are shown."""
+
+    robots: int = 40
+    trials: int = 10
+    duration_s: float = 600.0
+    every_s: float = 2.0
+    shown_s: tuple[float, ...] = (0, 20, 40, 180, 360, 420, 480, 600)
+    seed: int = 1
+
+    @property
+    def times_s(self) -> np.ndarray:
+        """When the camera takes an image (K,)."""
+        return np.arange(round(self.duration_s / self.every_s) + 1) * self.every_s
+
+
+@dataclass(frozen=True)
+class RandomModelSizes:
+    """How many models, drawn uniformly from all wheel speeds."""
+
+    models: int = 100
+    seed: int = 6001
+
+
+@dataclass(frozen=True, eq=False)
+class LaboratoryRuns:
+    """What R runs of G generations have been through.
+
+    Attributes
+    ----------
+    models : (R, G, M, P)
+        In wheel speeds, fractions of the maximum.
+    fitness : (R, G, M)
+        Subjective fitness of the models.
+    again : (R, repeats, M)
+        Fitness of the models of the last generation, observed again and judged by all its classifiers.
+    classifiers : (R, K, N, Q)
+        Of the K generations that are kept.
+    classifier_fitness : (R, K, N)
+        Their subjective fitness.
+    """
+
+    models: np.ndarray
+    fitness: np.ndarray
+    again: np.ndarray
+    classifiers: np.ndarray
+    classifier_fitness: np.ndarray
+
+    @property
+    def best(self) -> np.ndarray:
+        """The models (R, P) of the last generation with the highest mean fitness in the post-evaluation."""
+        chosen = self.again.mean(axis=1).argmax(axis=1)
+        return self.models[np.arange(len(chosen)), -1, chosen]
+
+    @property
+    def fittest(self) -> np.ndarray:
+        """The subjectively best model (R, G, P) of each generation."""
+        chosen = self.fitness.argmax(axis=2)[..., None, None]
+        return np.take_along_axis(self.models, chosen, axis=2)[:, :, 0]
+
+
+def laboratory_file(work: Work, preset: str) -> Path:
+    """Write the laboratory's file and the calibration of its camera, if they are not there; return the file's path."""
+    from turing_learning.robots import overhead_camera
+
+    folder = work.folder(f"laboratory-{preset}")
+    folder.mkdir(parents=True, exist_ok=True)
+    overhead_camera().save(folder / "camera.json", force=True)
+    lines = [f'preset = "{preset}"', "", "[camera]", 'calibration = "camera.json"', ""]
+    for k in range(1, AGENTS + 1):
+        lines += ["[[robots]]", f'name = "agent-{k}"', 'role = "agent"', 'marker = "blue"', ""]
+    for name, marker in REPLICAS.items():
+        lines += [
+            "[[robots]]",
+            f'name = "{name}"',
+            'role = "replica"',
+            f'marker = "{marker}"',
+            f'address = "{name}"',
+            "",
+        ]
+    lines += ["[evaluation]", f"repeats = {work.sizes.runs.repeats}", ""]
+    path = folder / "lab.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+def emulated_runs(work: Work) -> LaboratoryRuns:
+    """Conduct the runs in the emulated laboratory, a piece of work for each that can be gone on with."""
+    sizes: LaboratoryRunSizes = work.sizes.runs
+    path = laboratory_file(work, "default")
+    given = {
+        f"emulated-seed{seed}": (path, work.folder(f"emulated-run-seed{seed}"), sizes.overrides(seed), sizes.kept)
+        for seed in sizes.seeds
+    }
+    return _stacked(work.all_arrays(_emulated, given))
+
+
+def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
+    """Conduct the same runs in plain simulation."""
+    sizes: LaboratoryRunSizes = work.sizes.runs
+    path = laboratory_file(work, preset)
+    given = {
+        f"simulated-{preset}-seed{seed}": (path, sizes.overrides(seed), sizes.kept, sizes.repeats)
+        for seed in sizes.seeds
+    }
+    return _stacked(work.all_arrays(_simulated, given))
+
+
+def _stacked(pieces: Mapping[str, Mapping[str, np.ndarray]]) -> LaboratoryRuns:
+    names = LaboratoryRuns.__dataclass_fields__
+    return LaboratoryRuns(**{name: np.stack([piece[name] for piece in pieces.values()]) for name in names})
+
+
+def _emulated(
+    should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: tuple[int, ...]
+) -> dict[str, np.ndarray] | None:
+    """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
+    from turing_learning.robots import load_laboratory, rehearse
+    from turing_learning.runs import (
+        RunFolder,
+        is_laboratory_run,
+        read_post_evaluation,
+        resume_laboratory,
+        start_laboratory,
+        stored_generations,
+    )
+
+    laboratory = load_laboratory(path, overrides)
+    if not is_laboratory_run(out):
+        result = start_laboratory(laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop)
+    else:
+        entropy = (laboratory.configuration.run.seed, 1 + stored_generations(RunFolder(out).checkpoints_path))
+        seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
+        result = resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
+    evaluation = read_post_evaluation(out)
+    if evaluation is None or not evaluation.complete:
+        return None
+    history = result.history
+    judging = history[["classifier", "classifier_fitness"]].isel(generation=list(kept))
+    return {
+        "models": history["model"].to_numpy(),
+        "fitness": history["model_fitness"].to_numpy(),
+        "again": evaluation.fitness,
+        "classifiers": judging["classifier"].to_numpy(),
+        "classifier_fitness": judging["classifier_fitness"].to_numpy(),
+    }
+
+
+def _simulated(
+    should_stop: Stop, path: Path, overrides: dict[str, Any], kept: tuple[int, ...], repeats: int
+) -> dict[str, np.ndarray] | None:
+    from turing_learning.robots import load_laboratory
+    from turing_learning.runs import simulate_laboratory
+
+    found: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("models", "fitness", "classifiers", "classifier_fitness")
+    }
+
+    def keep(progress: "Progress") -> None:
+        generation = progress.generation
+        found["models"].append(generation.models)
+        found["fitness"].append(generation.model_fitness)
+        if generation.number in kept:
+            found["classifiers"].append(generation.classifiers.astype(np.float32))
+            found["classifier_fitness"].append(generation.classifier_fitness)
+
+    laboratory = load_laboratory(path, {**overrides, "run.history": "full"})
+    run = simulate_laboratory(laboratory.configuration, repeats, observer=keep, should_stop=should_stop)
+    if run is None:
+        return None
+    return {name: np.stack(arrays) for name, arrays in found.items()} | {"again": run.fitness}
+
+
+@dataclass(frozen=True, eq=False)
+class Gathering:
+    """What R trials of A robots look like at K moments.
+
+    Attributes
+    ----------
+    seen : (R, K, A, 2)
+        Positions (cm) that the camera has seen; of a moment at which it has not seen all robots those of the moment before.
+    complete : (R, K)
+        Whether all robots were seen.
+    poses : (R, K, A, 3)
+        Where they were.
+    radius_cm
+        Of a robot.
+    """
+
+    seen: np.ndarray
+    complete: np.ndarray
+    poses: np.ndarray
+    radius_cm: float
+
+    @cached_property
+    def proportion(self) -> np.ndarray:
+        """Share of the robots in the largest cluster (R, K)."""
+        return largest_cluster(self.seen, self.radius_cm) / self.seen.shape[2]
+
+    @cached_property
+    def dispersion(self) -> np.ndarray:
+        """Dispersion of the robots (R, K)."""
+        return dispersion(self.seen, self.radius_cm)
+
+
+def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
+    """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
+    from turing_learning.robots import LABORATORY
+
+    sizes: ValidationSizes = work.sizes.validation
+    controllers = dict(zip(KINDS, (np.array(LABORATORY.controller), model), strict=True))
+    given = {
+        f"validation-{kind}-trial{trial:02d}": (sizes, controllers[kind], trial, KINDS.index(kind))
+        for kind in KINDS
+        for trial in range(1, sizes.trials + 1)
+    }
+    pieces = list(work.all_arrays(_filmed, given).values())
+
+    def gathering(part: list[dict[str, np.ndarray]]) -> Gathering:
+        seen, complete, poses = (np.stack([one[name] for one in part]) for name in ("seen", "complete", "poses"))
+        return Gathering(seen, complete, poses, LABORATORY.robot.radius_cm)
+
+    return gathering(pieces[: sizes.trials]), gathering(pieces[sizes.trials :])
+
+
+def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator) -> np.ndarray:
+    """Return poses (A, 3) drawn uniformly in an arena, none of which overlap: a place that is taken is drawn again."""
+    low, high = radius_cm, np.array(sides_cm) - radius_cm
+    placed = np.empty((0, 2))
+    while len(placed) < robots:
+        place = rng.uniform(low, high)
+        if (np.linalg.norm(placed - place, axis=1) > 2 * radius_cm).all():
+            placed = np.vstack([placed, place])
+    return np.column_stack([placed, rng.uniform(-np.pi, np.pi, robots)])
+
+
+def _filmed(
+    should_stop: Callable[[], bool], sizes: ValidationSizes, controller: np.ndarray, trial: int, kind: int
+) -> dict[str, np.ndarray] | None:
+    """Run a trial before the emulated camera; find the robots' round markers in its images."""
+    from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, move_alone, overhead_camera
+
+    arena, robot, interval = LABORATORY.arena, LABORATORY.robot, LABORATORY.trial.control_interval_s
+    sides = float(arena.width_cm or 0), float(arena.height_cm or 0)
+    start = places_apart(
+        sizes.robots, sides, robot.radius_cm, np.random.default_rng((VALIDATION_STARTS, sizes.seed, trial))
+    )
+    seed = int(np.random.SeedSequence((VALIDATION_NOISE, sizes.seed, trial, kind)).generate_state(1)[0])
+    calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * sizes.robots
+    look = int(np.random.SeedSequence((VALIDATION_CAMERA, sizes.seed, trial, kind)).generate_state(1)[0])
+    camera = EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=look)
+    tracker = Tracker(markers, calibration, labels)
+    every = round(sizes.every_s / interval)
+    cycles = every * (len(sizes.times_s) - 1)
+    poses: list[np.ndarray] = []
+    seen: list[np.ndarray] = []
+    complete: list[bool] = []
+    for cycle, now in enumerate(move_alone(LABORATORY, controller, start, cycles=cycles, seed=seed)):
+        if cycle % every:
+            continue
+        if should_stop():
+            return None
+        found = tracker.detect(camera.render(now)).positions
+        complete.append(len(found) == sizes.robots)
+        seen.append(found if complete[-1] else seen[-1] if seen else now[:, :2])
+        poses.append(now)
+    return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
+
+
+def random_models(work: Work, path: Path) -> dict[str, np.ndarray]:
+    """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
+    return work.arrays("random-models", partial(_observed, path, work.sizes.random_models))
+
+
+def _observed(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
+    from turing_learning.robots import LaboratorySource, laboratory_tracker, load_laboratory, rehearse
+
+    laboratory = load_laboratory(path)
+    setup, configuration = laboratory.setup, laboratory.configuration
+    rng = np.random.default_rng((ACCURACY_MODELS, sizes.seed))
+    models = rng.uniform(-1, 1, (sizes.models, len(configuration.parameter_names)))
+    equipment, tracker = rehearse(laboratory, sizes.seed), laboratory_tracker(setup)
+    with LaboratorySource(setup, configuration.scenario.control_steps, equipment, tracker) as source:
+        samples = source.observe(models, "random-models")
+    return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

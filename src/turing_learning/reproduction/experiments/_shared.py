@@ -1,0 +1,113 @@
+"""What several experiments share: studies of many runs, the errors of their models, and the agents' sensor readings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from turing_learning.reproduction._experiment import stacked
+from turing_learning.reproduction._verdicts import Spread, printed_spreads, spreads_of
+from turing_learning.swarm import Scenario
+
+if TYPE_CHECKING:
+    from turing_learning.studies import StudyResult
+
+PRESETS = ("default", "paper")
+"""The first one decides; the other stands beside it."""
+KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+"""What a run infers, and its errors in the result of the run; the first one is the paper's rule, and decides."""
+
+
+def variant_of(preset: str, kind: str = "best_model") -> str:
+    """Return what a verdict is about; nothing for the one that counts."""
+    parts = [] if preset == PRESETS[0] else [f"preset {preset}"]
+    return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
+
+
+@dataclass(frozen=True, eq=False)
+class Runs:
+    """What the runs of a study with one preset have inferred.
+
+    Attributes
+    ----------
+    models, errors : kind -> (R, P)
+        Models of R runs, by the kinds of `KINDS`, and their absolute errors.
+    """
+
+    preset: str
+    names: tuple[str, ...]
+    seeds: tuple[int, ...]
+    models: dict[str, np.ndarray]
+    errors: dict[str, np.ndarray]
+
+    @classmethod
+    def of(cls, result: "StudyResult", preset: str, names: tuple[str, ...]) -> "Runs":
+        """Return what the runs of a study have inferred."""
+        models = {kind: values_of(result, kind) for kind in KINDS}
+        errors = {kind: values_of(result, key) for kind, key in KINDS.items()}
+        return cls(preset, names, tuple(run.seed for run in result.runs), models, errors)
+
+    def __len__(self) -> int:
+        return len(self.seeds)
+
+    def maes(self, kind: str) -> np.ndarray:
+        """Return the mean absolute error of each run (R,)."""
+        return self.errors[kind].mean(axis=1)
+
+    def models_frame(self) -> pd.DataFrame:
+        """Return what every run has inferred: model, seed, parameters."""
+        frames = {kind: pd.DataFrame(self.models[kind], columns=self.names) for kind in KINDS}
+        for frame in frames.values():
+            frame.insert(0, "seed", self.seeds)
+        return stacked(frames, "model")
+
+    def errors_frame(self) -> pd.DataFrame:
+        """Return statistics of the errors: model, parameter, runs, mean, standard deviation, median."""
+        return stacked({kind: errors_frame(self.errors[kind], self.names) for kind in KINDS}, "model")
+
+
+def values_of(result: "StudyResult", name: str) -> np.ndarray:
+    """Return what each run of a study has under a name, parameter by parameter (R, P)."""
+    return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])
+
+
+def errors_frame(errors: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
+    """Return statistics of absolute errors (R, P): parameter, runs, mean, standard deviation, median."""
+    frame = pd.DataFrame({"parameter": names, "runs": len(errors)})
+    return frame.join(spreads_frame(spreads_of(errors))).assign(median=np.median(errors, axis=0))
+
+
+def beside_the_paper(frame: pd.DataFrame, claim: str) -> pd.DataFrame:
+    """Return statistics of errors with what a claim prints of the best model of a run."""
+    printed = spreads_frame(printed_spreads(claim), "paper_mean", "paper_standard_deviation")
+    return frame.join(printed)  # the best model comes first, and nothing is printed of others
+
+
+def spreads_frame(spreads: Sequence[Spread], mean: str = "mean", deviation: str = "standard_deviation") -> pd.DataFrame:
+    """Return means and standard deviations as columns of these names."""
+    return pd.DataFrame([(one.mean, one.standard_deviation) for one in spreads], columns=[mean, deviation])
+
+
+@dataclass(frozen=True)
+class ShareSizes:
+    """How many trials, of the scenario's own duration."""
+
+    trials: int = 100
+    seed: int = 1
+
+
+def sensor_shares(scenario: Scenario, sizes: ShareSizes) -> np.ndarray:
+    """Return the share of the agents in each sensor state (R, T, n), trial by trial and step by step; all are agents.
+
+    Source
+    ------
+    Paper, section 4.3.
+    """
+    from turing_learning.swarm import initial_poses, simulate
+
+    start = initial_poses(scenario, sizes.trials, np.random.default_rng(sizes.seed))
+    controllers = np.broadcast_to(scenario.controller, (sizes.trials, scenario.individuals, len(scenario.controller)))
+    sensors = simulate(scenario, controllers, start, control_steps=scenario.control_steps, seed=sizes.seed).sensors
+    return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)

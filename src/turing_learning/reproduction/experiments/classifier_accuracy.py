@@ -1,0 +1,343 @@
+"""Section 4.4: how well the classifiers of all generations decide over the whole space of behaviors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from turing_learning.config import Configuration, classifier_of, load_configuration
+from turing_learning.figures import Picture
+from turing_learning.figures._classifiers import accuracy_figure
+from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
+from turing_learning.reproduction._verdicts import Verdict, spreads_of
+from turing_learning.reproduction._work import Work
+from turing_learning.swarm import AGGREGATION
+
+from ._shared import PRESETS, spreads_frame, variant_of
+
+if TYPE_CHECKING:
+    from turing_learning.runs import Progress
+
+CLAIM = "4.4-classifier-accuracy"
+RISEN = 5  # the generation up to which the paper sees the subjectively best rise
+SETTLED = 50  # the generation from which it is held against the printed range
+RANGE = (0.62, 0.80)
+LEVEL = 0.95
+STEP_BACK = 0.02  # of a curve that still rises "almost monotonically"
+
+PRINTED = (
+    "subjective best: rises in the first 5 generations, then drops and fluctuates within 0.62 to 0.80; objective best: rises "
+    "almost monotonically to above 0.95"
+)
+
+JUMPS = (
+    "until 0.7 of a run models jump, and whoever tells those that have jumped is rewarded; without jumps the subjective best of "
+    "other runs is no better than the paper's, decision 0019"
+)
+"""Why the subjectively best of the default preset is better than the paper's."""
+
+FORGETS = (
+    "once models are close to the truth nothing rewards a population for telling what no model does any more, and it forgets, "
+    "decision 0019"
+)
+"""Why an objectively best gets worse that is of a population alone."""
+
+
+@dataclass(frozen=True)
+class RunSizes:
+    """How many runs of how many generations, and what else is set."""
+
+    runs: int = 30
+    generations: int = 1000
+    first_seed: int = 2001
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the runs."""
+        return tuple(range(self.first_seed, self.first_seed + self.runs))
+
+    def configuration(self, scenario: str, preset: str, seed: int) -> Configuration:
+        """Return the configuration of a run."""
+        own = {"run.generations": self.generations, "run.seed": seed, "run.history": "thin"}
+        return load_configuration(None, preset, dict(self.settings) | own, scenario=scenario)
+
+
+@dataclass(frozen=True)
+class AccuracySizes:
+    """Which runs and generations, and the grid of models; its trials are done in so many parts."""
+
+    runs: RunSizes = field(default_factory=RunSizes)
+    generations: tuple[int, ...] = (
+        0, 1, 2, 3, 5, 10, 20, 50, 99, 199, 299, 499, 699, 899, 999,
+    )  # fmt: skip
+    points: int = 11
+    trials: int = 10
+    parts: int = 22
+    seed: int = 1
+
+
+@dataclass(frozen=True, eq=False)
+class BestAccuracies:
+    """Accuracy of the best classifiers over generations, of the runs of one preset.
+
+    Attributes
+    ----------
+    variant
+        What stands beside the verdict that counts; "" for that one.
+    generations : (G,)
+        Numbers of the generations.
+    subjective, objective : (R, G)
+        Of the classifier with the highest subjective fitness; the highest of all of the population.
+    jury : (R, G)
+        The highest of all that judge the models: the population, and its archive where it has one.
+    """
+
+    variant: str
+    generations: np.ndarray
+    subjective: np.ndarray
+    objective: np.ndarray
+    jury: np.ndarray
+
+    @classmethod
+    def of(
+        cls, variant: str, generations: tuple[int, ...], accuracy: np.ndarray, fitness: np.ndarray, jury: Any = 0.0
+    ) -> "BestAccuracies":
+        """Return the best of classifiers with accuracies and fitness (R, G, N); `jury` are those of the best archived ones."""
+        fittest, objective = fitness.argmax(axis=2, keepdims=True), accuracy.max(axis=2)  # the first of equals
+        subjective = np.take_along_axis(accuracy, fittest, axis=2)[..., 0]
+        return cls(variant, np.array(generations), subjective, objective, np.maximum(objective, jury))
+
+    def means_frame(self, *names: str) -> pd.DataFrame:
+        """Return mean and standard deviation over the runs of these curves, generation by generation."""
+        frame = pd.DataFrame({"generation": self.generations})
+        for name in names:
+            frame = frame.join(spreads_frame(spreads_of(getattr(self, name)), name, f"{name}_deviation"))
+        return frame
+
+
+@dataclass(frozen=True, eq=False)
+class Populations:
+    """Classifiers of some generations of R runs.
+
+    Attributes
+    ----------
+    classifiers : (R, G, N, Q)
+        Single precision, in which they judge.
+    fitness : (R, G, N)
+        Their subjective fitness.
+    archived : R of (U, Q)
+        All that have judged beside them from the archive, each once; U = 0 without an archive.
+    judging : R of (G, U)
+        In which of the generations each of those did.
+    """
+
+    classifiers: np.ndarray
+    fitness: np.ndarray
+    archived: list[np.ndarray]
+    judging: list[np.ndarray]
+
+
+def conduct(work: Work) -> Findings:
+    """Conduct the runs, let all of their classifiers judge the same trials, and compare the best of each generation."""
+    sizes: AccuracySizes = work.sizes
+    populations = {preset: run_populations(work, sizes.runs, preset, sizes.generations) for preset in PRESETS}
+    accuracies = _accuracies(work, populations)
+    best, means, every, pictures = {}, {}, {}, []
+    for preset, one in populations.items():
+        accuracy, archived = accuracies[preset]
+        pairs = zip(one.judging, archived, strict=True)
+        referees = [np.where(judging, each, 0.0).max(axis=1, initial=0.0) for judging, each in pairs]
+        best[preset] = found = BestAccuracies.of(variant_of(preset), sizes.generations, accuracy, one.fitness, referees)
+        means[preset] = found.means_frame("subjective", "objective", "jury").assign(all=accuracy.mean(axis=(0, 2)))
+        for k, seed in enumerate(sizes.runs.seeds):
+            curves = {name: getattr(found, name)[k] for name in ("subjective", "objective", "jury")}
+            every[preset, seed] = pd.DataFrame({"generation": found.generations, **curves})
+        pictures.append(_picture(preset, found, archive=any(map(len, archived))))
+    caption = (
+        "Decision accuracy of the subjectively and of the objectively best classifier of each generation's population, and of "
+        "the best of the jury (population and archive), mean and standard deviation over the runs, and the mean accuracy of "
+        "the population"
+    )
+    return Findings(
+        [verdict for found in best.values() for verdict in accuracy_verdicts(found)],
+        [
+            Table("accuracy", caption, stacked(means, "preset")),
+            Table("accuracy-runs", "The same in every run", stacked(every, "preset", "seed")),
+        ],
+        pictures,
+    )
+
+
+def run_populations(work: Work, sizes: RunSizes, preset: str, generations: tuple[int, ...]) -> Populations:
+    """Conduct runs, a piece of work for each, and return the classifiers of some generations."""
+    found: dict[str, list[np.ndarray]] = {"classifiers": [], "fitness": [], "archived": [], "judging": []}
+    for seed in sizes.seeds:
+        compute = partial(_conducted, work, sizes.configuration(AGGREGATION.name, preset, seed), generations)
+        piece = work.arrays(f"run-{preset}-seed{seed}", compute)
+        for name, arrays in found.items():
+            arrays.append(piece[name])
+    return Populations(np.stack(found["classifiers"]), np.stack(found["fitness"]), found["archived"], found["judging"])
+
+
+def _conducted(work: Work, configuration: Configuration, chosen: tuple[int, ...]) -> dict[str, np.ndarray] | None:
+    from turing_learning.runs import infer
+
+    kept: dict[str, list[np.ndarray]] = {"classifiers": [], "fitness": []}
+    referees: list[np.ndarray] = []
+
+    def keep(progress: "Progress") -> None:
+        generation = progress.generation
+        if generation.number in chosen:
+            kept["classifiers"].append(generation.classifiers.astype(np.float32))
+            kept["fitness"].append(generation.classifier_fitness)
+            referees.append(generation.referees.astype(np.float32))
+
+    if not infer(config=configuration, observer=keep, should_stop=work.should_stop).complete:
+        return None
+    archived, places = np.unique(np.concatenate(referees), axis=0, return_inverse=True)
+    owners = np.repeat(np.arange(len(referees)), [len(one) for one in referees])
+    judging = np.zeros((len(referees), len(archived)), dtype=bool)
+    judging[owners, places.reshape(-1)] = True
+    return {name: np.stack(arrays) for name, arrays in kept.items()} | {"archived": archived, "judging": judging}
+
+
+def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
+    """Return preset -> accuracies of the populations (R, G, N) and of what was archived, R of (U,).
+
+    Each trial is simulated once, for the classifiers of all runs and presets.
+    """
+    from turing_learning.detection import PostEvaluation, count_agents, grid_models
+
+    sizes: AccuracySizes = work.sizes
+    models = grid_models(AGGREGATION, sizes.points)
+    groups: list[np.ndarray] = []
+    for one in populations.values():
+        groups += [one.classifiers.reshape(-1, one.classifiers.shape[-1]), *one.archived]
+    genomes = np.concatenate(groups)
+    classifier = classifier_of(sizes.runs.configuration(AGGREGATION.name, PRESETS[0], sizes.runs.first_seed))
+    bounds = [len(models) * k // sizes.parts for k in range(sizes.parts + 1)]
+
+    def counted(part: int) -> dict[str, np.ndarray] | None:
+        chosen = slice(bounds[part], bounds[part + 1])
+        how: dict[str, Any] = {"trials": sizes.trials, "seed": sizes.seed, "should_stop": work.should_stop}
+        counts = count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
+        return None if counts is None else {"agents": counts.astype(np.uint32)}
+
+    parts = [work.arrays(f"grid-part{k + 1:02d}", partial(counted, k))["agents"] for k in range(sizes.parts)]
+    accuracy = PostEvaluation.of_counts(np.asarray(sum(parts)), AGGREGATION, len(models)).accuracy
+    split = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
+    return {
+        preset: (next(split).reshape(one.fitness.shape), [next(split) for _ in one.archived])
+        for preset, one in populations.items()
+    }
+
+
+def rises_to_the_level(highest_of_runs: np.ndarray) -> bool:
+    """Apply the rule "accuracy of the objective best" to accuracies (R, G)."""
+    means = highest_of_runs.mean(axis=0)
+    highest = np.maximum.accumulate(means)
+    return bool(means[-1] > LEVEL and means[-1] > means[0] and (means >= highest - STEP_BACK).all())
+
+
+def rises_drops_and_fluctuates(best: BestAccuracies) -> bool:
+    """Apply the rule "accuracy of the subjective best"."""
+    means = best.subjective.mean(axis=0)
+    early, late = best.generations <= RISEN, best.generations >= SETTLED
+    peak, (low, high) = means[early].max(), RANGE
+    within = all(
+        low <= one.mean + 2 * one.standard_error and one.mean - 2 * one.standard_error <= high
+        for one in spreads_of(best.subjective[:, late])
+    )
+    return bool(peak > means[0] and (means[late] < peak).all() and within)
+
+
+def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
+    """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
+    subjective, objective = rises_drops_and_fluctuates(best), rises_to_the_level(best.jury)
+    texts = (_subjective_text(best), _objective_text(best.jury))
+    late = best.subjective.mean(axis=0)[best.generations >= SETTLED]
+    exceeds = bool(len(late) and late.max() > RANGE[1] and late.min() >= RANGE[0])
+    higher = JUMPS if exceeds and not (subjective or best.variant) else ""
+    forgets = _loss(best.jury)
+
+    def verdict(part: str, agrees: bool, observed: str, rule: str, reason: str) -> Verdict:
+        variant = ", ".join(filter(None, (best.variant, part)))
+        return Verdict(CLAIM, agrees, PRINTED, observed, rule, variant, reason)
+
+    reasons, rule = "; ".join(filter(None, (higher, forgets))), "accuracy of the objective best"
+    alone = rises_to_the_level(best.objective), _objective_text(best.objective), rule, _loss(best.objective)
+    return [
+        verdict("", subjective and objective, "; ".join(texts), "accuracy of classifiers", reasons),
+        verdict("subjective best", subjective, texts[0], "accuracy of the subjective best", higher),
+        verdict("objective best", objective, texts[1], rule, forgets),
+        verdict("objective best without the archive", *alone),
+    ]
+
+
+def _loss(highest_of_runs: np.ndarray) -> str:
+    """Return why accuracies (R, G) do not agree that had come to the level, and did not keep it."""
+    lost = highest_of_runs.mean(axis=0).max() > LEVEL and not rises_to_the_level(highest_of_runs)
+    return FORGETS if lost else ""
+
+
+def _subjective_text(best: BestAccuracies) -> str:
+    means = best.subjective.mean(axis=0)
+    early, late = best.generations <= RISEN, best.generations >= SETTLED
+    peak = int(means[early].argmax())
+    text = f"subjective best: {means[0]:.2f} at first, highest of the first {RISEN} generations {means[peak]:.2f} in "
+    text += f"generation {best.generations[peak]}"
+    if not late.any():
+        return text
+    return f"{text}, {means[late].min():.2f} to {means[late].max():.2f} from generation {SETTLED} on"
+
+
+def _objective_text(highest_of_runs: np.ndarray) -> str:
+    means = highest_of_runs.mean(axis=0)
+    back = float((np.maximum.accumulate(means) - means).max())
+    return f"objective best: {means[0]:.3f} at first, {means[-1]:.3f} in the end, largest step back {back:.3f}"
+
+
+def _picture(preset: str, best: BestAccuracies, *, archive: bool) -> Picture:
+    curves: dict[str, Any] = {
+        "subjective": best.subjective,
+        "objective": best.objective,
+        "jury": best.jury if archive else None,
+    }
+    caption = (
+        f"Aggregation, preset {preset}: decision accuracy over the whole space of behaviors, mean and standard "
+        f"deviation over {len(best.objective)} runs."
+    )
+    return Picture(f"accuracy-{preset}", CLAIM, caption, accuracy_figure(best.generations, **curves))
+
+
+EXPERIMENT = Experiment(
+    id="4.4",
+    title="The classifiers over the whole space of behaviors",
+    cost="about 2 hours",
+    claims=(CLAIM,),
+    deviations=(
+        "The classifiers of 15 of the 1000 generations are judged, all of them in each of these: 0, 1, 2, 3, 5, 10, 20, 50, 99, "
+        "then every hundredth or two hundredth. The default preset renews its classifiers after generations 99, 199, 299, 399 "
+        "and 499, the last ones before a renewal; those that follow one, random again, are not among the 15.",
+        "The ten initial configurations are common to all classifiers, as in the paper, and to all models; the wheel noise of "
+        "every trial is its own.",
+        "All agents of all trials count: the agents' half of the accuracy rests on 146,410 decisions about the ten agents "
+        "beside each model.",
+        "The verdict is about the default preset, whose archive, votes and renewal the paper does not have; the preset `paper` "
+        "stands beside it. Its models are judged by a jury of present and archived classifiers, and the objectively best is that "
+        "of the jury; the population without its archive stands beside it, too (decision 0019).",
+    ),
+    full=AccuracySizes(),
+    fast=AccuracySizes(
+        runs=RunSizes(runs=3, generations=12, settings={"models.population": 10, "classifiers.population": 10}),
+        generations=(0, 1, 5, 11),
+        points=2,
+        trials=4,
+        parts=3,
+    ),
+    conduct=conduct,
+)
