@@ -8,7 +8,7 @@ opens a stored run; `pool` combines several runs; `study` does many runs, and `l
 `load_trajectories` reads recorded motion.
 
 Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `runs.RunFolderError` are kinds of it.
-A run that has begun and fails raises `sources.OwnSystemError`, `runs.RunStorageError` or `robots.LaboratoryError`.
+A run that has begun and fails raises `systems.CustomSystemError`, `runs.RunStorageError` or `robots.LaboratoryError`.
 
 Names are listed in ``__init__.pyi`` and imported on first use, so that ``import turing_learning`` is fast.
 """

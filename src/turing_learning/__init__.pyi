@@ -56,6 +56,9 @@ from . import (
     swarm as swarm,
 )
 from . import (
+    systems as systems,
+)
+from . import (
     trajectories as trajectories,
 )
 from .models import Parameter as Parameter

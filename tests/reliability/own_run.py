@@ -1,4 +1,4 @@
-"""A run of a system of one's own with worker processes, to be killed: ``python own_run.py FOLDER PIDS [resume]``."""
+"""A run of a custom system with worker processes, to be killed: ``python own_run.py FOLDER PIDS [resume]``."""
 
 import os
 import sys

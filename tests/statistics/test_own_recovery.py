@@ -1,4 +1,4 @@
-"""Known parameters of a system of one's own are found again."""
+"""Known parameters of a custom system are found again."""
 
 import numpy as np
 import pytest

@@ -74,14 +74,14 @@ def _failure(error: Exception) -> str:
     """Return what to say of an error that ends a run; others are bugs, and are raised again."""
     from turing_learning.robots import LaboratoryError
     from turing_learning.runs import RunStorageError
-    from turing_learning.sources import OwnSystemError
     from turing_learning.studies import ExecutorError
+    from turing_learning.systems import CustomSystemError
 
     if isinstance(error, OSError) and error.errno in _NO_ROOM:
         what = f"{error.filename or 'what is written'} ({error.strerror})"
         return f"no room is left for {what}. Make room, then give the same command again."
     if isinstance(error, OSError) and error.errno in _NO_WAY and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
-    if isinstance(error, RunStorageError | OwnSystemError | ExecutorError | LaboratoryError):
+    if isinstance(error, RunStorageError | CustomSystemError | ExecutorError | LaboratoryError):
         return str(error)
     raise error

@@ -286,7 +286,7 @@ def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipme
 
     fine = True
     tracker = laboratory_tracker(laboratory.setup)
-    for finding in inspect(laboratory.setup, laboratory.configuration.scenario, equipment, tracker):
+    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker):
         mark = "good" if finding.fine else "BAD "
         console.print(f"{mark}  {finding.what}: {finding.text}", highlight=False, markup=False, soft_wrap=True)
         fine &= finding.fine

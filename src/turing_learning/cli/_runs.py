@@ -342,10 +342,10 @@ def _steps(run: Path, recording: Recording) -> int | None:
     """Return the length of the samples of a run; reject the options of recordings for one on simulated robots."""
     from turing_learning.runs import RunFolder
 
-    system = RunFolder(run).configuration().scenario
-    if not hasattr(system, "steps"):
+    system = RunFolder(run).configuration().system
+    if not system.resuming:
         recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
-    return getattr(system, "steps", None)
+    return system.steps
 
 
 def _refuse_other_simulator(run: Path, call: str) -> None:
@@ -353,8 +353,8 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
     from turing_learning.families import FAMILIES
     from turing_learning.runs import RunFolder
 
-    system = RunFolder(run).configuration().scenario
-    if hasattr(system, "steps") and system.name not in FAMILIES:
+    system = RunFolder(run).configuration().system
+    if system.resuming and system.name not in FAMILIES:
         refuse(
             "run",
             "be on recorded motion that the command line began with",

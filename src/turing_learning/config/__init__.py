@@ -1,10 +1,9 @@
 """The configuration of a run as validated, frozen data.
 
 `Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, both a `PopulationSection`, `CoevolutionSection`,
-`RunSection`) hold every setting of a run, with a seed up to `LARGEST_SEED`, and `OwnConfiguration` those of a run
-with a system of one's own; `load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and
-refuses what is wrong in one message (`ConfigurationError`; `nearest` says what may have been meant); `to_toml` writes it back
-with every field explicit.
+`RunSection`) hold every setting of a run, with a seed up to `LARGEST_SEED`;
+`load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and rejects what is wrong in one
+message (`ConfigurationError`; `nearest` says what may have been meant); `to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
@@ -29,7 +28,6 @@ from ._sections import (
     CoevolutionSection,
     Configuration,
     ModelsSection,
-    OwnConfiguration,
     PopulationSection,
     RunSection,
     Section,
@@ -46,7 +44,6 @@ __all__ = [
     "Configuration",
     "ConfigurationError",
     "ModelsSection",
-    "OwnConfiguration",
     "PopulationSection",
     "RunSection",
     "Section",

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from turing_learning.errors import Refusal, refuse, refusing_as, require
-from turing_learning.sources import OwnSystem
+from turing_learning.systems import physics_steps
 
 from ._errors import ConfigurationError
 
@@ -32,9 +32,8 @@ _SWARM = ("scenario.agents", "scenario.replicas")
 
 def check_limits(configuration: "Configuration") -> None:
     """Reject a run that would leave the range of numbers, of memory, or of patience."""
-    scenario, inputs = configuration.scenario, len(configuration.input_scale)
-    of_robots = not isinstance(scenario, OwnSystem)
-    for key, value in _numbers(asdict(scenario), "scenario.") if of_robots else ():
+    scenario, inputs = configuration.system.simulated, len(configuration.input_scale)
+    for key, value in _numbers(asdict(scenario), "scenario.") if scenario else ():
         fits = value == 0 or SMALLEST <= abs(value) <= LARGEST
         require(fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(value))
     name, rule = "classifiers.input_scale", "be"
@@ -50,7 +49,8 @@ def check_limits(configuration: "Configuration") -> None:
             _refuse_largest(
                 configuration, keys, f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
             )
-    if of_robots and (work := _work(configuration)) > LARGEST_WORK:
+    models = configuration.models.parents + configuration.models.offspring
+    if scenario and (work := float(models) * physics_steps(scenario)) > LARGEST_WORK:
         keys = (*_MODELS, *_SWARM, "scenario.trial.duration_s", "scenario.trial.physics_steps")
         need = f"a generation has {work:.3g} physics steps of a robot, and {LARGEST_WORK:g} are allowed"
         _refuse_largest(configuration, keys, need)
@@ -67,10 +67,8 @@ def require_seen(configuration: "Configuration") -> None:
 
     For new runs; a stored one can be opened and resumed.
     """
-    scenario = configuration.scenario
-    if isinstance(scenario, OwnSystem) or scenario.objects.count:
-        return
-    if reading := scenario.sensor.reading_of("object"):
+    scenario = configuration.system.simulated
+    if scenario and not scenario.objects.count and (reading := scenario.sensor.reading_of("object")):
         refuse(
             "scenario.objects.count",
             "be at least 1 where the sensor tells objects apart, without which the parameters "
@@ -92,39 +90,21 @@ def _numbers(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, float
 
 def _demands(configuration: "Configuration") -> Iterator[tuple[str, float, tuple[str, ...]]]:
     """Yield what needs memory, how many bytes, and the settings that add up to it."""
-    scenario, run, inputs = configuration.scenario, configuration.run, len(configuration.input_scale)
+    run, inputs, hidden = configuration.run, len(configuration.input_scale), configuration.classifiers.hidden
     models = configuration.models.parents + configuration.models.offspring
     classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    hidden, parameters = configuration.classifiers.hidden, len(configuration.parameter_names)
-    population = 16.0 * (
-        models * parameters + classifiers * (hidden * (inputs + hidden + 2) + 1)
-    )  # values and step sizes
+    weights = hidden * (inputs + hidden + 2) + 1
+    population = 16.0 * (models * len(configuration.parameter_names) + classifiers * weights)  # values and step sizes
     chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
     keys = (*_POPULATIONS, "classifiers.hidden", "models.hidden", "run.checkpoint_every")
     yield "keeping the history between two checkpoints", chunk * population, keys
-    if isinstance(scenario, OwnSystem):
-        genuine = scenario.samples_per_generation or models
-        yield "judging a generation", 8.0 * classifiers * (models + genuine), _POPULATIONS
-        yield "a generation's motion", 16.0 * models * scenario.steps * len(scenario.signals), _MODELS
-        return
-    steps = scenario.trial.duration_s / scenario.trial.control_interval_s
-    robots = models * _groups(configuration) * scenario.individuals
-    yield "judging a generation", 8.0 * classifiers * robots, (*_POPULATIONS, *_SWARM)
-    yield "a generation's motion", 64.0 * robots * steps, (*_MODELS, *_SWARM, "scenario.trial.duration_s")
-    bodies = scenario.individuals + scenario.objects.count
-    yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, (*_SWARM, "scenario.objects.count")
-
-
-def _work(configuration: "Configuration") -> float:
-    """Return the number of physics steps of single robots in a generation."""
-    scenario, models = configuration.scenario, configuration.models.parents + configuration.models.offspring
-    steps = scenario.trial.duration_s / scenario.trial.control_interval_s
-    return float(models) * _groups(configuration) * scenario.individuals * steps * scenario.trial.physics_steps
-
-
-def _groups(configuration: "Configuration") -> int:
-    """Return the number of trials for each model."""
-    return 2 if configuration.scenario.grouping == "separated" else 1
+    samples, motion, of_system = configuration.system.demands(models)
+    yield "judging a generation", 8.0 * classifiers * samples, (*_POPULATIONS, *of_system)
+    times = ("scenario.trial.duration_s",) if of_system else ()
+    yield "a generation's motion", motion, (*_MODELS, *of_system, *times)
+    if scenario := configuration.system.simulated:
+        bodies = scenario.individuals + scenario.objects.count
+        yield "searching the bodies of a trial for near pairs", 16.0 * bodies**2, (*_SWARM, "scenario.objects.count")
 
 
 def _refuse_largest(configuration: "Configuration", keys: tuple[str, ...], need: str) -> None:

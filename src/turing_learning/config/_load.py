@@ -10,11 +10,11 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, refuse
-from turing_learning.sources import OwnSystem
 from turing_learning.swarm import SCENARIOS, Scenario
+from turing_learning.systems import CustomSystem
 
 from ._errors import ConfigurationError
-from ._sections import Configuration, OwnConfiguration, PopulationSection
+from ._sections import Configuration, PopulationSection, scenario_type
 from ._toml import UNBOUNDED, line_of, read_toml
 
 PRESETS: dict[str, dict[str, Any]] = {
@@ -40,8 +40,6 @@ DEFAULT_SCENARIO = "aggregation"
 
 STUDY_TABLES = ("grid", "list")
 """Tables of a file that describes a study; see `load_variants`."""
-
-_OF_OWN_SYSTEMS = {"parameters", "signals", "digest"}  # keys that only the tables of custom systems have
 
 _RULES = {
     "run.threads": 'be "all" or an integer of at least 1',
@@ -74,7 +72,7 @@ def load_configuration(
     preset: str = "default",
     overrides: Mapping[str, Any] | None = None,
     *,
-    scenario: str | Scenario | OwnSystem | None = None,
+    scenario: str | Scenario | CustomSystem | None = None,
     labels: Mapping[str, str] | None = None,
 ) -> Configuration:
     """Resolve a configuration: the preset, over it the file, over that single settings.
@@ -132,7 +130,7 @@ def preset_named(name: str) -> dict[str, Any]:
 def resolve(
     document: Mapping[str, Any],
     overrides: Mapping[str, Any],
-    scenario: str | Scenario | OwnSystem | None,
+    scenario: str | Scenario | CustomSystem | None,
     origins: Origins,
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
@@ -140,13 +138,12 @@ def resolve(
     data = merged(document, _nested(overrides))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
-    kind = OwnConfiguration if set(data["scenario"]) >= _OF_OWN_SYSTEMS else Configuration
-    if kind is OwnConfiguration:
+    if scenario_type(data["scenario"]) is CustomSystem:
         section = data.get("classifiers", {})
         scale = section.get("input_scale", "robot")  # of a custom system it is found in the data
         found = data["scenario"].get("input_scale") if scale == "robot" else scale
         data["classifiers"] = {**section, "input_scale": found}
-    _refuse_unknown_keys(data, origins, kind)
+    _refuse_unknown_keys(data, origins)
     named = given if isinstance(given, str) else {"name", "preset"} & set(given or {})
     if not named and scenario is None and origins.path is not None:
         raise ConfigurationError(
@@ -163,11 +160,11 @@ def resolve(
         if isinstance(data.get(section), Mapping) and "population" in data[section]:
             data[section] = _split_population(data[section], section, origins)
     try:
-        return kind.model_validate_json(json.dumps(data, default=_plain), strict=True)
+        return Configuration.model_validate_json(json.dumps(data, default=_plain), strict=True)
     except ValidationError as error:
         raise ConfigurationError(_refusal(error, data, origins)) from error
     except (ValueError, RecursionError) as error:  # json: an integer of thousands of digits, thousands of brackets
-        key = next(k for k in _all_keys(kind) if _unwritable(_looked_up(data, k)))
+        key = next(k for k in _all_keys(Configuration) if _unwritable(_looked_up(data, k)))
         raise ConfigurationError(
             Refusal(key, "be a value of usual size", "one too large", origins.where(key))
         ) from error
@@ -199,13 +196,11 @@ def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _scenario_data(given: Any, asked: str | Scenario | OwnSystem | None, origins: Origins) -> dict[str, Any]:
+def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, origins: Origins) -> dict[str, Any]:
     """Return all fields of the scenario: those of the known one that is meant, and over them those of the table."""
-    if isinstance(asked, OwnSystem):
-        if given is not None:
-            rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
-            origins.refuse("scenario", rule, _shown(given), remedy)
-        return asdict(asked)
+    if scenario_type(asked) is CustomSystem and given is not None:
+        rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
+        origins.refuse("scenario", rule, _shown(given), remedy)
     if not isinstance(given, str | Mapping | None):
         origins.refuse(
             "scenario", "be a name or a table", brief(given), f'Write scenario = "{DEFAULT_SCENARIO}", for example.'
@@ -217,7 +212,7 @@ def _scenario_data(given: Any, asked: str | Scenario | OwnSystem | None, origins
         if isinstance(name, str) and name in SCENARIOS and name != named:
             rule = f"be that of the preset, {named!r}, or one of your own"
             origins.refuse("scenario.name", rule, repr(name), "Leave one of them out.")
-    if isinstance(asked, Scenario):
+    if is_dataclass(asked):
         base = asdict(asked)
     else:
         if asked is not None:
@@ -273,6 +268,7 @@ def _children(kind: Any) -> dict[str, Any]:
     """Return the keys that a section may have, each with its type."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         known = {name: info.annotation for name, info in kind.model_fields.items()}
+        known |= {"scenario": Scenario} if issubclass(kind, Configuration) else {}  # the kind that files describe
         return known | ({"population": int} if issubclass(kind, PopulationSection) else {})
     if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
@@ -309,8 +305,9 @@ def _refuse_unknown_keys(
             choices = [prefix + key for key in known] + (["scenario.preset"] if prefix == "scenario." else [])
             advice = f"Did you mean `{elsewhere[0]}`?" if elsewhere else nearest(prefix + name, choices)
             origins.refuse(prefix + name, "be a known setting", _shown(value), advice)
-        if isinstance(value, Mapping) and _children(known[name]):
-            _refuse_unknown_keys(value, origins, known[name], f"{prefix}{name}.")
+        below = scenario_type(value) if prefix + name == "scenario" else known[name]
+        if isinstance(value, Mapping) and _children(below):
+            _refuse_unknown_keys(value, origins, below, f"{prefix}{name}.")
 
 
 def _shown(value: Any) -> str:
@@ -333,7 +330,7 @@ def _unwritable(value: Any) -> bool:
 def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> Refusal | str:
     """Return the first complaint of the sections, with the full name of the setting and its place."""
     first, known = error.errors(include_url=False)[0], set(_all_keys(Configuration))
-    location = ".".join(map(str, first["loc"]))
+    location = ".".join(part for part in map(str, first["loc"]) if part not in ("Scenario", "CustomSystem"))
     key = next((name for name in _ancestors(location) if name in known), location)
     if first["type"] == "value_error":
         complaint = first["ctx"]["error"]
@@ -345,7 +342,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
         return replace(complaint.refusal, name=f"{full} {rest}".rstrip(), place=origins.where(full))
     if first["type"] == "missing":
         name = str(data["scenario"].get("name"))
-        if set(data["scenario"]) >= _OF_OWN_SYSTEMS:
+        if scenario_type(data["scenario"]) is CustomSystem:
             return Refusal(key, "be given", "nothing", origins.where(key), "Set it.")
         remedy = f"Set it, or begin with a known scenario by scenario.preset. {nearest(name, SCENARIOS)}"
         return Refusal(key, f"be given, as {name!r} is no known scenario", "nothing", origins.where(key), remedy)

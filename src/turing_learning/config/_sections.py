@@ -1,15 +1,15 @@
 """The sections of a configuration as validated, frozen data."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, cast
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from turing_learning.errors import require
-from turing_learning.models import ElmanModel, Representation
-from turing_learning.sources import OwnSystem
+from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomSystem, System, system_of
 
 from ._limits import LARGEST_NEURONS, check_limits
 
@@ -48,7 +48,7 @@ class PopulationSection(Section):
     initial_low: Start = Field(
         default=-1.0,
         description="lower end of the range from which the first individuals are drawn: wheel speeds of robots, weights of "
-        "networks; for a system of one's own -1 and 1 are the ends of the first models' range of each parameter",
+        "networks; for a custom system -1 and 1 are the ends of the first models' range of each parameter",
     )
     initial_high: Start = Field(default=1.0, description="upper end of that range")
     initial_step_size: Positive = Field(
@@ -95,7 +95,7 @@ class ModelsSection(PopulationSection):
     exchange: Share = Field(
         default=0.1,
         description="in the same way, share of children in which two sensor states exchange their wheel speeds, and an inferred "
-        "field of view is drawn anew; without effect where models are networks or a system of one's own",
+        "field of view is drawn anew; without effect where models are networks or a custom system",
     )
     intermediate: bool = Field(
         default=True,
@@ -128,7 +128,7 @@ class ClassifiersSection(PopulationSection):
     input_scale: Literal["robot"] | tuple[Positive, ...] = Field(
         default="robot",
         description='what the inputs are divided by: "robot", the largest speeds of the scenario\'s robot, or a list with one '
-        "positive number for each signal (cm/s, rad/s). Of a system of one's own it is found in the data",
+        "positive number for each signal (cm/s, rad/s). Of a custom system it is found in the data",
     )
 
 
@@ -181,10 +181,25 @@ class RunSection(Section):
         return min(self.estimate_window, max(1, round((1 - SETTLED) * completed)))
 
 
-class Configuration(Section):
-    """Everything that determines a run, resolved: no field is left to a default elsewhere."""
+def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
+    """Return what a table of a scenario stands for, or a scenario is, by its fields."""
+    fields = set(scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ()))
+    return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
 
-    scenario: Scenario
+
+AnyScenario = Annotated[
+    Annotated[Scenario, Tag("Scenario")] | Annotated[CustomSystem, Tag("CustomSystem")],
+    Discriminator(lambda scenario: scenario_type(scenario).__name__),
+]
+
+
+class Configuration(Section):
+    """Everything that determines a run, resolved: no field is left to a default elsewhere.
+
+    Of a custom system `classifiers.input_scale` holds the scales found in the data, unless others were given.
+    """
+
+    scenario: AnyScenario
     models: ModelsSection = ModelsSection()
     classifiers: ClassifiersSection = ClassifiersSection()
     coevolution: CoevolutionSection = CoevolutionSection()
@@ -206,10 +221,8 @@ class Configuration(Section):
         return self
 
     @model_validator(mode="after")
-    def _check_hidden(self) -> "Configuration":
-        hidden, kind = self.models.hidden, self.scenario.representation
-        rule = 'be 0 unless scenario.representation is "reactive", as a network infers no field of view'
-        require(not hidden or kind == "reactive", "models.hidden", rule, f"{hidden} with {kind!r}")
+    def _check_system(self) -> "Configuration":
+        assert self.system  # refuses models that it cannot have
         return self
 
     @model_validator(mode="after")
@@ -218,10 +231,22 @@ class Configuration(Section):
         return self
 
     @property
+    def system(self) -> System:
+        """What is observed, and what imitates it."""
+        initial = (self.models.initial_low, self.models.initial_high)
+        return system_of(self.scenario, hidden=self.models.hidden, threads=self.threads, initial=initial)
+
+    @property
+    def swarm(self) -> Scenario:
+        """The scenario, where it is one of robots; a custom system is rejected."""
+        rule, custom = "be one of robots", scenario_type(self.scenario) is not Scenario
+        require(not custom, "scenario", rule, f"{self.scenario.name!r}, a custom system")
+        return cast(Scenario, self.scenario)
+
+    @property
     def representation(self) -> Representation:
         """What a model is: that of the scenario, or a network."""
-        scenario, hidden = self.scenario, self.models.hidden
-        return ElmanModel(scenario.sensor.states, hidden) if hidden else scenario.model
+        return self.system.model
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -242,27 +267,3 @@ class Configuration(Section):
     def threads(self) -> int | None:
         """Number of threads, None for all processors."""
         return None if self.run.threads == "all" else self.run.threads
-
-
-class OwnConfiguration(Configuration):
-    """Everything that determines a run with a system of one's own, apart from the data and the simulator.
-
-    `classifiers.input_scale` holds the scales found in the data, unless others were given.
-    """
-
-    scenario: OwnSystem  # type: ignore[assignment] # stands in for a scenario wherever a run asks one
-
-    @model_validator(mode="after")
-    def _check_hidden(self) -> "OwnConfiguration":
-        rule = "be 0 for a custom system, whose simulator takes the parameters of its models"
-        require(not self.models.hidden, "models.hidden", rule, self.models.hidden)
-        return self
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        """Names of the P parameters."""
-        return self.scenario.parameter_names
-
-    def described(self, models: np.ndarray) -> np.ndarray:
-        """Return models (..., P) as they are."""
-        return models

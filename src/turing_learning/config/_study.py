@@ -12,7 +12,7 @@ from turing_learning.swarm import Scenario
 from ._errors import ConfigurationError
 from ._flat import dotted
 from ._load import Origins, merged, opened, preset_named, resolve
-from ._sections import Configuration, OwnConfiguration
+from ._sections import Configuration
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
 """What a study changes where nothing else says so."""
@@ -96,7 +96,7 @@ def _variant(
     difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
     places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
     configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
-    if isinstance(configuration, OwnConfiguration):
+    if configuration.system.resuming:
         refuse(
             "scenario",
             "be one of simulated robots in a study",

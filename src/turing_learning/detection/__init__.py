@@ -18,7 +18,7 @@ Detection:
 `RecordedMotion`, `recorded_motion`, `TimedVerdict`
     Windows of recorded motion as a run wants them, and what a detector says of them over time.
 `keep_calibration`, `keep_observed`
-    What a run on a system of one's own, or in a laboratory, keeps to calibrate detectors with.
+    What a run on a custom system, or in a laboratory, keeps to calibrate detectors with.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario (`SimulatedBehaviors`), to calibrate, to compare, and to show.
 `run_classifiers`, `RunClassifiers`, `StoredRun`

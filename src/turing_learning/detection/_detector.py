@@ -167,7 +167,7 @@ class Detector:
         rule, false_alarms
             As for the class.
         genuine, abnormal : (individuals, samples, T, D)
-            Motion for `calibrate`. None takes what the run has kept, as runs in a laboratory and on systems of one's own do,
+            Motion for `calibrate`. None takes what the run has kept, as runs in a laboratory and on custom systems do,
             or simulates the run's scenario, agents beside individuals with random controllers.
         behaviors, trials
             Number of random controllers that are simulated, >= 1, and of trials of each.

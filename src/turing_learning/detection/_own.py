@@ -1,11 +1,13 @@
-"""Motion by which detectors of a run on a system of one's own are calibrated."""
+"""Motion by which detectors of a run on a custom system are calibrated."""
 
 import logging
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from turing_learning.sources import OwnSource, OwnSystemError, cut_samples
+from turing_learning.models import Parameter
+from turing_learning.systems import Source, SystemFailedError, cut_samples
 
 from ._kept import MODELS, MOST, spread, write_calibration
 from ._simulated import NEAR, OWN_CALIBRATION, stream
@@ -13,7 +15,9 @@ from ._simulated import NEAR, OWN_CALIBRATION, stream
 _LOGGER = logging.getLogger("turing_learning")
 
 
-def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: int) -> Path | None:
+def keep_calibration(
+    path: Path, source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
+) -> Path | None:
     """Write held-out samples of a system, and samples of random models of it, to ``calibration.npz`` in a run folder.
 
     The first half of the genuine samples are some that the run learned from, to weigh votes; the second half those that were
@@ -23,8 +27,8 @@ def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: 
     ----------
     path
         The run folder.
-    source
-        Of the run.
+    source, parameters
+        Of the run; the source has genuine samples.
     estimate : (P,)
         In the parameters' units.
     seed
@@ -35,30 +39,31 @@ def keep_calibration(path: Path, source: OwnSource, estimate: np.ndarray, seed: 
     Path or None
         The file; None if fewer than two samples were held out, or the simulations fail.
     """
-    rng, system = stream(seed, OWN_CALIBRATION), source.system
+    rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over
     try:
         genuine = _genuine(source, rng)
         if len(genuine) < 4:
             return None
-        samples = source.simulate(system.to_units(_random_numbers(source, estimate, rng)), rng)
-    except (OwnSystemError, ValueError) as error:
+        samples = source.simulate(source.to_units(_random_numbers(parameters, estimate, rng)), rng)
+    except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None
-    return write_calibration(path, genuine, samples[~source.failed][:, 0])
+    return write_calibration(path, genuine, samples[:, 0])
 
 
-def _genuine(source: OwnSource, rng: np.random.Generator) -> np.ndarray:
+def _genuine(source: Source, rng: np.random.Generator) -> np.ndarray:
     data = source.genuine
+    assert data is not None
     if data.live is not None:
-        return cut_samples(data.live(rng), source.system.steps)[: 2 * MOST]
+        return cut_samples(data.live(rng), data.samples.shape[1])[: 2 * MOST]
     held_out = data.testing[:MOST]
     return np.concatenate((spread(data.learning, len(held_out)), held_out))
 
 
-def _random_numbers(source: OwnSource, estimate: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    parameters = source.system.parameters.values()
-    near = np.array([float(p.to_numbers(np.array(value))) for p, value in zip(parameters, estimate, strict=True)])
+def _random_numbers(parameters: Mapping[str, Parameter], estimate: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    pairs = zip(parameters.values(), estimate, strict=True)
+    near = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
     found = np.empty((0, len(near)))
     while len(found) < MODELS:
         drawn = rng.uniform(-1, 1, (MODELS, len(near)))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turing_learning.config import ConfigurationError
-from turing_learning.sources import same_time_step
+from turing_learning.systems import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
 from ._run import RunClassifiers

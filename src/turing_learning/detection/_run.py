@@ -1,6 +1,5 @@
 """What a run has learned to see."""
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -9,21 +8,18 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import (
-    Configuration,
     ConfigurationError,
-    OwnConfiguration,
     classifier_of,
     load_configuration,
 )
-from turing_learning.sources import CenteredClassifier, OwnSystem
+from turing_learning.errors import refuse
 from turing_learning.swarm import Scenario
+from turing_learning.systems import System
 
 from ._kept import stored_calibration
 from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
-SPEEDS = ("speed", "turn")
-"""Signals of simulated robots, by the names that recordings have."""
 
 
 class StoredRun(Protocol):
@@ -36,6 +32,10 @@ class StoredRun(Protocol):
     @property
     def in_laboratory(self) -> bool:
         """Whether robots in a laboratory are observed, real or emulated ones."""
+
+    @property
+    def system(self) -> System:
+        """What was observed."""
 
     @property
     def history(self) -> Any:
@@ -57,7 +57,9 @@ class RunClassifiers:
     steps, signals
         Steps T and signals D of a sample.
     scenario
-        The simulated swarm of the run; None for a run in a laboratory, or on a system of one's own.
+        The simulated swarm of the run; None where the computer cannot simulate its individuals.
+    kind
+        What the run is, in messages.
     names
         Of the D signals.
     interval_s
@@ -84,11 +86,7 @@ class RunClassifiers:
     calibration: tuple[np.ndarray, np.ndarray] | None = None
     complete: bool = True
     in_laboratory: bool = False
-
-    @property
-    def kind(self) -> str:
-        """What the run is, in messages, where its system cannot be simulated."""
-        return "one in a laboratory" if self.in_laboratory else "one on a system of one's own"
+    kind: str = "one on a custom system"
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -130,34 +128,25 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     path, history = result.path / "config.toml", result.history
     configuration = load_configuration(path)
     if "classifier" not in history:
-        raise ConfigurationError(
-            f'`run` must have a full history; got {result.path} with run.history = "thin", which keeps no classifiers. '
-            f"{_again(configuration, path, result.in_laboratory)}"
-        )
-    system: Scenario | OwnSystem = configuration.scenario
+        got, system = f'{result.path} with run.history = "thin", which keeps no classifiers', result.system
+        refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
+    system = result.system
     network = classifier_of(configuration)
     return RunClassifiers(
-        classifier=CenteredClassifier(network, system) if isinstance(system, OwnSystem) else network,
+        classifier=system.classifier(network),
         last=np.asarray(history["classifier"][-1]),
         best=_best_of_generations(history["classifier"], history["classifier_fitness"]),
-        steps=system.steps if isinstance(system, OwnSystem) else system.control_steps,
+        steps=system.steps,
         signals=network.inputs,
-        scenario=system if isinstance(system, Scenario) and not result.in_laboratory else None,
-        names=system.signals if isinstance(system, OwnSystem) else SPEEDS,
-        interval_s=system.interval_s if isinstance(system, OwnSystem) else system.trial.control_interval_s,
-        headings=system.headings if isinstance(system, OwnSystem) else "with",
+        scenario=system.simulated,
+        names=system.signals,
+        interval_s=system.interval_s,
+        headings=system.headings,
         calibration=stored_calibration(result.path),
         complete=len(history["classifier"]) == configuration.run.generations,
         in_laboratory=result.in_laboratory,
+        kind=system.kind,
     )
-
-
-def _again(configuration: Configuration, path: Path, in_laboratory: bool) -> str:
-    if in_laboratory:
-        return 'Run it again in the laboratory, with run.history = "full".'
-    if isinstance(configuration, OwnConfiguration):
-        return 'Infer again as before, with the setting run.history = "full".'
-    return f"Run it again: turing-learning infer --config {shlex.quote(str(path))} --set run.history=full"
 
 
 def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:
@@ -182,7 +171,7 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
             "`genuine` and `abnormal`."
         )
     raise ConfigurationError(
-        "`genuine` and `abnormal` must be given for a run on a system of one's own; got one without. "
+        "`genuine` and `abnormal` must be given for a run on a custom system; got one without. "
         "Give motion (individuals, samples, T, D) of both kinds."
     )
 

@@ -1,6 +1,6 @@
 """Whether an estimate can be believed: can the genuine motion be told from that of the model, and what do the samples pin down?
 
-`Evidence`, `swarm_evidence`, `own_evidence`
+`Evidence`, `evidence_of`
     Genuine samples for training and kept out, a simulator of models, and the network of the classifiers.
 `Effort`
     How much is simulated and trained.
@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._check import Check, PinnedDown, Recovery
-    from ._evidence import Effort, Evidence, own_evidence, swarm_evidence
+    from ._evidence import Effort, Evidence, evidence_of
     from ._permutation import Permutation, permutation_test
     from ._profile import Profile, profile
     from ._quantities import Quantity, compare_quantities, recorded_quantities, signal_quantities, swarm_quantities
@@ -40,19 +40,18 @@ __all__ = [
     "Recovery",
     "TwoSampleTest",
     "compare_quantities",
-    "own_evidence",
+    "evidence_of",
     "permutation_test",
     "profile",
     "recorded_quantities",
     "signal_quantities",
-    "swarm_evidence",
     "swarm_quantities",
     "two_sample_test",
 ]
 
 _HOMES = {
     "_check": ("Check", "PinnedDown", "Recovery"),
-    "_evidence": ("Effort", "Evidence", "own_evidence", "swarm_evidence"),
+    "_evidence": ("Effort", "Evidence", "evidence_of"),
     "_permutation": ("Permutation", "permutation_test"),
     "_profile": ("Profile", "profile"),
     "_quantities": (

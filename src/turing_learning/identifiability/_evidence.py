@@ -7,10 +7,9 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, classifier_of
-from turing_learning.models import FULL_VIEW, Parameter
+from turing_learning.models import Parameter
 from turing_learning.purposes import CHECK
-from turing_learning.sources import CenteredClassifier, Genuine, OwnSource, cut_samples
-from turing_learning.swarm import Trials, alone, mixed
+from turing_learning.systems import Source
 
 OBSERVING, TESTING, PROFILING, COMPARING, RECOVERING = range(5)
 LEAST_TESTING = 4
@@ -114,82 +113,43 @@ def stream(seed: int, *use: int) -> np.random.Generator:
     return np.random.default_rng((CHECK, seed, *use))
 
 
-def swarm_evidence(configuration: Configuration, effort: Effort, seed: int) -> Evidence:
-    """Observe agents of a scenario, one in each trial, so that no two samples have met.
-
-    Models, of any representation, are executed by a replica among agents, as in the run. `values` of `Evidence.simulate` are their
-    parameters (M, P); of networks the weights (M, Q).
-    """
-    scenario, rng = configuration.scenario, stream(seed, OBSERVING)
-    model, low, high = configuration.representation, configuration.models.initial_low, configuration.models.initial_high
-    parameters = {name: Parameter(None, None, initial=(low, high)) for name in scenario.parameter_names}
-    if configuration.models.hidden:  # its outputs are from -1 to 1, whatever its weights
-        parameters = dict.fromkeys(parameters, Parameter(-1, 1))
-    if "theta" in parameters:
-        parameters["theta"] = Parameter(0, FULL_VIEW, unit="rad")
-
-    def simulate(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        drawn = Trials.draw(scenario, mixed(scenario, len(values)), rng)
-        return first_replica(drawn.observe(model.behavior(values), configuration.threads))
-
-    def first_replica(speeds: np.ndarray) -> np.ndarray:
-        return np.ascontiguousarray(speeds[:, scenario.agents, None])
-
-    agents = Trials.draw(scenario, alone(scenario, 2 * effort.samples), rng)
-    genuine = first_replica(agents.observe(None, configuration.threads))[:, 0]
-    return Evidence(
-        learning=genuine[: effort.samples],
-        testing=genuine[effort.samples :],
-        groups=np.arange(effort.samples),
-        grouping="trials",
-        simulate=simulate,
-        classifier=classifier_of(configuration),
-        parameters=parameters,
-    )
-
-
-def own_evidence(
-    configuration: Configuration, data: Genuine, source: OwnSource, effort: Effort, seed: int, groups: np.ndarray | None
+def evidence_of(
+    configuration: Configuration,
+    source: Source,
+    effort: Effort,
+    seed: int,
+    groups: np.ndarray | None = None,
+    grouping: str = "",
 ) -> Evidence:
-    """Take the samples of a run on a system of one's own: those it learned from, and those that were held out.
+    """Return genuine samples of a run's system, and what simulates models of it.
+
+    Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are executed by a replica
+    among agents, as in the run. Of a custom system they are the samples that the run learned from, and those held out.
 
     Parameters
     ----------
-    data, source
+    source
         Of the run, opened again.
     groups : (H,)
         Which held-out samples belong together; None takes each for itself.
-
-    Raises
-    ------
-    ConfigurationError
-        If too few samples were held out, or all of them are of one group.
+    grouping
+        What a group is, in a word.
     """
-    system, rng = source.system, stream(seed, OBSERVING)
+    system, rng, data = configuration.system, stream(seed, OBSERVING), source.genuine
     source.generation = None  # a failed simulation is left out
-    learning, testing = data.learning, data.testing
-    if data.live is not None:
-        learning, testing = (_observed(data, system.steps, effort.samples, rng) for _ in range(2))
-
-    def simulate(values: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        samples = source.simulate(values, rng)
-        return samples[~source.failed]
-
+    if data is None:
+        genuine = source.genuine_samples(2 * effort.samples, rng)
+        learning, testing = genuine[: effort.samples], genuine[effort.samples :]
+    elif data.live is None:
+        learning, testing = data.learning, data.testing
+    else:
+        learning, testing = (source.genuine_samples(effort.samples, rng) for _ in range(2))
     return Evidence(
         learning=learning,
         testing=testing,
         groups=np.arange(len(testing)) if groups is None else groups,
-        grouping="samples" if groups is None else "individuals",
-        simulate=simulate,
-        classifier=CenteredClassifier(classifier_of(configuration), system),
+        grouping=grouping or ("trials" if data is None else "samples"),
+        simulate=source.simulate,
+        classifier=system.classifier(classifier_of(configuration)),
         parameters=system.parameters,
     )
-
-
-def _observed(data: Genuine, steps: int, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return as many samples of a live source as are asked for, or more."""
-    assert data.live is not None
-    parts = [cut_samples(data.live(rng), steps)]
-    while sum(map(len, parts)) < count:
-        parts.append(cut_samples(data.live(rng), steps))
-    return np.concatenate(parts)

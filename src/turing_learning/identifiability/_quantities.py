@@ -97,7 +97,7 @@ def signal_quantities(
 
 def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
     """Compare swarms of agents alone with swarms in which everybody executes a model (P,), from the same starts."""
-    scenario, rng = configuration.scenario, stream(seed, COMPARING, 1)
+    scenario, rng = configuration.swarm, stream(seed, COMPARING, 1)
     poses = initial_poses(scenario, GROUPS, rng)
     every = max(1, round(EVERY_S / scenario.trial.control_interval_s))
     sides: list[Values] = []

@@ -329,6 +329,6 @@ def _observed(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
     rng = np.random.default_rng((ACCURACY_MODELS, sizes.seed))
     models = rng.uniform(-1, 1, (sizes.models, len(configuration.parameter_names)))
     equipment, tracker = rehearse(laboratory, sizes.seed), laboratory_tracker(setup)
-    with LaboratorySource(setup, configuration.scenario.control_steps, equipment, tracker) as source:
+    with LaboratorySource(setup, configuration.swarm.control_steps, equipment, tracker) as source:
         samples = source.observe(models, "random-models")
     return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

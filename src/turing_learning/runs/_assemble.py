@@ -1,16 +1,10 @@
 """From a configuration to the loop that it describes."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from turing_learning.coevolution import (
-    ClassifierArchive,
-    Coevolution,
-    PassiveInterrogation,
-    SampleSource,
-    jury_reward,
-)
+from turing_learning.coevolution import ClassifierArchive, Coevolution, jury_reward
 from turing_learning.config import Configuration, PopulationSection, classifier_of
 from turing_learning.evolution import (
     EvolutionStrategy,
@@ -22,16 +16,10 @@ from turing_learning.evolution import (
 )
 from turing_learning.models import Jumps
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
-from turing_learning.sources import GuardedInterrogation, OwnSource
-from turing_learning.swarm import MixedSwarm, SeparatedSwarm
-
-if TYPE_CHECKING:
-    from turing_learning.robots import LaboratorySource, SimulatedLaboratory
-
-    GivenSource = OwnSource | LaboratorySource | SimulatedLaboratory
+from turing_learning.systems import Source
 
 
-def assemble(configuration: Configuration, source: "GivenSource | None" = None) -> Coevolution:
+def assemble(configuration: Configuration, source: Source) -> Coevolution:
     """Build the coevolution that a configuration describes.
 
     Parameters
@@ -39,27 +27,16 @@ def assemble(configuration: Configuration, source: "GivenSource | None" = None) 
     configuration
         A resolved configuration.
     source
-        Samples of a system of one's own, or of a laboratory; None simulates the scenario's swarm.
+        Its samples.
     """
     classifier = classifier_of(configuration)
-    own = isinstance(source, OwnSource)
-    interrogation = (
-        GuardedInterrogation(source, classifier)
-        if isinstance(source, OwnSource)
-        else PassiveInterrogation(source or _swarm(configuration), classifier)
-    )
     return Coevolution(
-        interrogation,
-        _models(configuration, Jumps() if own else configuration.representation.jumps),
+        source.interrogation(classifier),
+        _models(configuration, configuration.representation.jumps),
         _classifiers(configuration, classifier.parameters),
         seed=(INTERROGATION, configuration.run.seed),
         **_archive(configuration),
     )
-
-
-def _swarm(configuration: Configuration) -> SampleSource:
-    kind = SeparatedSwarm if configuration.scenario.grouping == "separated" else MixedSwarm
-    return kind(configuration.scenario, configuration.threads, configuration.representation)
 
 
 def _models(configuration: Configuration, jumps: Jumps) -> Optimizer:

@@ -11,8 +11,8 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.sources import Genuine, OwnSource, OwnSystemError, cut_samples
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomSystem, CustomSystemError, Genuine, Source, cut_samples
 
 from .folder._errors import RunFolderError, storage
 from .folder._files import write_json
@@ -33,10 +33,10 @@ Stage = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """What a check needs of a system of one's own, beyond what is stored."""
+    """What a check needs of a custom system, beyond what is stored."""
 
     data: Genuine
-    source: OwnSource
+    system: CustomSystem
     simulate: Any
     options: Mapping[str, Any]
     groups: np.ndarray | None
@@ -58,8 +58,10 @@ class Checker:
     ----------
     result, configuration
         Of the run.
+    source
+        Of the run, opened again.
     given
-        Of a system of one's own; None for a scenario.
+        Of a custom system; None for a scenario.
     effort, seed
         As for `Result.check`.
     recoveries, recovery_generations
@@ -74,6 +76,7 @@ class Checker:
 
     result: Result
     configuration: Configuration
+    source: Source
     given: Given | None
     effort: "Effort"
     seed: int
@@ -164,13 +167,10 @@ class Checker:
         return new
 
     def _evidence(self) -> "Evidence":
-        from turing_learning.identifiability import own_evidence, swarm_evidence
+        from turing_learning.identifiability import evidence_of
 
-        if self.given is None:
-            return swarm_evidence(self.configuration, self.effort, self.seed)
-        given = self.given
-        evidence = own_evidence(self.configuration, given.data, given.source, self.effort, self.seed, given.groups)
-        return replace(evidence, grouping=given.grouping)
+        groups, grouping = (None, "") if self.given is None else (self.given.groups, self.given.grouping)
+        return evidence_of(self.configuration, self.source, self.effort, self.seed, groups, grouping)
 
     def _test(self, content: dict[str, Any], path: Path | None, evidence: "Evidence") -> None:
         from turing_learning.identifiability import two_sample_test
@@ -192,7 +192,7 @@ class Checker:
 
         if self.given is None:
             return swarm_quantities(self.configuration, self._model, seed=self.seed)
-        names = self.given.source.system.signals
+        names = self.given.system.signals
         count = min(COMPARED, 2 * self.effort.samples)
         found = signal_quantities(evidence, self._estimate, names, SIGNALS, count=count, seed=self.seed)
         if self.recording is None or not hasattr(self.given.simulate, "simulate"):
@@ -208,8 +208,8 @@ class Checker:
                 self.stage(f"fresh classifiers where {name} is moved")
                 try:
                     found = profile(evidence, self._estimate, place, self.effort, seed=self.seed)
-                except OwnSystemError as error:
-                    raise OwnSystemError(
+                except CustomSystemError as error:
+                    raise CustomSystemError(
                         f"{error} Or check without profiles, with points=0 in `effort` and force=True."
                     ) from error
                 content["profiles"][name] = found.to_json()
@@ -232,8 +232,9 @@ class Checker:
         }
         system: dict[str, Any] = {}
         configuration = self.configuration
+        scenario: Any
         if self.given is None:
-            scenario = _with_agents(configuration.scenario, self._estimate)
+            scenario = _with_agents(configuration.swarm, self._estimate)
         else:
             scenario, system = configuration.scenario, self._known_system(k, evidence)
         found = self.recover(
@@ -256,7 +257,7 @@ class Checker:
         given = self.given
         assert given is not None
         rng, live = stream(self.seed, RECOVERING, k), given.data.live
-        system = given.source.system
+        system = given.system
         count = len(given.data.learning if live is None else cut_samples(live(rng), system.steps))
 
         def simulated(rng: np.random.Generator) -> np.ndarray:

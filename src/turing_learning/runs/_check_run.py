@@ -6,15 +6,16 @@ from dataclasses import fields
 from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration
-from turing_learning.sources import OwnSystem, Simulator, same_time_step
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.errors import refusing_as
+from turing_learning.systems import CustomOptions, CustomSystem, Simulator, Source, System, same_time_step
+from turing_learning.systems import Given as GivenSystem
 
 from ._check import Checker, Given, Stage, held_out_groups, kept, require_numbers
 from ._execute import in_memory, start
-from ._infer import infer, resume
-from ._own import OwnOptions, open_source, refuse_unknown_options, refuse_without_system, same_data
+from ._infer import infer, refuse_unknown, resume
 from .folder._errors import RunFolderError, RunStorageError, writable
 from .folder._folder import RunFolder
 from .results._result import Result
@@ -48,7 +49,7 @@ def check_run(
     result, configuration
         Of the run.
     genuine, simulate
-        Of a system of one's own, as when the run began; needed where the run was loaded from a folder.
+        Of a custom system, as when the run began; needed where the run was loaded from a folder.
     recording
         The recording that the samples are from, to compare distances of neighbors and polarization, too. The simulator has
         to say where everybody was, as model families do.
@@ -79,7 +80,7 @@ def check_run(
         If a setting is refused, or the run does not allow a check.
     RunFolderError
         If the folder is in use or holds a check with other settings, or the samples are not those of the run.
-    OwnSystemError
+    CustomSystemError
         If the simulator fails for most of the samples.
     """
     from turing_learning.identifiability import Effort
@@ -93,7 +94,7 @@ def check_run(
         )
     _refuse_laboratory(result)
     folder = None if result.path is None else RunFolder(result.path)
-    options: OwnOptions = {}
+    options: CustomOptions = {}
     if workers is not None:
         options["workers"] = workers
     if timeout_s is not None:
@@ -102,15 +103,16 @@ def check_run(
         if folder is not None:
             with writable("run", folder.path):
                 stack.enter_context(folder.locked())
-        given = _given(result, configuration, genuine, simulate, groups, options)
+        source, given = _given(configuration, genuine, simulate, groups, options)
+        stack.enter_context(source)
         if given is not None:
-            stack.enter_context(given.source)
-            _refuse_other_rate(recording, given.source.system)
+            _refuse_other_rate(recording, given.system)
         elif recording is not None:
             raise ConfigurationError("`recording` must be left out for simulated robots; got one.")
         found = Checker(
             result=result,
             configuration=configuration,
+            source=source,
             given=given,
             effort=effort or Effort(),
             seed=seed,
@@ -125,7 +127,7 @@ def check_run(
     return found
 
 
-def refuse_unknown(options: Mapping[str, Any]) -> None:
+def refuse_unknown_part(options: Mapping[str, Any]) -> None:
     """Raise ConfigurationError if there is an option that no check has."""
     from turing_learning.identifiability import Effort
 
@@ -135,14 +137,14 @@ def refuse_unknown(options: Mapping[str, Any]) -> None:
                 f"`{each.name}` must be a part of the effort; got {options[each.name]!r} beside it. Give "
                 f"effort=turing_learning.identifiability.Effort({each.name}={options[each.name]!r})."
             )
-    refuse_unknown_options(options, list(signature(check_run).parameters)[2:])
+    refuse_unknown(options, list(signature(check_run).parameters)[2:])
 
 
 def _say_nothing(stage: str) -> None:
     pass
 
 
-def _refuse_other_rate(recording: "Trajectories | None", system: OwnSystem) -> None:
+def _refuse_other_rate(recording: "Trajectories | None", system: System) -> None:
     """Raise ConfigurationError if a recording has another frame rate than the samples, which are from it."""
     if recording is not None and system.interval_s > 0 and not same_time_step(system.interval_s, 1 / recording.fps):
         raise ConfigurationError(
@@ -161,24 +163,21 @@ def _refuse_laboratory(result: Result) -> None:
 
 
 def _given(
-    result: Result, configuration: Configuration, genuine: Any, simulate: Any, groups: Any, options: OwnOptions
-) -> Given | None:
-    if not isinstance(configuration, OwnConfiguration):
-        refuse_without_system(genuine=genuine, simulate=simulate, groups=groups, **options)
-        return None
-    if genuine is None or simulate is None:
-        missing = "genuine" if genuine is None else "simulate"
-        raise ConfigurationError(
-            f"`{missing}` must be given to check a run on a system of one's own; got nothing. "
-            "Call `result.check(genuine=..., simulate=...)` with what the run began with."
-        )
-    data = same_data(result.path or Path("in memory"), configuration.scenario, genuine)
-    labels, grouping = held_out_groups(genuine, data, groups)
-    source = open_source(configuration.scenario, data, simulate, options)
-    return Given(data, source, simulate, options, labels, grouping)
+    configuration: Configuration, genuine: Any, simulate: Any, groups: Any, options: CustomOptions
+) -> tuple[Source, Given | None]:
+    given = GivenSystem(genuine, simulate, options.get("workers"), options.get("timeout_s"), groups)
+    with refusing_as(ConfigurationError):
+        source = configuration.system.open(given)
+    if source.genuine is None:
+        return source, None
+    labels, grouping = held_out_groups(genuine, source.genuine, groups)
+    system = cast(CustomSystem, configuration.scenario)
+    return source, Given(source.genuine, system, simulate, options, labels, grouping)
 
 
-def _recover(configuration: Configuration, path: Path | None, system: Mapping[str, Any], options: OwnOptions) -> Result:
+def _recover(
+    configuration: Configuration, path: Path | None, system: Mapping[str, Any], options: CustomOptions
+) -> Result:
     try:
         if path is not None and RunFolder(path).is_run():
             return resume(

@@ -5,12 +5,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from turing_learning.config import Configuration, to_toml
-from turing_learning.robots import LaboratoryError
-from turing_learning.sources import OwnSource, OwnSystemError
+from turing_learning.config import Configuration, ConfigurationError, to_toml
+from turing_learning.errors import refusing_as
+from turing_learning.systems import Given, Source, SystemFailedError
 
 from ._open import attachments_of, checker, is_whole, load_run, reporter, restored_result
-from ._own import refuse_without_source
 from ._resolve import resolved
 from ._session import Observer, Session
 from .folder._checkpoints import replace_checkpoints
@@ -24,19 +23,15 @@ from .results._result import Attachments, Result, summarize
 if TYPE_CHECKING:
     import xarray
 
-    from turing_learning.robots import LaboratorySource
-
-    from ._assemble import GivenSource
-
 
 def in_memory(
     configuration: Configuration,
     observer: Observer | None,
     should_stop: Callable[[], bool] | None,
-    source: "GivenSource | None" = None,
+    source: Source | None = None,
 ) -> Result:
     """Run a configuration from generation 0 without a folder; see `start`."""
-    refuse_without_source(configuration, source)
+    source = source or _opened(configuration)
     manifest = new_manifest(to_toml(configuration), configuration.run.seed)
     session = Session(configuration, source=source)
     session.run(observer, should_stop)
@@ -67,15 +62,15 @@ def start(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    source: "GivenSource | None" = None,
+    source: Source | None = None,
     files: Mapping[str, bytes] | None = None,
 ) -> Result:
     """Run a configuration from generation 0 in a folder of its own; see `infer`.
 
-    A system of one's own, or a laboratory, has its `source`, which the caller closes, and may have `files` of its own in the
-    folder, name -> content.
+    A custom system, or a laboratory, has its `source`, which the caller closes, and may have more `files` in the folder,
+    name -> content.
     """
-    refuse_without_source(configuration, source)
+    source = source or _opened(configuration)
     folder = RunFolder(Path(out))
     with ExitStack() as lock:
         with writable("out", folder.path):
@@ -83,13 +78,19 @@ def start(
             folder.path.mkdir(parents=True, exist_ok=True)
             lock.enter_context(folder.locked())
             folder.create(configuration, force=force, files=files)
-            session = Session(configuration, folder, source)
+            session = Session(configuration, folder, source=source)
         return _run(session, folder, configuration, observer, should_stop)
+
+
+def _opened(configuration: Configuration) -> Source:
+    """Return the samples of a configuration that needs nothing else."""
+    with refusing_as(ConfigurationError):
+        return configuration.system.open(Given())
 
 
 def go_on(
     path: str | Path,
-    reopen: "Callable[[RunFolder, Configuration], OwnSource | LaboratorySource | None]",
+    reopen: Callable[[Configuration], Source],
     *,
     threads: int | None = None,
     observer: Observer | None = None,
@@ -106,12 +107,10 @@ def go_on(
             lock.enter_context(folder.locked())
             if is_whole(folder, configuration) or restored_result(folder, configuration):
                 return load_run(path)
-            source = reopen(folder, configuration)
-            if source is not None:
-                lock.enter_context(source)
+            source = lock.enter_context(reopen(here))
             remove_partial(folder.path)
             folder.update_manifest(state=RUNNING, process=this_process())
-            session = Session(here, folder, source)
+            session = Session(here, folder, source=source)
         return _run(session, folder, configuration, observer, should_stop)
 
 
@@ -124,7 +123,7 @@ def _run(
 ) -> Result:
     try:
         session.run(observer, should_stop)
-    except (OwnSystemError, LaboratoryError):
+    except SystemFailedError:
         with session.storage():
             folder.update_manifest(state=STOPPED, seconds=session.seconds)
         raise

@@ -1,29 +1,20 @@
 """The doors: infer, and go on."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import Any, Unpack, cast
+from typing import Any, Unpack
 
 from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
-from turing_learning.sources import OwnSource, Simulator
+from turing_learning.errors import brief, nearest, refusing_as, require
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe
 
 from ._execute import go_on, in_memory, start
 from ._open import checker
-from ._own import (
-    OwnOptions,
-    Range,
-    describe_system,
-    given_again,
-    open_source,
-    refuse_unknown_options,
-    refuse_without_system,
-    reopen_source,
-)
 from ._resolve import resolved
 from ._session import Observer
 from .folder._errors import RunFolderError
@@ -49,7 +40,7 @@ def infer(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    **options: Unpack[OwnOptions],
+    **options: Unpack[CustomOptions],
 ) -> Result:
     """Infer the behavior of a swarm, or of any system that was observed, by Turing Learning.
 
@@ -57,9 +48,9 @@ def infer(
     ----------
     scenario
         Name of a preset scenario, or a scenario; by default that of the configuration, without one "aggregation". Left out for a
-        system of one's own, which is given by `genuine`, `simulate` and `parameters` together.
+        custom system, which is given by `genuine`, `simulate` and `parameters` together.
     genuine
-        Samples (K, T, D) of a system of one's own, or K arrays (T, D), or windows of recorded motion, or a function
+        Samples (K, T, D) of a custom system, or K arrays (T, D), or windows of recorded motion, or a function
         rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in every generation.
     simulate
         Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples
@@ -89,7 +80,7 @@ def infer(
     should_stop
         Called after every generation; if it returns True, the run stops there and can be resumed.
     **options
-        More about a system of one's own: name, title, signals, length, held_out, samples_per_generation, vectorized,
+        More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
         batches, workers, timeout_s; see docs/own-system.md.
 
     Returns
@@ -105,7 +96,7 @@ def infer(
         If the folder is refused.
     RunStorageError
         If the folder cannot be written any more; the run can be resumed.
-    OwnSystemError
+    CustomSystemError
         If the simulator of one's own raises or returns the wrong shape in the first generation, or fails for more than
         half of the models of a later one; a run in a folder has kept what was inferred before, and can be resumed.
 
@@ -116,20 +107,25 @@ def infer(
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
-    refuse_unknown_options(options, {*OwnOptions.__annotations__, *signature(infer).parameters} - {"options"})
+    refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:
-        refuse_without_system(**options)
         configuration = resolve(scenario)
+        with refusing_as(ConfigurationError):
+            configuration.system.accept(Given(more=options))
         require_seen(configuration)
         return execute(configuration)
     _refuse_half_a_system(scenario, genuine=genuine, simulate=simulate, parameters=parameters)
     assert parameters is not None
-    system, data = describe_system(genuine, parameters, options)
+    with refusing_as(ConfigurationError):
+        system, data = describe(genuine, parameters, options)
     configuration = resolve(system)
-    with open_source(system, data, simulate, options) as source:
+    workers, timeout_s = options.get("workers"), options.get("timeout_s")
+    with refusing_as(ConfigurationError):
+        opened = system.open(Given(data, simulate, workers, timeout_s))
+    with opened as source:
         result = execute(configuration, source)
     return _remembering(result, configuration, genuine=genuine, simulate=simulate)
 
@@ -142,7 +138,7 @@ def _remembering(result: Result, configuration: Configuration, **given: Any) -> 
 
 def _execute(
     configuration: Configuration,
-    source: OwnSource | None = None,
+    source: Source | None = None,
     *,
     out: str | Path | None,
     force: bool,
@@ -154,15 +150,22 @@ def _execute(
     return start(configuration, out, force=force, observer=observer, should_stop=should_stop, source=source)
 
 
+def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Reject an option that is none of the known arguments of a call."""
+    for name, value in options.items():
+        shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
+        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)
+
+
 def _refuse_half_a_system(scenario: str | Scenario | None, **system: Any) -> None:
     missing = [name for name, value in system.items() if value is None]
     if missing:
         raise ConfigurationError(
-            f"`{missing[0]}` must be given for a system of one's own; got nothing. It is given by `genuine`, `simulate` and "
+            f"`{missing[0]}` must be given for a custom system; got nothing. It is given by `genuine`, `simulate` and "
             "`parameters` together."
         )
     if scenario is not None:
-        raise ConfigurationError(f"`scenario` must be left out for a system of one's own; got {scenario!r}.")
+        raise ConfigurationError(f"`scenario` must be left out for a custom system; got {scenario!r}.")
 
 
 def resume(
@@ -183,7 +186,7 @@ def resume(
     path
         The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
     genuine, simulate
-        Of a system of one's own: the samples that the run began with, and the simulator, neither of which is in the folder.
+        Of a custom system: the samples that the run began with, and the simulator, neither of which is in the folder.
     workers, timeout_s
         As in `infer`.
     threads
@@ -199,7 +202,7 @@ def resume(
     Raises
     ------
     RunFolderError
-        If the folder is not a run, has been changed, or is in use; if a system of one's own lacks its samples or simulator,
+        If the folder is not a run, has been changed, or is in use; if a custom system lacks its samples or simulator,
         or the samples are others.
     RunStorageError
         If the folder cannot be written; the run can be resumed.
@@ -208,15 +211,14 @@ def resume(
         raise RunFolderError(
             f"`path` must be the folder of a run; got {path!r}. A run without `out` is kept in no folder, and cannot go on."
         )
-    given = {"workers": workers, "timeout_s": timeout_s}
-    options = cast(OwnOptions, {name: value for name, value in given.items() if value is not None})
-
     folder = RunFolder(Path(path))
-    data = given_again(folder, folder.configuration(), genuine, simulate, options)
+    with refusing_as(RunFolderError):
+        given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
 
-    def reopen(folder: RunFolder, configuration: Configuration) -> OwnSource | None:
+    def reopen(configuration: Configuration) -> Source:
         _refuse_laboratory(folder)
-        return reopen_source(folder, configuration, data, simulate, options)
+        with refusing_as(RunFolderError):
+            return configuration.system.open(given)
 
     return go_on(path, reopen, threads=threads, observer=observer, should_stop=should_stop)
 

@@ -113,7 +113,7 @@ def resume_laboratory(
             "robots.rehearse(runs.stored_laboratory(path))."
         )
     with _source(setup, configuration, folder, equipment, on_event) as source:
-        result = go_on(path, lambda _folder, _configuration: source, observer=observer, should_stop=should_stop)
+        result = go_on(path, lambda _configuration: source, observer=observer, should_stop=should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
 
@@ -167,7 +167,7 @@ def simulate_laboratory(
     ------
     Paper, section 5.4.
     """
-    source = SimulatedLaboratory(configuration.scenario, configuration.run.seed)
+    source = SimulatedLaboratory(configuration.swarm, configuration.run.seed)
     populations: list[tuple[np.ndarray, np.ndarray]] = []
 
     def watch(progress: Progress) -> None:
@@ -263,7 +263,7 @@ def _source(
 
     return LaboratorySource(
         setup,
-        configuration.scenario.control_steps,
+        configuration.swarm.control_steps,
         equipment or real_equipment(setup),
         laboratory_tracker(setup),
         watch=watch,

@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.config import Configuration, OwnConfiguration
-from turing_learning.sources import FailureLog
+from turing_learning.config import Configuration
+from turing_learning.systems import FailureLog
 
 from ._check import complete_check
 from ._session import FAILURES, part
@@ -109,10 +109,11 @@ def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
 
 
 def _failed_simulations(checkpoint: Checkpoint, configuration: Configuration) -> dict[str, Any] | None:
-    if not isinstance(configuration, OwnConfiguration):
+    state = part(checkpoint.arrays, FAILURES)
+    if not state:
         return None
-    log = FailureLog(configuration.scenario.parameter_names)
-    log.restore(part(checkpoint.arrays, FAILURES))
+    log = FailureLog(configuration.parameter_names)
+    log.restore(state)
     return log.summary()
 
 
@@ -166,9 +167,9 @@ def checker(configuration: Configuration, **given: Any) -> "Callable[..., Check]
     """Return what checks a run, whose own system may be given."""
 
     def check(result: Result, /, **options: Any) -> "Check":
-        from ._check_run import check_run, refuse_unknown
+        from ._check_run import check_run, refuse_unknown_part
 
-        refuse_unknown(options)
+        refuse_unknown_part(options)
         return check_run(result, configuration, **given | options)
 
     return check

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, dotted, load_configuration
-from turing_learning.sources import OwnSystem
+from turing_learning.config import Configuration, ConfigurationError, dotted, load_configuration
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomSystem
 
 
 def resolved(
-    scenario: str | Scenario | OwnSystem | None,
+    scenario: str | Scenario | CustomSystem | None,
     preset: str,
     config: str | Path | Configuration | None,
     overrides: Mapping[str, Any],
@@ -25,7 +25,7 @@ def resolved(
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
-        if isinstance(config, OwnConfiguration) and isinstance(scenario, OwnSystem):
+        if isinstance(scenario, CustomSystem):  # whose data has scales of its own
             known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
         return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)

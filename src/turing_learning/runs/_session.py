@@ -5,15 +5,14 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.robots import LaboratoryError
-from turing_learning.sources import OwnSource, OwnSystemError
+from turing_learning.systems import Source, SystemFailedError
 
 from ._assemble import assemble
 from .folder._checkpoints import Checkpoint, discard_checkpoints, latest_checkpoint, save_checkpoint
@@ -23,11 +22,8 @@ from .folder._history import HistoryRecorder, Layout, ThinRecorder, create_store
 from .folder._traces import Traces, generation_values
 from .results._result import Result
 
-if TYPE_CHECKING:
-    from ._assemble import GivenSource
-
 _LOGGER = logging.getLogger("turing_learning")
-FAILURES = "failures/"  # of simulations of a system of one's own, among the arrays of a checkpoint
+FAILURES = "failures/"  # of simulations of a custom system, among the arrays of a checkpoint
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -108,8 +104,7 @@ class Session:
     folder
         Where it is kept, locked by the caller; None keeps it in memory.
     source
-        Samples of a system of one's own, or of a laboratory; None for a scenario. Models are kept and shown in its
-        parameters' units.
+        Its samples. Models are stored and stated in its parameters' units.
 
     Attributes
     ----------
@@ -123,7 +118,8 @@ class Session:
         self,
         configuration: Configuration,
         folder: RunFolder | None = None,
-        source: "GivenSource | None" = None,
+        *,
+        source: Source,
     ) -> None:
         self.configuration = configuration
         self.layout = layout_of(configuration)
@@ -159,12 +155,12 @@ class Session:
         ------
         RunStorageError
             If the run cannot be written.
-        OwnSystemError, LaboratoryError
-            If a system of one's own or its simulator fails, or a laboratory; the generations before are saved.
+        SystemFailedError
+            If the system or its simulator fails; the generations before are saved.
         """
         every, saved = self.configuration.run.checkpoint_every, self.traces.completed
         while not self.complete:
-            generation = self._step() if self._source is None else self._guarded_step(self._source)
+            generation = self._guarded_step() if self._source.fallible else self._step()
             if self.traces.completed % every == 0 or self.complete:
                 self.save()
                 saved = self.traces.completed
@@ -196,12 +192,13 @@ class Session:
         return storage(self._folder.path, f"go on with {going_on(self._folder.path, self.configuration)}.")
 
     def keep_calibration(self, result: Result) -> None:
-        """Keep in the folder what detectors of a system of one's own are calibrated with; scenarios need nothing."""
+        """Keep in the folder what detectors of a custom system are calibrated with; scenarios need nothing."""
         from turing_learning.detection import keep_calibration
 
-        if self._folder is not None and isinstance(self._source, OwnSource):
+        if self._folder is not None and self._source.genuine is not None:
             estimate = np.array(list(result.estimate.values()))
-            keep_calibration(self._folder.path, self._source, estimate, self.configuration.run.seed)
+            parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
+            keep_calibration(self._folder.path, self._source, parameters, estimate, seed)
 
     def _step(self) -> Generation:
         begun = time.perf_counter()
@@ -212,34 +209,34 @@ class Session:
         self.traces.record(values, time.perf_counter() - begun)
         return generation
 
-    def _guarded_step(self, source: "GivenSource") -> Generation:
-        before, source.generation = self._coevolution.state(), self._coevolution.generation
+    def _guarded_step(self) -> Generation:
+        before, self._source.generation = self._coevolution.state(), self._coevolution.generation
         try:
             return self._step()
-        except (OwnSystemError, LaboratoryError) as error:
+        except SystemFailedError as error:
             self._coevolution.restore(before)
             if self.traces.completed:
                 self.save()
-            if isinstance(error, LaboratoryError) or not self.traces.completed:
+            if error.explained or not self.traces.completed:
                 raise
-            raise OwnSystemError(f"{error} {self._kept}") from error.__cause__
+            raise type(error)(f"{error} {self._kept}") from error.__cause__
 
     @property
     def _kept(self) -> str:
-        """What became of the completed generations of a run that a system of one's own has ended, in words."""
+        """What became of the completed generations of a run that a custom system has ended, in words."""
         if self._folder is None:
             return "Nothing was kept of a run without `out`; give one, to be able to go on."
         ahead = going_on(self._folder.path, self.configuration)
         return f"{self.traces.completed} generations are kept; go on with {ahead}."
 
     def _in_units(self, generation: Generation) -> Generation:
-        models = (self._source or self.configuration.representation).to_units(generation.models)
+        models = self._source.to_units(generation.models)
         return generation if models is generation.models else replace(generation, models=models)
 
     @property
     def failed_simulations(self) -> dict[str, Any] | None:
         """What a result says of failed simulations; None where no simulator of one's own is called."""
-        return self._source.log.summary() if isinstance(self._source, OwnSource) else None
+        return None if self._source.failures is None else self._source.failures.summary()
 
     def _progress(self, generation: Generation) -> Progress:
         return Progress(
@@ -263,7 +260,7 @@ class Session:
         return evolving | history | self._outcome()
 
     def _outcome(self) -> dict[str, np.ndarray]:
-        failures = self._source.log.state() if isinstance(self._source, OwnSource) else {}
+        failures = {} if self._source.failures is None else self._source.failures.state()
         return {
             **{f"traces/{name}": array for name, array in self.traces.state().items()},
             **{f"{FAILURES}{name}": array for name, array in failures.items()},
@@ -286,8 +283,8 @@ class Session:
             return None
         self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
         self.traces.restore(part(checkpoint.arrays, "traces/"))
-        if isinstance(self._source, OwnSource):
-            self._source.log.restore(part(checkpoint.arrays, FAILURES))
+        if self._source.failures is not None:
+            self._source.failures.restore(part(checkpoint.arrays, FAILURES))
         self.seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         return checkpoint.arrays
 

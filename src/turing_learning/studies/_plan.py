@@ -138,7 +138,7 @@ def _check_variants(variants: Sequence[Variant], runs: int) -> None:
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
         require_seen(variant.configuration)
-        if not variant.configuration.scenario.known:
+        if not variant.configuration.swarm.known:
             raise ConfigurationError(
                 "`scenario.known` must be true in a study, whose agents are simulated; got False. Leave it out."
             )
@@ -156,7 +156,7 @@ def _seeded(configuration: Configuration, seed: int, behaviors: bool) -> Configu
     seeded = configuration.model_copy(update={"run": configuration.run.model_copy(update={"seed": seed})})
     if not behaviors:
         return seeded
-    return seeded.model_copy(update={"scenario": replace(seeded.scenario, controller=random_controller(seed))})
+    return seeded.model_copy(update={"scenario": replace(seeded.swarm, controller=random_controller(seed))})
 
 
 def random_controller(seed: int) -> tuple[float, ...]:

@@ -275,7 +275,7 @@ def _summary(
 
 def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
     if plan.behaviors:
-        scenario = plan.configuration(own[0].number).scenario
+        scenario = plan.configuration(own[0].number).swarm
         drawn = replace(
             BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
         )

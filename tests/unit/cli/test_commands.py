@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from turing_learning.cli import main
-from turing_learning.sources import OwnSystemError
+from turing_learning.systems import CustomSystemError
 
 SMALL = [
     "--set", "models.population=8", "--set", "classifiers.population=8", "--set", "scenario.agents=2",
@@ -219,7 +219,7 @@ def test_without_a_command_there_is_help_and_nothing_else(call):
             MemoryError("Unable to allocate 9 GiB"),
             "error: this machine has not enough memory (Unable to allocate 9 GiB); ",
         ),
-        (OwnSystemError("`simulate` must not fail"), "error: `simulate` must not fail\n"),
+        (CustomSystemError("`simulate` must not fail"), "error: `simulate` must not fail\n"),
     ],
 )
 def test_what_the_machine_lacks_is_said_in_one_line_with_exit_code_1(trouble, said, call, monkeypatch):

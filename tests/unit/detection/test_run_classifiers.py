@@ -90,7 +90,7 @@ def walks(parameters, rng):
 
 @pytest.fixture(scope="module")
 def own_run(tmp_path_factory):
-    """A small run on a system of one's own, whose speed is about 30."""
+    """A small run on a custom system, whose speed is about 30."""
     folder = tmp_path_factory.mktemp("own") / "run"
     genuine = walks(np.full((20, 1), 30.0), np.random.default_rng(0))
     small = {"models.population": 8, "classifiers.population": 20}

@@ -1,4 +1,4 @@
-"""A system of one's own for tests, importable by worker processes."""
+"""A custom system for tests, importable by worker processes."""
 
 import numpy as np
 

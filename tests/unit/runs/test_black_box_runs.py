@@ -116,7 +116,7 @@ def test_separated_groups_are_judged_otherwise_than_mixed_ones(small, hidden):
 
 
 def test_networks_are_refused_for_a_system_of_ones_own():
-    with pytest.raises(ConfigurationError, match=r"`models\.hidden` must be 0 for a system of one's own, .*got 2"):
+    with pytest.raises(ConfigurationError, match=r"`models\.hidden` must be 0 for a custom system, .*got 2"):
         tl.infer(
             genuine=np.random.default_rng(0).normal(size=(20, 5, 2)),
             simulate=lambda parameters, rng: np.zeros((len(parameters), 5, 2)),

@@ -19,7 +19,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.purposes import CHECK, INTERROGATION
 from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs.results._check_present import check_listing, draw_check
-from turing_learning.sources import OwnSystemError
+from turing_learning.systems import CustomSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
@@ -114,7 +114,7 @@ def test_the_random_numbers_of_a_check_are_those_of_its_purpose_and_of_the_run_i
 
 def test_a_loaded_run_is_told_its_system_again_and_finds_what_is_kept(stored):
     loaded = tl.load_run(stored[0].path)
-    with pytest.raises(ConfigurationError, match="`genuine` must be given to check a run on a system of one's own"):
+    with pytest.raises(ConfigurationError, match="`genuine` must be given for a custom system"):
         loaded.check(effort=QUICK)
     calls = []
     assert loaded.check(genuine=recorded(), simulate=walk, effort=QUICK, stage=calls.append) == stored[1]
@@ -269,7 +269,7 @@ def test_a_forced_check_looks_again(tmp_path):
 
 
 def test_other_samples_are_refused(stored):
-    with pytest.raises(RunFolderError, match="`genuine` must be the samples that the run began with"):
+    with pytest.raises(ConfigurationError, match="`genuine` must be the samples that the run began with"):
         stored[0].check(genuine=recorded(seed=9), effort=QUICK)
 
 
@@ -282,7 +282,7 @@ def test_labels_group_the_held_out_samples():
 
 def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
     from turing_learning.runs._check import held_out_groups
-    from turing_learning.sources import Genuine
+    from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
     for count, word in ((6, "individuals"), (3, "individuals in blocks of time")):
@@ -299,7 +299,7 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
 
 def test_held_out_individuals_are_groups_however_few_they_are():
     from turing_learning.runs._check import held_out_groups
-    from turing_learning.sources import Genuine
+    from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
     positions = np.cumsum(np.random.default_rng(0).normal(0.5, 0.1, (600, 4, 2)), axis=0)
@@ -445,7 +445,7 @@ def test_a_simulator_that_fails_in_a_check_is_told_without_generations_and_bound
     def broken(parameters, rng):
         raise ZeroDivisionError("too fast")
 
-    with pytest.raises(OwnSystemError) as caught:
+    with pytest.raises(CustomSystemError) as caught:
         infer().check(simulate=broken, effort=QUICK)
     assert re.fullmatch(
         r"`simulate` must not fail for more than half of the \d+ models; got \d+ failures or more, the first with speed = .*: it "
@@ -463,7 +463,7 @@ def test_a_simulator_that_fails_in_a_profile_may_be_checked_without():
             raise ZeroDivisionError("too far")
         return walk(parameters, rng)
 
-    with pytest.raises(OwnSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
+    with pytest.raises(CustomSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
         result.check(simulate=narrow, effort=QUICK, recoveries=0)
     found = result.check(simulate=narrow, effort=replace(QUICK, points=0), recoveries=0)
     assert found.profiles == ()

@@ -9,10 +9,11 @@ import xarray as xr
 from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
 
 import turing_learning as tl
-from turing_learning.config import ConfigurationError, OwnConfiguration, load_configuration, load_variants, to_toml
+from turing_learning.config import ConfigurationError, load_configuration, load_variants, to_toml
+from turing_learning.errors import RefusedError
 from turing_learning.families import BurstAndCoast
 from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, RunStorageError, start
-from turing_learning.sources import OwnSystemError
+from turing_learning.systems import CustomSystem, CustomSystemError
 
 SMALL = {
     "models.population": 8,
@@ -79,7 +80,7 @@ def test_a_result_in_another_process_has_its_history_and_no_simulator(tmp_path):
     result = infer(out=tmp_path / "run", simulate=lambda parameters, rng: walk(parameters, rng))
     there = pickle.loads(pickle.dumps(result))  # noqa: S301 - our own
     assert there.history.equals(result.history)
-    with pytest.raises(ConfigurationError, match="`genuine` must be given to check a run on a system of one's own"):
+    with pytest.raises(ConfigurationError, match="`genuine` must be given for a custom system"):
         there.check()
 
 
@@ -104,7 +105,7 @@ def test_the_history_holds_models_in_the_users_units(whole):
 
 def test_the_stored_configuration_reads_back_and_holds_scales_and_held_out_samples(whole):
     configuration = RunFolder(whole).configuration()
-    assert isinstance(configuration, OwnConfiguration)
+    assert isinstance(configuration.scenario, CustomSystem)
     assert configuration.input_scale == configuration.scenario.input_scale
     assert len(configuration.scenario.held_out) == 8
     assert configuration.scenario.parameters["speed"].unit == "cm/s"
@@ -188,7 +189,7 @@ def test_workers_infer_what_this_process_infers():
 def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_path):
     path = tmp_path / "run"
     with pytest.raises(
-        OwnSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
+        CustomSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
     ) as caught:
         infer(out=path, simulate=Breaking(5), settings=FULL, **FISH)
     ahead = f"5 generations are kept; go on with `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`."
@@ -200,7 +201,7 @@ def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_pa
 
 
 def test_a_run_without_a_folder_that_breaks_is_not_said_to_go_on():
-    with pytest.raises(OwnSystemError) as caught:
+    with pytest.raises(CustomSystemError) as caught:
         infer(simulate=Breaking(5))
     assert str(caught.value).endswith("Nothing was kept of a run without `out`; give one, to be able to go on.")
     assert "resume" not in str(caught.value)
@@ -212,7 +213,7 @@ def test_a_run_without_a_folder_that_breaks_is_not_said_to_go_on():
 
 def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_path):
     path = tmp_path / "run"
-    with pytest.raises(OwnSystemError, match=r"`simulate` must return samples of every model; it raised OSError"):
+    with pytest.raises(CustomSystemError, match=r"`simulate` must return samples of every model; it raised OSError"):
         infer(out=path, simulate=Breaking(0))
     assert tl.resume(path, genuine=recorded(), simulate=walk).complete
 
@@ -220,10 +221,11 @@ def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_pa
 def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     path = tmp_path / "run"
     infer(out=path, should_stop=stop_after(4))
-    call = f"Call `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)` from Python."
-    with pytest.raises(RunFolderError, match=re.escape(call)):
+    with pytest.raises(
+        RunFolderError, match=r"`genuine` must be given .* Give `genuine` and `simulate` as the run began with"
+    ):
         tl.resume(path)
-    with pytest.raises(RunFolderError, match="`simulate` must be given to go on with a system of one's own"):
+    with pytest.raises(RunFolderError, match="`simulate` must be given for a custom system, which no folder holds"):
         tl.resume(path, genuine=recorded())
     with pytest.raises(
         RunFolderError, match=r"`genuine` must be the samples that the run began with, of SHA-256 \w{12}\.\.\.; got"
@@ -232,10 +234,10 @@ def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     with pytest.raises(RunFolderError, match=r"`length` must be at most that of the shortest sample, 20; got 50"):
         tl.resume(path, genuine=recorded()[:, :20], simulate=walk)
     with pytest.raises(
-        RunFolderError, match="`genuine` must be an array of samples, as when the run began; got function"
+        RunFolderError, match="`genuine` must be an array of samples, as when the run began; got a function"
     ):
         tl.resume(path, genuine=lambda rng: recorded(), simulate=walk)
-    with pytest.raises(ConfigurationError, match="`timeout_s` must be given together with `workers`"):
+    with pytest.raises(RunFolderError, match="`timeout_s` must be given together with `workers`"):
         tl.resume(path, genuine=recorded(), simulate=walk, timeout_s=3.0)
 
 
@@ -255,7 +257,7 @@ def test_a_finished_run_is_compared_with_what_is_given(whole, tmp_path):
         "scenario.trial.duration_s": 1.0,
     }
     tl.infer("aggregation", generations=1, settings=small, out=tmp_path / "swarm")
-    with pytest.raises(ConfigurationError, match="`genuine` must be left out for simulated robots; got ndarray"):
+    with pytest.raises(RunFolderError, match="`genuine` must be left out for simulated robots; got ndarray"):
         tl.resume(tmp_path / "swarm", genuine=recorded())
 
 
@@ -312,7 +314,7 @@ def test_a_family_that_simulates_other_samples_is_refused_wherever_it_is_given(t
     assert not path.exists()
     stopped = infer(Windows(), WALK, WALK.parameters, out=path, should_stop=stop_after(2))
     for again in (stopped.check, lambda **system: tl.resume(path, **system)):
-        with pytest.raises(ConfigurationError, match=re.escape(message)):
+        with pytest.raises(RefusedError, match=re.escape(message)):
             again(genuine=Windows(), simulate=other)
     assert tl.resume(path, genuine=Windows(), simulate=replace(WALK, interval_s=0.0400001)).complete
 
@@ -353,7 +355,7 @@ def test_headings_on_one_side_only_are_refused_wherever_a_simulator_is_given(
     assert not path.exists()
     stopped = infer(windows, simulate, WALK.parameters, out=path, should_stop=stop_after(2))
     for again in (stopped.check, lambda **system: tl.resume(path, **system)):
-        with pytest.raises(ConfigurationError, match=message):
+        with pytest.raises(RefusedError, match=message):
             again(genuine=windows, simulate=other)
     assert tl.resume(path, genuine=windows, simulate=simulate).complete
 
@@ -397,7 +399,7 @@ def test_a_file_may_give_the_settings_and_no_scenario(tmp_path):
     assert infer(config=path, generations=None).generations == 2
     path.write_text('scenario = "aggregation"\n')
     with pytest.raises(
-        ConfigurationError, match=r"`scenario` must be left out for a system of one's own; got 'aggregation' \["
+        ConfigurationError, match=r"`scenario` must be left out for a custom system; got 'aggregation' \["
     ):
         infer(config=path)
 
@@ -409,7 +411,7 @@ def test_an_input_scale_of_ones_own_comes_before_that_of_the_data(tmp_path):
 
 def test_a_stored_configuration_alone_does_not_run(whole, tmp_path):
     with pytest.raises(
-        ConfigurationError, match="`simulate` must be given for a system of one's own; got the configuration of"
+        ConfigurationError, match="`genuine` must be given for a custom system, which no folder holds completely"
     ):
         start(RunFolder(whole).configuration(), tmp_path / "new")
     assert not (tmp_path / "new").exists()
@@ -427,9 +429,9 @@ def test_settings_reach_runs_of_robots_too():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"parameters": None}, "`parameters` must be given for a system of one's own; got nothing."),
-        ({"scenario": "aggregation"}, "`scenario` must be left out for a system of one's own; got 'aggregation'."),
-        ({"parameters": [1]}, "`parameters` must be a dict name -> (low, high); got list."),
+        ({"parameters": None}, "`parameters` must be given for a custom system; got nothing."),
+        ({"scenario": "aggregation"}, "`scenario` must be left out for a custom system; got 'aggregation'."),
+        ({"parameters": [1]}, "`parameters` must be a dict name -> (low, high); got [1]."),
         (
             {"parameters": {"a": 3}},
             "`parameters` must have two bounds (low, high) or a `Parameter` for each name; got 3 ['a'].",
@@ -438,8 +440,8 @@ def test_settings_reach_runs_of_robots_too():
         ({"parameters": {"a b": (0, 1)}}, "`parameters` must have names of 1 to 60 letters"),
         ({"worker": 2}, "`worker` must be a known option; got 2. Did you mean `workers`?"),
         ({"generation": 3}, "`generation` must be a known option; got 3. Did you mean `generations`?"),
-        ({"workers": "2"}, "`workers` must be an integer of at least 1, or None; got '2'."),
-        ({"workers": -1}, "`workers` must be an integer of at least 1, or None; got -1."),
+        ({"workers": "2"}, "`workers` must be an integer of at least 1; got '2'."),
+        ({"workers": -1}, "`workers` must be an integer of at least 1; got -1."),
         ({"vectorized": "no"}, "`vectorized` must be True or False; got 'no'."),
         ({"signals": [1, 2]}, "`signals` must be a tuple of names; got [1, 2]. For example"),
         ({"signals": 2}, "`signals` must be a tuple of names; got 2."),
@@ -509,5 +511,5 @@ def test_a_misspelt_argument_is_named_for_robots_too():
 
 def test_samples_are_refused_when_a_run_of_robots_goes_on(small, tmp_path, stop_after):
     start(small(), tmp_path / "run", should_stop=stop_after(2))
-    with pytest.raises(ConfigurationError, match="`simulate` must be left out for simulated robots; got function"):
+    with pytest.raises(RunFolderError, match="`simulate` must be left out for simulated robots; got function"):
         tl.resume(tmp_path / "run", simulate=walk)

@@ -10,8 +10,8 @@ from turing_learning.families import Couzin
 from turing_learning.identifiability import Effort
 from turing_learning.robots import LaboratoryError
 from turing_learning.runs import RunFolderError, RunStorageError
-from turing_learning.sources import OwnSystemError
 from turing_learning.studies import ExecutorError
+from turing_learning.systems import CustomSystemError
 
 SAMPLES = np.zeros((10, 5, 1))
 
@@ -26,7 +26,7 @@ def test_a_refusal_is_a_value_error(kind):
     assert issubclass(kind, ValueError)
 
 
-@pytest.mark.parametrize("kind", [OwnSystemError, RunStorageError, LaboratoryError, ExecutorError])
+@pytest.mark.parametrize("kind", [CustomSystemError, RunStorageError, LaboratoryError, ExecutorError])
 def test_what_ends_a_run_is_none(kind):
     assert not issubclass(kind, ValueError)
 

@@ -16,6 +16,7 @@ from turing_learning.purposes import REHEARSAL
 from turing_learning.robots.program._equipment import Equipment, laboratory_calibration
 from turing_learning.robots.program._setup import Laboratory
 from turing_learning.swarm import Scenario, Trials, alone
+from turing_learning.systems import Source
 
 from ._camera import overhead_camera
 from ._hands import EmulatedLaboratory
@@ -29,7 +30,7 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     If the file of the calibration does not exist yet, it has the calibration of a camera above the arena's middle, in a file
     that is removed at the end.
     """
-    setup, scenario = laboratory.setup, laboratory.configuration.scenario
+    setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
     with TemporaryDirectory() as folder:
         width, height = scenario.arena.width_cm, scenario.arena.height_cm
@@ -51,7 +52,7 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     setup, configuration = laboratory.setup, laboratory.configuration
     with refusing_as(ConfigurationError):
         emulated = EmulatedLaboratory(
-            configuration.scenario,
+            configuration.swarm,
             seed=configuration.run.seed if seed is None else seed,
             calibration=laboratory_calibration(setup),
         )
@@ -65,7 +66,7 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     )
 
 
-class SimulatedLaboratory:
+class SimulatedLaboratory(Source):
     """Samples of trials in which each replica executes a model of its own, among the same agents, in plain simulation.
 
     The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a tracker,
@@ -81,7 +82,6 @@ class SimulatedLaboratory:
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0) -> None:
-        self.generation = 0  # set by the run; nothing depends on it
         self._scenario, self._seed = scenario, seed
 
     def to_units(self, models: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from turing_learning.config import (
     read_toml,
 )
 from turing_learning.errors import Refusal, brief, refuse, require
+from turing_learning.systems import SystemFailedError
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -55,8 +56,10 @@ _DERIVED = {
 }
 
 
-class LaboratoryError(RuntimeError):
+class LaboratoryError(SystemFailedError):
     """A session in a laboratory has to end; the run can be resumed."""
+
+    explained = True
 
 
 class RobotSection(Section):
@@ -344,7 +347,7 @@ def refuse_without_history(setup: LaboratorySetup, configuration: Configuration,
 
 def _check_together(setup: LaboratorySetup, configuration: Configuration, file: _File) -> None:
     """Reject combinations of settings that are valid one by one."""
-    scenario, replicas = configuration.scenario, len(setup.replicas)
+    scenario, replicas = configuration.swarm, len(setup.replicas)
     models = configuration.models.parents + configuration.models.offspring
     rule = f"be a multiple of the {replicas} replicas, which execute them at the same time"
     file.require(models % replicas == 0, "models", rule, models)

@@ -7,6 +7,7 @@ import numpy as np
 
 from turing_learning.coevolution import Samples
 from turing_learning.robots.tracking._tracker import Tracker
+from turing_learning.systems import Source
 
 from ._equipment import Equipment
 from ._setup import LaboratorySetup
@@ -50,7 +51,7 @@ class Event:
     trial: ObservedTrial | None = None
 
 
-class LaboratorySource:
+class LaboratorySource(Source):
     """Samples of real agents and of the replicas among them, observed in trials of all models.
 
     A disturbed trial is not used: all trials of the generation are started again, after links and camera have been
@@ -81,6 +82,8 @@ class LaboratorySource:
     Paper, sections 5.2 and 5.3.
     """
 
+    generation: int = 0
+
     def __init__(
         self,
         setup: LaboratorySetup,
@@ -91,17 +94,10 @@ class LaboratorySource:
         watch: Callable[[Event], None] = lambda event: None,
         last_attempt: Callable[[str], int] = lambda stage: 0,
     ) -> None:
-        self.generation = 0
         self._setup, self._equipment, self._watch, self._last_attempt = setup, equipment, watch, last_attempt
         self._stage, self._attempt = "", 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh
         self._program = PcProgram(setup, steps, equipment, tracker, self._follow)
-
-    def __enter__(self) -> "LaboratorySource":
-        return self
-
-    def __exit__(self, *stop: object) -> None:
-        self.close()
 
     def close(self) -> None:
         """Close links and camera."""

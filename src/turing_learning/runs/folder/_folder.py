@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from turing_learning._files import PARTIAL, in_home
-from turing_learning.config import Configuration, ConfigurationError, OwnConfiguration, load_configuration, to_toml
+from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 
 from ._errors import RunFolderError, refuse_future_format, storage
 from ._files import remove_partial, write_atomically, write_json
@@ -28,8 +28,8 @@ def resume_command(path: Path) -> str:
 
 
 def going_on(path: Path, configuration: Configuration) -> str:
-    """Return how to go on with a run, in code: by a command, or by a call where a system of one's own has to be given."""
-    own = isinstance(configuration, OwnConfiguration)
+    """Return how to go on with a run, in code: by a command, or by a call where a custom system has to be given."""
+    own = bool(configuration.system.resuming)
     return f"`turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`" if own else f"`{resume_command(path)}`"
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.analysis import is_known
-from turing_learning.config import Configuration, OwnConfiguration
+from turing_learning.config import Configuration
 from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
 
@@ -65,22 +65,19 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
 
 
 def _profiles(check: "Check", result: Result, configuration: Configuration) -> "Figure":
-    logarithmic, names = {}, {}
-    if isinstance(configuration, OwnConfiguration):
-        for name, parameter in configuration.scenario.parameters.items():
-            logarithmic[name] = parameter.scale == "log"
-            names[name] = f"{name} ({parameter.unit})" if parameter.unit else name
+    system = configuration.system
+    labels = dict(zip(system.parameters, system.parameter_labels, strict=True))
     return profiles_figure(
         [
             ParameterProfile(
-                name=names.get(each.parameter, each.parameter),
+                name=labels[each.parameter],
                 values=np.array(each.values),
                 accuracies=np.array(each.accuracies),
                 criticals=np.array(each.criticals),
                 estimate=result.estimate[each.parameter],
                 interval=_known_ends(result.interval[each.parameter]),
                 recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
-                logarithmic=logarithmic.get(each.parameter, False),
+                logarithmic=system.parameters[each.parameter].scale == "log",
             )
             for each in check.profiles
         ]

@@ -19,7 +19,6 @@ from turing_learning.report import counted, describe_unknown, shown
 from turing_learning.runs.folder._folder import going_on
 
 from ._result import Result, named
-from ._scales import on_own_scales
 
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
@@ -146,8 +145,8 @@ def pool(runs: Sequence[Result]) -> Pooled:
     _refuse_same_seeds(runs)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     typical = np.stack([_typical_models(run, configuration) for run in runs])
-    estimate = on_own_scales(configuration, typical, pooled_estimate)
-    ends = on_own_scales(configuration, typical, pooled_interval)
+    estimate = configuration.system.on_scales(typical, pooled_estimate)
+    ends = configuration.system.on_scales(typical, pooled_interval)
     error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
     agreement = r_hat(typical).tolist()
     return Pooled(

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.analysis import mean_absolute_error
-from turing_learning.config import Configuration, OwnConfiguration, to_toml
+from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
 from turing_learning.figures._one_run import error_figure, fitness_figure, parameters_figure, step_sizes_figure
 from turing_learning.purposes import REPLAY
@@ -97,14 +97,11 @@ def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
 
 def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
+    caption += configuration.system.step_unit
     sizes = np.median(history["model_step_size"].to_numpy(), axis=1)
-    if isinstance(configuration, OwnConfiguration):
-        caption += ", in halves of its initial range"
-    elif configuration.models.hidden:
+    if configuration.models.hidden:
         names, caption = ("models",), "Median mutation strength of the models' weights"
         sizes = _weights_median(history, "model")[:, None]
-    elif configuration.scenario.representation == "morphology":
-        caption += " (that of theta is of the number x, theta = 2 pi sig(x))"
     return Picture(
         "step-sizes",
         "Step sizes over generations",
@@ -163,7 +160,7 @@ def report_page(
             configuration=to_toml(configuration),
             manifest=manifest,
             replay=None
-            if isinstance(configuration, OwnConfiguration)
+            if configuration.system.simulated is None
             else replay(configuration, np.array(list(_executed(result).values()))),
             check=None if check is None else check_listing(check),
             check_figures=() if check is None else tuple(draw_check(check, result, configuration)),
@@ -227,7 +224,7 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     estimate : (P,)
         Parameters of the model that the replicas execute.
     """
-    scenario = configuration.scenario
+    scenario = configuration.swarm
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     individuals = scenario.individuals if scenario.start(REPLAY_ROBOTS).crowd else REPLAY_ROBOTS
     labels = (*(["Agents"] if scenario.known else []), "Replicas of the inferred model")

@@ -14,9 +14,9 @@ from turing_learning.report import counted, describe_unknown, is_page, short_num
 from turing_learning.runs.folder._folder import RunFolder
 from turing_learning.runs.folder._target import refuse_target, writing
 from turing_learning.runs.folder._traces import SELECTION_CODES, Traces
+from turing_learning.systems import Laboratory, System
 
 from ._paper import paper_absolute_errors
-from ._scales import on_own_scales
 
 if TYPE_CHECKING:
     import xarray
@@ -60,7 +60,7 @@ class Result:
     """What a run has inferred; models and errors are dicts name -> number.
 
     All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of view in rad, parameters of
-    a system of one's own in the units in which their ranges were given.
+    a custom system in the units in which their ranges were given.
 
     Models are stated in the agents' parameters, to be compared with theirs. Those of a network (`models.hidden`) are the outputs
     that it comes to in each sensor state; its weights are in `networks`.
@@ -100,7 +100,7 @@ class Result:
     path
         The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
-        Of a system of one's own: "count", and the first of them "listed" with generation, parameters and reason. None, and
+        Of a custom system: "count", and the first of them "listed" with generation, parameters and reason. None, and
         not in `result.json`, for simulated robots.
     networks
         Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last generations whose
@@ -129,6 +129,12 @@ class Result:
     networks: dict[str, dict[str, float]] | None = None
 
     @property
+    def system(self) -> System:
+        """What was observed."""
+        configuration = self.configuration
+        return Laboratory.of(configuration.system) if self.in_laboratory else configuration.system
+
+    @property
     def in_laboratory(self) -> bool:
         """Whether robots in a laboratory were observed, real or emulated ones: the run folder says so."""
         return self.path is not None and RunFolder(self.path).laboratory_path.exists()
@@ -144,7 +150,7 @@ class Result:
 
             * `model` (generation, individual, parameter): parameters of the models, in units as in the result; for networks their
               weights.
-            * `model_step_size` (generation, individual, parameter): in numbers of the search; for a system of one's own -1 to 1
+            * `model_step_size` (generation, individual, parameter): in numbers of the search; for a custom system -1 to 1
               is the range of the first models.
             * `model_fitness` (generation, individual): share of the judgments that took the model for genuine, 0 to 1 (equation 1).
             * `classifier`, `classifier_step_size` (generation, classifier_individual, weight): weights of the networks.
@@ -219,7 +225,7 @@ class Result:
         Parameters
         ----------
         **options
-            `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a system of one's own also `genuine`,
+            `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a custom system also `genuine`,
             `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see `turing_learning.runs.check_run`.
 
         Raises
@@ -305,14 +311,14 @@ def summarize(
     seconds
         Time the run took so far (s).
     failed_simulations
-        Of a system of one's own.
+        Of a custom system.
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     window = configuration.run.estimated_from(traces.completed)
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
     inferred = estimate(typical, window)
-    ends = on_own_scales(configuration, typical, partial(interval, window=window))
+    ends = configuration.system.on_scales(typical, partial(interval, window=window))
     return Result(
         scenario=scenario.name,
         generations=traces.completed,

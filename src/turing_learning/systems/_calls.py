@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from turing_learning.workers import NotImportable, WorkerDied, Workers, packed
-
-from ._errors import OwnSystemError
-from ._masked import with_gaps
+from ..errors import refuse
+from ..workers import NotImportable, WorkerDied, Workers, packed
+from ._genuine import with_gaps
+from ._system import CustomSystemError
 
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 """(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
@@ -108,21 +108,15 @@ class InWorkers:
         Number of processes, >= 1. The answers do not depend on it.
     timeout_s
         A call that takes longer is given up, and its process killed; None waits for ever.
-
-    Raises
-    ------
-    ValueError
-        If the simulator cannot be sent to another process.
     """
 
     def __init__(self, simulate: Simulator, *, vectorized: bool, workers: int, timeout_s: float | None = None) -> None:
         try:
             self._function = packed(partial(_answer_in_worker, simulate, vectorized))
         except Exception as error:  # pickle raises what the object's own methods raise
-            raise ValueError(
-                f"`simulate` must be a function that another process can import; got {simulate!r} ({error}). Define it at the "
-                "top level of a module, or leave `workers` out."
-            ) from error
+            rule = "be a function that another process can import"
+            remedy = "Define it at the top level of a module, or leave `workers` out."
+            refuse("simulate", rule, f"{simulate!r} ({error})", remedy)
         self._count, self._timeout_s = workers, timeout_s
         self._workers: Workers | None = None
 
@@ -131,7 +125,7 @@ class InWorkers:
 
         Raises
         ------
-        OwnSystemError
+        CustomSystemError
             If a worker cannot load the simulator.
         """
         if self._workers is None:
@@ -144,7 +138,7 @@ class InWorkers:
             except WorkerDied:
                 yield Failed("its worker process died")
             except NotImportable as error:
-                raise OwnSystemError(
+                raise CustomSystemError(
                     f"`simulate` must be importable by a worker process; got {error}. Define it at the top level of a module, or "
                     "leave `workers` out."
                 ) from error

@@ -1,22 +1,22 @@
-"""Samples of a system of one's own, and of models of it from any simulator."""
+"""Samples of a custom system, and of models of it from any simulator."""
 
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from ..coevolution import Samples
+from ..coevolution import Classifier, Judgments, PassiveInterrogation, Samples
+from ..errors import integer, number, require
 from ._calls import Answer, Call, Failed, InProcess, InWorkers, Runner, Simulator
-from ._errors import OwnSystemError
-from ._failures import FailureLog
-from ._genuine import Genuine, cut_samples
-from ._masked import shown
-from ._system import OwnSystem
+from ._custom import CustomSystem
+from ._genuine import Genuine, cut_samples, shown
+from ._system import CustomSystemError, FailureLog, Source
 
 _LOGGER = logging.getLogger("turing_learning")
 
 
-class OwnSource:
+class CustomSource(Source):
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
     A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked or not finite.
@@ -31,7 +31,7 @@ class OwnSource:
     genuine
         Its samples.
     simulate
-        The simulator; see `OwnSystem.batches` for how many models it takes at once.
+        The simulator; see `CustomSystem.batches` for how many models it takes at once.
     workers
         Number of worker processes; None calls the simulator in this process. The samples do not depend on it.
     timeout_s
@@ -46,18 +46,13 @@ class OwnSource:
         run, as in a check: there models fail as in later generations, and no message speaks of generations and bounds.
     failed : (M,) bool
         Which simulations of the last generation failed.
-    log
+    failures
         All failures.
-
-    Raises
-    ------
-    ValueError
-        If the simulator is no function, or cannot be sent to another process, or a setting breaks its rule.
     """
 
     def __init__(
         self,
-        system: OwnSystem,
+        system: CustomSystem,
         genuine: Genuine,
         simulate: Simulator,
         *,
@@ -65,23 +60,21 @@ class OwnSource:
         timeout_s: float | None = None,
     ) -> None:
         self.system = system
-        self.genuine = genuine
+        self.genuine: Genuine = genuine
         self.generation: int | None = 0
         self.failed = np.zeros(0, dtype=bool)
-        self.log = FailureLog(system.parameter_names)
+        self.failures: FailureLog = FailureLog(system.parameter_names)
         self._live = genuine.live
         self._learning = system.centered(genuine.learning)
         self._runner = _runner(simulate, system.vectorized, workers, timeout_s)
 
-    def __enter__(self) -> "OwnSource":
-        return self
-
-    def __exit__(self, *stop: object) -> None:
-        self.close()
-
     def close(self) -> None:
         """End the worker processes, if there are any."""
         self._runner.close()
+
+    def interrogation(self, classifier: Classifier) -> "GuardedInterrogation":
+        """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
+        return GuardedInterrogation(self, classifier)
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
@@ -92,27 +85,41 @@ class OwnSource:
 
         Raises
         ------
-        OwnSystemError
+        CustomSystemError
             If simulations fail in a way that ends the run, or a live source yields no proper samples.
         """
         parameters = self.system.to_units(models)
         genuine = self._observed(len(models), rng)
-        return Samples(genuine=genuine, counterfeit=self.system.centered(self.simulate(parameters, rng)))
+        return Samples(genuine=genuine, counterfeit=self.system.centered(self.simulated(parameters, rng)))
 
-    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units.
+    def simulated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros.
 
         Raises
         ------
-        OwnSystemError
-            If simulations fail in a way that ends the run; `failed` marks those that fail in another way.
+        CustomSystemError
+            If simulations fail in a way that ends the run.
         """
-        simulated = _Simulated(self.system, parameters, self.generation)
+        found = _Simulated(self.system, parameters, self.generation)
         for places, answer in self._answers(parameters, rng):
-            simulated.take(places, answer)
-        self.failed = simulated.failed
-        self._note(simulated)
-        return simulated.samples()
+            found.take(places, answer)
+        self.failed = found.failed
+        self._note(found)
+        return found.samples()
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return samples (at most M, C, T, D) of models with parameters (M, P); after a run, without those that fail."""
+        samples = self.simulated(parameters, rng)
+        return samples[~self.failed]
+
+    def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return the genuine samples (K, T, D) for learning; of a live source `count` or more new ones."""
+        if self._live is None:
+            return self.genuine.learning
+        parts: list[np.ndarray] = []
+        while sum(map(len, parts)) < count:
+            parts.append(cut_samples(self._live(rng), self.system.steps))
+        return np.concatenate(parts)
 
     def _observed(self, models: int, rng: np.random.Generator) -> np.ndarray:
         if self._live is None:
@@ -123,9 +130,9 @@ class OwnSource:
         try:
             samples = cut_samples(self._live(rng), self.system.steps)
         except Exception as error:
-            raise OwnSystemError(f"{error} [live source, generation {self.generation}]") from error
+            raise CustomSystemError(f"{error} [live source, generation {self.generation}]") from error
         if samples.shape[2] != len(self.system.signals):
-            raise OwnSystemError(
+            raise CustomSystemError(
                 f"`genuine` must yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]} "
                 f"[live source, generation {self.generation}]."
             )
@@ -152,7 +159,7 @@ class OwnSource:
         generators = [one for group, rng in again for one in _untouched(rng).spawn(len(group))]
         yield from zip(singles, self._run(parameters, singles, generators), strict=True)
         if again and self.generation == 0:
-            raise OwnSystemError(
+            raise CustomSystemError(
                 "`simulate` must return samples of several models at once; it failed for a group of models, and for none of "
                 "them alone [generation 0]. Repair it, or set vectorized=False for a function of one model's parameters (P,)."
             )
@@ -177,7 +184,7 @@ class OwnSource:
 
     def _refuse_misshapen(self, found: Failed, parameters: np.ndarray) -> None:
         if self.generation == 0 and found.misshapen:
-            raise OwnSystemError(
+            raise CustomSystemError(
                 _refusal(
                     self.system, found.reason, f"{self.system.shown(parameters[0])} and {len(parameters) - 1} more"
                 )
@@ -186,20 +193,20 @@ class OwnSource:
     def _note(self, simulated: "_Simulated") -> None:
         if not simulated.failed.any():
             return
-        if self.log.count == 0:
+        if self.failures.count == 0:
             when = "" if self.generation is None else f" in generation {self.generation}"
             _LOGGER.warning(
                 "%d of %d simulations failed%s, the first with %s.",
                 np.count_nonzero(simulated.failed), len(simulated.failed), when, simulated.first_failure(),
             )  # fmt: skip
         for k in sorted(simulated.reasons):
-            self.log.add(self.generation, simulated.parameters[k], simulated.reasons[k])
+            self.failures.add(self.generation, simulated.parameters[k], simulated.reasons[k])
 
 
 class _Simulated:
     """The samples of one generation, or of one step of a check, as they come in."""
 
-    def __init__(self, system: OwnSystem, parameters: np.ndarray, generation: int | None) -> None:
+    def __init__(self, system: CustomSystem, parameters: np.ndarray, generation: int | None) -> None:
         self.parameters = parameters
         self.failed = np.zeros(len(parameters), dtype=bool)  # which models have no samples, (M,)
         self.reasons: dict[int, str] = {}
@@ -208,12 +215,12 @@ class _Simulated:
         self._samples: np.ndarray | None = None  # (M, C, T, D), C being that of the first proper answer
 
     def take(self, places: np.ndarray, answer: Answer) -> None:
-        """Take an answer for the models at `places`; raise OwnSystemError where the run has to end."""
+        """Take an answer for the models at `places`; raise CustomSystemError where the run has to end."""
         if not isinstance(answer, Failed) and self._samples is not None and answer.shape[1] != self._samples.shape[1]:
             answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {self._samples.shape[1]} of others")
         if isinstance(answer, Failed):
             if self._generation == 0:
-                raise OwnSystemError(
+                raise CustomSystemError(
                     _refusal(self._system, answer.reason, self._system.shown(self.parameters[places[0]]))
                 )
             self._fail(places, answer.reason)
@@ -250,7 +257,7 @@ class _Simulated:
             if self._generation is not None:
                 of, place = " of a generation", f" [generation {self._generation}]"
                 remedy = "Narrow the bounds of the parameters, or repair the simulator."
-            raise OwnSystemError(
+            raise CustomSystemError(
                 f"`simulate` must not fail for more than half of the {len(self.parameters)} models{of}; got "
                 f"{len(self.reasons)} failures or more{place}, the first with {self.first_failure()}. {remedy}"
             )
@@ -264,7 +271,7 @@ def _untouched(rng: np.random.Generator) -> np.random.Generator:
     return np.random.Generator(type(rng.bit_generator)(seeds))
 
 
-def _refusal(system: OwnSystem, reason: str, models: str) -> str:
+def _refusal(system: CustomSystem, reason: str, models: str) -> str:
     advice = "; for a function of one model's parameters (P,) set vectorized=False" if system.vectorized else ""
     return (
         f"`simulate` must return samples of every model; {reason} [generation 0, {models}]. Repair it, or narrow the bounds "
@@ -273,16 +280,51 @@ def _refusal(system: OwnSystem, reason: str, models: str) -> str:
 
 
 def _runner(simulate: Simulator, vectorized: bool, workers: int | None, timeout_s: float | None) -> Runner:
-    if not callable(simulate):
-        raise ValueError(f"`simulate` must be a function of (parameters, rng); got {type(simulate).__name__}.")  # noqa: TRY004
+    """Return what executes calls: this process, or workers."""
+    require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
     if workers is None:
-        if timeout_s is not None:
-            raise ValueError(
-                f"`timeout_s` must be given together with `workers`, as only a process can be ended; got {timeout_s!r}."
-            )
+        rule = "be given together with `workers`, as only a process can be ended"
+        require(timeout_s is None, "timeout_s", rule, timeout_s)
         return InProcess(simulate, vectorized=vectorized)
-    if type(workers) is not int or workers < 1:
-        raise ValueError(f"`workers` must be an integer of at least 1, or None; got {workers!r}.")
-    if timeout_s is not None and not (type(timeout_s) in (int, float) and timeout_s > 0):
-        raise ValueError(f"`timeout_s` must be a number of seconds above 0, or None; got {timeout_s!r}.")
+    integer("workers", workers, 1)
+    if timeout_s is not None:
+        number("timeout_s", timeout_s, above=0)
     return InWorkers(simulate, vectorized=vectorized, workers=workers, timeout_s=timeout_s)
+
+
+class GuardedInterrogation:
+    """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
+
+    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by it, so that
+    their ranks stay as they are.
+
+    Parameters
+    ----------
+    source
+        Yields the samples, and says which models failed.
+    classifier
+        Judges them.
+    """
+
+    def __init__(self, source: CustomSource, classifier: Classifier) -> None:
+        self._source = source
+        self._interrogate = PassiveInterrogation(source, classifier)
+
+    def __call__(
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
+    ) -> Judgments:
+        """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
+        judgments = self._interrogate(models, classifiers, rng, referees)
+        failed = self._source.failed
+        if not failed.any():
+            return judgments
+        outputs, referees_outputs = judgments.counterfeit_outputs, judgments.referee_outputs
+        return replace(
+            judgments,
+            counterfeit_outputs=np.where(failed[:, None], 0.0, outputs),
+            referee_outputs=None if referees_outputs is None else np.where(failed[:, None], 0.0, referees_outputs),
+        )

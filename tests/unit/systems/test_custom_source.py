@@ -17,13 +17,13 @@ from simulators import (
 
 from turing_learning import Parameter
 from turing_learning.coevolution import Judgments, SampleSource
-from turing_learning.sources import (
+from turing_learning.systems import (
+    CustomSource,
+    CustomSystem,
+    CustomSystemError,
     FailureLog,
     Genuine,
     GuardedInterrogation,
-    OwnSource,
-    OwnSystem,
-    OwnSystemError,
     read_genuine,
 )
 
@@ -43,12 +43,12 @@ def own_system(**changes):
         "samples": len(DATA),
         "samples_per_generation": 0,
     }
-    return OwnSystem(**(fields | changes))
+    return CustomSystem(**(fields | changes))
 
 
 def source(simulate=noise, genuine=DATA, workers=None, timeout_s=None, **changes):
     data = read_genuine(genuine, held_out=None if callable(genuine) else 0.25, rng=np.random.default_rng(0))
-    return OwnSource(own_system(**changes), data, simulate, workers=workers, timeout_s=timeout_s)
+    return CustomSource(own_system(**changes), data, simulate, workers=workers, timeout_s=timeout_s)
 
 
 def collect(one, generation=0, seed=1):
@@ -57,7 +57,7 @@ def collect(one, generation=0, seed=1):
 
 
 def refused(one, generation=0):
-    with pytest.raises(OwnSystemError) as caught:
+    with pytest.raises(CustomSystemError) as caught:
         collect(one, generation)
     return str(caught.value)
 
@@ -125,7 +125,7 @@ def test_a_live_source_is_observed_in_every_generation():
 )
 def test_a_live_source_that_fails_ends_the_run(live, message):
     data = Genuine(DATA, np.empty(0, dtype=int), live)
-    text = refused(OwnSource(own_system(samples=0), data, noise), generation=3)
+    text = refused(CustomSource(own_system(samples=0), data, noise), generation=3)
     assert message in text
     assert "[live source, generation 3]" in text
 
@@ -183,7 +183,7 @@ def test_a_call_that_hangs_or_kills_its_worker_costs_only_its_model(simulate, re
     with source(simulate, batches=0, workers=2, timeout_s=0.5) as one:
         samples = collect(one, generation=4)
         assert one.failed.tolist() == [False] * 6 + [True] * 2
-        assert {entry["reason"] for entry in one.log.summary()["listed"]} == {reason}
+        assert {entry["reason"] for entry in one.failures.summary()["listed"]} == {reason}
         np.testing.assert_array_equal(
             samples.counterfeit[:6], collect(source(noise_of_one, batches=0), 4).counterfeit[:6]
         )
@@ -219,7 +219,7 @@ def test_a_model_that_fails_later_is_marked_and_noted(reason, told):
     samples = collect(one, generation=2)
     assert one.failed.tolist() == [False] * 6 + [True] * 2
     np.testing.assert_array_equal(samples.counterfeit[7, 0], np.tile([-3.0, -2.0], (STEPS, 1)))
-    summary = one.log.summary()
+    summary = one.failures.summary()
     assert summary["count"] == 2
     assert summary["listed"][0]["generation"] == 2
     assert summary["listed"][0]["parameters"]["a"] == pytest.approx(5 / 7)
@@ -297,7 +297,7 @@ def test_models_with_another_number_of_samples_fail():
 
     one = source(simulate, batches=0)
     collect(one, generation=1)
-    assert one.log.summary()["listed"][0]["reason"] == "it returned 2 samples of a model, and 1 of others"
+    assert one.failures.summary()["listed"][0]["reason"] == "it returned 2 samples of a model, and 1 of others"
 
 
 def test_a_generation_in_which_more_than_half_fail_ends_the_run():
@@ -316,7 +316,7 @@ def test_after_a_run_no_generation_is_named(caplog):
     assert caplog.messages[0].startswith(
         "2 of 8 simulations failed, the first with a = 0.714286 cm, b = 0.714286: it raised"
     )
-    assert one.log.summary() == {"count": 2, "listed": []}
+    assert one.failures.summary() == {"count": 2, "listed": []}
     text = refused(source(failing(noise_of_one, "nan", above=-0.3), batches=0), generation=None)
     assert text.startswith(
         "`simulate` must not fail for more than half of the 8 models; got 5 failures or more, the first"
@@ -381,8 +381,8 @@ def test_an_empty_log_has_a_state():
             {"timeout_s": 1.0},
             "`timeout_s` must be given together with `workers`, as only a process can be ended; got 1.0.",
         ),
-        ({"workers": 0}, "`workers` must be an integer of at least 1, or None; got 0."),
-        ({"workers": 1, "timeout_s": 0}, "`timeout_s` must be a number of seconds above 0, or None; got 0."),
+        ({"workers": 0}, "`workers` must be an integer of at least 1; got 0."),
+        ({"workers": 1, "timeout_s": 0}, "`timeout_s` must be a finite number above 0; got 0."),
     ],
 )
 def test_a_setting_that_breaks_its_rule_is_refused(options, message):

@@ -1,0 +1,144 @@
+"""From what a caller hands over to a custom system as frozen data, and its samples."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypedDict
+
+import numpy as np
+
+from ..errors import RefusedError, brief, integer, refuse, require
+from ..models import Parameter
+from ..purposes import GENUINE
+from ..trajectories import DIRECTED
+from ._custom import CustomSystem, headings_of
+from ._genuine import Genuine, SplitSamples, observed, read_genuine
+
+_LOGGER = logging.getLogger("turing_learning")
+
+Range = tuple[float | None, float | None] | Parameter
+"""Lower and upper bound of a parameter, None for an open side; or all that can be said of one."""
+
+
+class CustomOptions(TypedDict, total=False):
+    """Options of a custom system, beyond its samples, its simulator and the parameters.
+
+    name
+        A word for folders and tables; "own-system" by default.
+    title
+        What stands above the report; the name by default.
+    signals
+        Names of the D signals per step; those of the samples' `names`, if they have some, by default.
+    length
+        How samples of different lengths are cut: "shortest", or a number of steps; None refuses them.
+    held_out
+        Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from 0. Samples
+        that come as `learning` and `held_out`, such as windows of recorded motion, are split already; a live source has
+        none.
+    samples_per_generation
+        Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are models by
+        default, or all if there are fewer.
+    vectorized
+        Whether the simulator takes all models at once, (M, P) -> (M, T, D), as it does by default, or one, (P,) -> (T, D).
+    batches
+        Number of calls of a vectorized simulator in a generation, each with random numbers of its own; as many as
+        there are workers by default, else 1. The result depends on it, as it does not on the number of workers.
+    workers
+        Number of processes that call the simulator; None calls it in this one.
+    timeout_s
+        Longest duration of a call (s), with workers only.
+    """
+
+    name: str
+    title: str
+    signals: tuple[str, ...]
+    length: int | Literal["shortest"] | None
+    held_out: Any
+    samples_per_generation: int
+    vectorized: bool
+    batches: int
+    workers: int | None
+    timeout_s: float | None
+
+
+def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptions) -> tuple[CustomSystem, Genuine]:
+    """Return a custom system as frozen data, and its samples.
+
+    Parameters
+    ----------
+    genuine, parameters, options
+        As for `turing_learning.infer`.
+    """
+    genuine = observed(genuine)
+    data = read_genuine(
+        genuine, length=options.get("length"), held_out=options.get("held_out"), rng=np.random.default_rng(GENUINE)
+    )
+    center, scale = data.scales()
+    name, signals = options.get("name", "own-system"), _signals(options, genuine, data.samples.shape[2])
+    system = CustomSystem(
+        name=name,
+        title=options.get("title", name),
+        parameters=_parameters(parameters),
+        signals=signals,
+        steps=data.samples.shape[1],
+        center=center,
+        input_scale=scale,
+        samples=0 if data.live else len(data.samples),
+        samples_per_generation=options.get("samples_per_generation", 0),
+        held_out=tuple(data.held_out.tolist()),
+        batches=_batches(options),
+        digest=data.digest,
+        interval_s=float(getattr(genuine, "interval_s", 0.0)),
+        headings=headings_of(genuine) if set(DIRECTED) & set(signals) else "",
+    )
+    constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in data.constant)
+    if isinstance(genuine, SplitSamples) and len(data.constant) == len(signals):
+        remedy = "See what `recording.check()` finds, and give windows of individuals that move."
+        got = f"the same at every step of all of them: {constant}"
+        refuse("genuine", "be windows of motion that varies", got, remedy)
+    if constant:  # a model without noise can be found by a constant
+        _LOGGER.warning(
+            "Genuine samples do not vary in every signal: %s, at every step of all of them. If that is not what was observed, "
+            "repair the samples, or leave the signal out.",
+            constant,
+        )
+    return system, data
+
+
+def _signals(options: CustomOptions, genuine: Any, count: int) -> tuple[str, ...]:
+    names: Any = options.get("signals") or getattr(genuine, "names", None)
+    require(
+        not isinstance(names, str), "signals", "be a tuple of names", brief(names), f"For one signal: ({names!r},)."
+    )
+    listed = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
+    require(names is None or listed, "signals", "be a tuple of names", brief(names), 'For example ("speed", "turn").')
+    return tuple(names or (f"signal{d}" for d in range(count)))
+
+
+def _parameters(given: Any) -> dict[str, Parameter]:
+    example = 'For example {"speed": (0, 20), "turn_noise": (0, None)}.'
+    require(isinstance(given, Mapping), "parameters", "be a dict name -> (low, high)", brief(given), example)
+    found = {}
+    for name, value in given.items():
+        if not isinstance(value, Parameter):
+            bounds = value.tolist() if isinstance(value, np.ndarray) else value
+            rule, place = "have two bounds (low, high) or a `Parameter` for each name", repr(name)
+            pair = isinstance(bounds, tuple | list) and len(bounds) == 2
+            require(pair, "parameters", rule, brief(bounds), "None leaves a side open.", place=place)
+            try:
+                value = Parameter(*bounds)
+            except ValueError as error:
+                raise RefusedError(f"{error} [parameter {name!r}]") from error
+        found[name] = value
+    return found
+
+
+def _batches(options: CustomOptions) -> int:
+    """Return the number of calls of a simulator of several models in a generation; 0 if it takes one model."""
+    vectorized, workers = options.get("vectorized", True), options.get("workers")
+    require(type(vectorized) is bool, "vectorized", "be True or False", brief(vectorized))
+    if vectorized:
+        sound = type(workers) is int and workers >= 1  # others are refused by what calls the simulator
+        return integer("batches", options.get("batches", workers if sound else 1), 1)
+    rule, remedy = "be left out where vectorized is False", "Every model has a call of its own."
+    require("batches" not in options, "batches", rule, options.get("batches"), remedy)
+    return 0

@@ -1,0 +1,240 @@
+"""Genuine samples: checked, cut to one length, and split."""
+
+import hashlib
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol, runtime_checkable
+
+import numpy as np
+
+from ..errors import brief, nearest, refuse, require
+from ..swarm import SCENARIOS, Scenario
+from ..trajectories import Signals, Trajectories
+
+LARGEST = 1e9
+"""Largest magnitude of a genuine value."""
+
+SCALE_PERCENTILE = 99.0
+SMALLEST_SCALE = 1e-9
+"""A signal that varies less counts as constant, and is not divided."""
+
+HELD_OUT = 0.2
+"""Default share of the samples that are held out for testing."""
+
+LiveSource = Callable[[np.random.Generator], Any]
+
+
+@runtime_checkable
+class SplitSamples(Protocol):
+    """Samples that are split already, such as the windows of recorded motion: `learning` and `held_out`, each (K, T, D)."""
+
+    learning: np.ndarray
+    held_out: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Genuine:
+    """Genuine samples of a system.
+
+    Attributes
+    ----------
+    samples : (K, T, D)
+        All of them, or the first observation of a live source.
+    held_out : (H,) int
+        Which of them are held out for testing, ascending.
+    live
+        Where further samples come from, None for data.
+    """
+
+    samples: np.ndarray
+    held_out: np.ndarray
+    live: LiveSource | None = None
+
+    @property
+    def learning(self) -> np.ndarray:
+        """Samples (K - H, T, D) that may be learned from."""
+        return np.delete(self.samples, self.held_out, axis=0)
+
+    @property
+    def testing(self) -> np.ndarray:
+        """Samples (H, T, D) that are held out for testing."""
+        return self.samples[self.held_out]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of shape and values; empty for a live source, whose samples differ from time to time."""
+        if self.live is not None:
+            return ""
+        return hashlib.sha256(str(self.samples.shape).encode() + np.ascontiguousarray(self.samples).data).hexdigest()
+
+    @property
+    def constant(self) -> tuple[int, ...]:
+        """Which signals, from 0, have the same value at every step of all samples for learning."""
+        values = self.learning.reshape(-1, self.samples.shape[2])
+        return tuple(np.flatnonzero(np.ptp(values, axis=0) < SMALLEST_SCALE).tolist())
+
+    def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
+
+        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1, 1] and
+        a few outliers change nothing; 1 for a signal that does not vary.
+        """
+        values = self.learning.reshape(-1, self.samples.shape[2])
+        center = np.median(values, axis=0)
+        spread = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
+        return tuple(center.tolist()), tuple(np.where(spread < SMALLEST_SCALE, 1.0, spread).tolist())
+
+
+def read_genuine(
+    genuine: Any,
+    *,
+    length: int | Literal["shortest"] | None = None,
+    held_out: float | Sequence[int] | None = None,
+    rng: np.random.Generator,
+) -> Genuine:
+    """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
+
+    Parameters
+    ----------
+    genuine
+        Samples (K, T, D), or K arrays (T, D) whose T may differ; or `SplitSamples`; or a live source, a function
+        rng -> (K, T, D).
+    length
+        None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a number
+        cuts them to that many steps, and refuses shorter ones.
+    held_out
+        Share of the samples that are held out, drawn at random, at least 0 and below 1; or which ones, counted from 0.
+        Windows that overlap or follow each other are alike: name complete individuals or blocks of time then. None takes a
+        fifth at random, of split samples those held out, and none of a live source.
+    rng
+        Draws the samples that are held out, and feeds a live source.
+    """
+    if callable(genuine):
+        rule = "be left out for a live source, which is observed anew each time"
+        require(held_out is None, "held_out", rule, brief(held_out))
+        return Genuine(cut_samples(genuine(rng), length), np.empty(0, dtype=np.int64), genuine)
+    samples = cut_samples(genuine, length)
+    if isinstance(genuine, SplitSamples):
+        rule = "be left out for samples that are split already"
+        require(held_out is None, "held_out", rule, brief(held_out))
+        return Genuine(samples, np.arange(len(genuine.learning), len(samples)))
+    return Genuine(samples, _held_out(HELD_OUT if held_out is None else held_out, len(samples), rng))
+
+
+def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndarray:
+    """Return samples (K, T, D) as a new array of floats, checked and cut to one length; see `read_genuine`."""
+    known = length is None or length == "shortest" or (type(length) is int and length >= 1)
+    require(known, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
+    if isinstance(given, SplitSamples):
+        given = [*given.learning, *given.held_out]
+    shape = getattr(given, "shape", ())
+    require(
+        not isinstance(shape, tuple) or len(shape) != 2,
+        "genuine",
+        "be samples (K, T, D), or a list of K tables (T, D)",
+        f"one table of shape {shape}",
+        "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal.",
+    )
+    series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
+    arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
+    require(arrays, "genuine", "hold at least one sample", "none")
+    steps = _common_steps([len(array) for array in arrays], length)
+    widths = {array.shape[1] for array in arrays}
+    require(len(widths) == 1, "genuine", "have the same signals in all samples", f"{sorted(widths)} signals")
+    samples = np.stack([array[:steps] for array in arrays])
+    fine = np.abs(samples) <= LARGEST  # so that NaN, too, is refused
+    if not fine.all():
+        k, t, d = (int(place) for place in np.argwhere(~fine)[0])
+        rule, place = f"be finite and at most {LARGEST:g} in size", f"sample {k}, step {t}, signal {d}"
+        refuse("genuine", rule, shown(samples[k, t, d]), "Cut the gap out, or change the unit.", place=place)
+    return samples
+
+
+def _as_series(sample: Any, number: int) -> np.ndarray:
+    """Return a sample as an array (T, D) of floats."""
+    try:
+        array = np.asarray(with_gaps(sample))
+    except ValueError:  # rows of different lengths
+        array = np.empty(0, dtype=object)
+    got = f"{type(sample).__name__}" if array.ndim == 0 else f"shape {array.shape} of {array.dtype}"
+    rule, place = "be samples (K, T, D) of real numbers", f"sample {number}"
+    if array.dtype.kind == "c":
+        remedy = "Give real and imaginary part as two signals, or what you want to compare of them, such as the absolute value."
+        refuse("genuine", rule, got, remedy, place=place)
+    if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
+        remedy = (
+            "Add an axis for a single signal: samples[..., None]." if array.ndim == 1 else "Give arrays of numbers."
+        )
+        refuse("genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place)
+    return array.astype(np.float64)
+
+
+def _common_steps(lengths: list[int], length: int | Literal["shortest"] | None) -> int:
+    """Return the number of steps to which samples of these lengths are cut."""
+    shortest, longest = int(np.argmin(lengths)), int(np.argmax(lengths))
+    if isinstance(length, int):
+        rule, remedy = (
+            f"be at most that of the shortest sample, {lengths[shortest]}",
+            "Remove that sample, or ask for less.",
+        )
+        require(lengths[shortest] >= length, "length", rule, length, remedy, place=f"sample {shortest}")
+        return length
+    got = f"{lengths[shortest]} steps [sample {shortest}] and {lengths[longest]} [sample {longest}]"
+    remedy = 'Cut them with length="shortest" or a number of steps.'
+    same = length is not None or lengths[shortest] == lengths[longest]
+    require(same, "genuine", "have samples of one length", got, remedy)
+    return lengths[shortest]
+
+
+def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return which of so many samples are held out, from a share or from their numbers."""
+    if isinstance(given, float | int):
+        require(0 <= given < 1, "held_out", "be a share of at least 0 and below 1", given)
+        return np.sort(rng.permutation(count)[: min(round(given * count), count - 1)])
+    rule = f"be a share, or numbers of samples from 0 to {count - 1}, each once, but not all"
+    listed = isinstance(given, Iterable) and not isinstance(given, str)
+    numbers: list[Any] = list(given) if listed else [given]
+    found: set[int] = set()
+    for place, number in enumerate(k.item() if isinstance(k, np.generic) else k for k in numbers):
+        fits = type(number) is int and 0 <= number < count
+        require(fits, "held_out", rule, brief(number), "Samples are counted from 0.", place=f"place {place}")
+        require(number not in found, "held_out", rule, f"{number} again", "Leave it out there.", place=f"place {place}")
+        found.add(number)
+    require(len(found) < count, "held_out", rule, f"all {count}", "Leave some to learn from.")
+    return np.array(sorted(found), dtype=np.int64)
+
+
+def observed(genuine: Any) -> Any:
+    """Return genuine samples as they are given, and of a scenario or its name a source of its agents' motion."""
+    require(
+        not isinstance(genuine, Trajectories | Signals),
+        "genuine",
+        "be samples, into which a recording is cut",
+        type(genuine).__name__,
+        "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
+        "`load_trajectories` returned.",
+    )
+    if isinstance(genuine, str):
+        rule, remedy = "be samples, a scenario or the name of one", "A file is read with `load_trajectories`."
+        require(genuine in SCENARIOS, "genuine", rule, brief(genuine), f"{nearest(genuine, SCENARIOS)} {remedy}")
+        genuine = SCENARIOS[genuine]
+    if not isinstance(genuine, Scenario):
+        return genuine
+    from ..swarm import ObservedSwarm
+
+    return ObservedSwarm(genuine)
+
+
+def with_gaps(given: Any) -> Any:
+    """Return an array, or a list of arrays, with NaN where it is masked; anything else as it is."""
+    if isinstance(given, list | tuple):
+        return [with_gaps(one) for one in given]
+    if isinstance(given, np.ma.MaskedArray) and np.ma.is_masked(given):
+        return np.ma.filled(given.astype(np.result_type(given.dtype, np.float64)), np.nan)
+    return given
+
+
+def shown(value: float) -> str:
+    """Return a value that is refused as text; NaN may have been masked."""
+    return "nan (or masked)" if math.isnan(value) else str(value)

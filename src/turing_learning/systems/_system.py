@@ -1,0 +1,215 @@
+"""What a run asks of a system, whatever its kind."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
+
+import numpy as np
+
+from ..coevolution import Classifier, Interrogation, PassiveInterrogation, Samples
+from ..errors import Setting, Text, refuse
+from ..models import Parameter, Representation
+
+if TYPE_CHECKING:
+    from ..swarm import Scenario
+    from ._custom import Given
+    from ._genuine import Genuine
+
+MOST_LISTED = 100
+LONGEST_REASON = 300  # characters
+
+
+class SystemFailedError(RuntimeError):
+    """A system, or what imitates it, has failed; the run stopped, and one in a folder can be resumed.
+
+    `explained` is whether the message says already how to resume the run.
+    """
+
+    explained = False
+
+
+class CustomSystemError(SystemFailedError):
+    """A custom system or its simulator has failed."""
+
+
+class System(Protocol):
+    """What is observed, and what imitates it: `Swarm`, `CustomSystem`, `Laboratory`."""
+
+    @property
+    def name(self) -> str:
+        """A word for folders and tables."""
+
+    @property
+    def title(self) -> str:
+        """Heading of the report."""
+
+    @property
+    def kind(self) -> str:
+        """What a run of it is, in messages: "one in a laboratory"."""
+
+    @property
+    def parameters(self) -> Mapping[str, Parameter]:
+        """Name -> parameter, in which results state models, with units and the range of the first models."""
+
+    @property
+    def parameter_labels(self) -> tuple[str, ...]:
+        """Names of the parameters, with units where they have any, for figures."""
+
+    @property
+    def truth(self) -> tuple[float, ...] | None:
+        """The true parameters; None where they are not known."""
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Names of the D signals per time step."""
+
+    @property
+    def steps(self) -> int:
+        """Time steps of a sample, T."""
+
+    @property
+    def interval_s(self) -> float:
+        """Duration of a time step (s); 0 if it is not known."""
+
+    @property
+    def headings(self) -> str:
+        """Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference."""
+
+    @property
+    def model(self) -> Representation:
+        """From the optimizer's numbers to the parameters of models, and to those that results state."""
+
+    @property
+    def simulated(self) -> "Scenario | None":
+        """The scenario, where the computer can simulate swarms of its individuals."""
+
+    @property
+    def resuming(self) -> tuple[Setting, ...]:
+        """Arguments that `resume` needs besides the folder."""
+
+    @property
+    def step_unit(self) -> str:
+        """What a caption adds on the unit of the models' step sizes."""
+
+    def classifier(self, network: Classifier) -> Classifier:
+        """Return what judges samples as they were observed."""
+
+    def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Return a summary of models (..., P), parameter by parameter, on the scale of each and within its bounds."""
+
+    def again(self, path: str) -> Text:
+        """Return how to run it again with its full history, where `path` is its configuration."""
+
+    def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
+        """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
+
+    def accept(self, given: "Given") -> "Given":
+        """Return what is given, checked; refuse what it has no use for, and what differs from that of the stored run."""
+
+    def open(self, given: "Given") -> "Source":
+        """Return its samples; the caller closes them. Refuse what is missing."""
+
+
+class Source:
+    """Samples of a system and of models of it while a run, or a check, needs them. A context manager.
+
+    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do that alone.
+
+    Attributes
+    ----------
+    generation
+        Number of the generation that is collected next; whoever runs the generations sets it. None after a run, as in a check.
+    fallible
+        Whether collecting may raise a `SystemFailedError`, so that the run returns to the beginning of the generation.
+    failures
+        Failed simulations; None where none can fail alone.
+    genuine
+        The samples that the run was given; None where individuals are observed anew.
+    """
+
+    generation: int | None = 0
+    fallible: bool = True
+    failures: "FailureLog | None" = None
+    genuine: "Genuine | None" = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Release what was opened."""
+
+    def interrogation(self, classifier: Classifier) -> Interrogation:
+        """Return what lets classifiers judge its samples."""
+        return PassiveInterrogation(self, classifier)
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the parameters (M, P), in their units, of models (M, P) as the optimizer has them."""
+        raise NotImplementedError
+
+    def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
+        """Return samples of the system, and of models (M, P) as the optimizer has them."""
+        raise NotImplementedError
+
+    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return samples (at most M, C, T, D) of models with parameters (M, P) in their units, without those that fail."""
+        self._refuse_simulation()
+
+    def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return genuine samples (count or more, T, D), as they are observed, that no two trials share."""
+        self._refuse_simulation()
+
+    def _refuse_simulation(self) -> NoReturn:
+        refuse(
+            "run",
+            "be of a system that can be simulated",
+            "one in a laboratory",
+            "The worth of its models there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` infers the same "
+            "setup in simulation.",
+        )
+
+
+class FailureLog:
+    """Failed simulations of a run: all of them counted, the first hundred listed.
+
+    Parameters
+    ----------
+    names
+        Names of the P model parameters.
+    """
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.count = 0
+        self._names = names
+        self._listed: list[tuple[int, tuple[float, ...], str]] = []
+
+    def add(self, generation: int | None, parameters: np.ndarray, reason: str) -> None:
+        """Count a failure of a model with parameters (P,), and list it if it is of a generation."""
+        self.count += 1
+        if generation is not None and len(self._listed) < MOST_LISTED:
+            self._listed.append((generation, tuple(parameters.tolist()), reason[:LONGEST_REASON]))
+
+    def summary(self) -> dict[str, Any]:
+        """Return the number of failures, and the first ones by generation, parameters and reason, for a result."""
+        listed = [
+            {"generation": generation, "parameters": dict(zip(self._names, values, strict=True)), "reason": reason}
+            for generation, values, reason in self._listed
+        ]
+        return {"count": self.count, "listed": listed}
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return everything as arrays, without Python objects."""
+        generations, parameters, reasons = zip(*self._listed, strict=True) if self._listed else ((), (), ())
+        return {
+            "count": np.array(self.count, dtype=np.int64),
+            "generations": np.array(generations, dtype=np.int64),
+            "parameters": np.array(parameters, dtype=np.float64).reshape(len(parameters), len(self._names)),
+            "reasons": np.array(reasons, dtype=f"<U{LONGEST_REASON}"),
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Continue from a `state`."""
+        rows = (state[name].tolist() for name in ("generations", "parameters", "reasons"))
+        self.count = int(state["count"])
+        self._listed = [(generation, tuple(values), reason) for generation, values, reason in zip(*rows, strict=True)]
