@@ -305,14 +305,14 @@ def headings_of(measured: Any) -> Literal["", "with", "without"]:
 class CenteredClassifier:
     """Judge samples of a custom system as its run did, which moved them to the center of the genuine ones."""
 
-    network: Classifier
+    classifier: Classifier
     system: CustomSystem
 
     @property
     def parameters(self) -> int:
         """Length of a genome, Q."""
-        return self.network.parameters
+        return self.classifier.parameters
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Return outputs (N, S) for genomes (N, Q) and samples (S, T, D)."""
-        return self.network.judge(genomes, self.system.centered(samples))
+        return self.classifier.judge(genomes, self.system.centered(samples))

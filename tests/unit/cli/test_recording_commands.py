@@ -184,11 +184,11 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
     [
         (
             ["resume", "run"],
-            "must be given to ",
+            "must be given for a custom system",
         ),
         (
             ["check", "run"],
-            "must be given to check a ",
+            "must be given for a custom system",
         ),
         (
             ["resume", "run", *RECORDED[:-1], "3"],
@@ -208,7 +208,7 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         ),
         (
             ["infer", "--config", "run/config.toml", "--out", "new"],
-            "got the configuration of 'burst-and-c",
+            "must be given for a custom system",
         ),
         (["study", "--config", "run/config.toml", "--out", "new"], "Infer with several seeds, and `pool` the runs."),
         (["detect", "run", "--simulate", "1"], "run.history"),
