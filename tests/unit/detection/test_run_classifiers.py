@@ -118,7 +118,9 @@ def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
     assert (found.steps, found.signals) == (12, 1)
     assert Detector.from_run(own_run).genuine_scores.size  # the run has kept motion to calibrate with
     (own_run.path / "calibration.npz").unlink()
-    with pytest.raises(ConfigurationError, match=r"^`genuine` and `abnormal` must be given for a run on a custom system"):
+    with pytest.raises(
+        ConfigurationError, match=r"^`genuine` and `abnormal` must be given for a run on a custom system"
+    ):
         Detector.from_run(own_run, genuine=genuine)
 
 
