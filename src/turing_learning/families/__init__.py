@@ -19,7 +19,7 @@ from ._boids import Boids
 from ._burst_and_coast import BurstAndCoast
 from ._couzin import Couzin
 from ._family import Family
-from ._particles import Particles
+from ._plane import Particles
 from ._robots import Robots
 from ._vicsek import Vicsek
 

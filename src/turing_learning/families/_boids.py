@@ -8,8 +8,7 @@ import numpy as np
 from turing_learning.errors import brief, refuse
 
 from ..models import Parameter
-from ._particles import Particles
-from ._plane import offsets
+from ._plane import Particles, offsets
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..models import Parameter
-from ._particles import Particles
-from ._plane import draw, rotation
+from ._plane import Particles, draw, rotation
 
 REST_CM_S = 1e-8
 """Speed below which a glide has ended (cm/s): the direction of a smaller displacement would not outlive rounding."""

@@ -9,8 +9,7 @@ import numpy as np
 from turing_learning.errors import brief, refuse
 
 from ..models import Parameter
-from ._particles import Particles
-from ._plane import draw, offsets, rotation, total, unit
+from ._plane import Particles, draw, offsets, rotation, total, unit
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""

@@ -8,8 +8,7 @@ import numpy as np
 from turing_learning.errors import brief, refuse
 
 from ..models import Parameter
-from ._particles import Particles
-from ._plane import draw, offsets, rotation, total, unit
+from ._plane import Particles, draw, offsets, rotation, total, unit
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Recorded motion: who was where at which frame, and what the classifiers get to see of it.
 
 ==========================  =====================================================================================
-`load_trajectories`         Open what a tracker wrote; `FORMATS` names what can be read.
+`load_trajectories`         Open a tracker's file; `FORMATS` names the formats.
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
@@ -12,15 +12,12 @@
 ==========================  =====================================================================================
 """
 
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from ._load import FORMATS, load_trajectories
-    from ._problems import Jump, Problems
-    from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
-    from ._trajectories import Trajectories
-    from ._windows import Windows
-    from ._xarray import from_xarray
+from ._load import FORMATS, load_trajectories
+from ._problems import Jump, Problems
+from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
+from ._trajectories import Trajectories
+from ._windows import Windows
+from ._xarray import from_xarray
 
 __all__ = [
     "DIRECTED",
@@ -35,31 +32,3 @@ __all__ = [
     "from_xarray",
     "load_trajectories",
 ]
-
-_LAZY = {
-    "DIRECTED": "_signals",
-    "FORMATS": "_load",
-    "SIGNALS": "_signals",
-    "Jump": "_problems",
-    "Problems": "_problems",
-    "Signals": "_signals",
-    "Trajectories": "_trajectories",
-    "Windows": "_windows",
-    "compute_signals": "_signals",
-    "from_xarray": "_xarray",
-    "load_trajectories": "_load",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Import a name on first use."""
-    if name not in _LAZY:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
-
-    return getattr(import_module(f".{_LAZY[name]}", __name__), name)
-
-
-def __dir__() -> list[str]:
-    """Names that come on first use, too."""
-    return sorted({*globals(), *__all__})

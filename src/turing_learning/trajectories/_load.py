@@ -9,8 +9,7 @@ import numpy as np
 
 from turing_learning.errors import Setting, brief, choice, refuse
 
-from ._assemble import LARGEST
-from ._recording import Format, Glance, Options, Recording, YAxis, refusal
+from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
 from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
 from .readers._text import LONGEST_LINE, refuse_utf16
@@ -159,7 +158,7 @@ def _look(path: Path) -> Glance:
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
-        from .readers._hdf5 import open_hdf5
+        from .readers._shared import open_hdf5
 
         with open_hdf5(path) as content:
             return Glance(datasets=frozenset(content))

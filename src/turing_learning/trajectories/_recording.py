@@ -1,6 +1,7 @@
 """What a reader hands over: a recording as the file states it, before the user's scale and frame rate."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -97,3 +98,139 @@ class Glance:
 def refusal(rule: str, received: object, place: object, remedy: Text = "") -> RefusedError:
     """Return the error of a reader: what the file must be, what it is, and where."""
     return RefusedError(Refusal("path", rule, str(received), str(place), remedy))
+
+
+LARGEST = 1e9
+"""Largest frame number, and largest coordinate in pixels or cm."""
+MOST_CELLS = 100_000_000
+"""Frames times individuals that are opened without asking; two thirds of a day of 10 individuals at 150 fps."""
+SPARSEST = 100
+
+Place = Callable[[int], str]
+
+
+def natural(name: str) -> tuple:
+    """Return a sorting key by which fish10 comes after fish9."""
+    parts = re.split(r"([0-9]+)", name)
+    return [(len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)], name
+
+
+def check_positions(positions: np.ndarray, place: Place) -> np.ndarray:
+    """Return which positions (rows, 2) exist; refuse halves and the absurd."""
+    missing = np.isnan(positions)
+    _refuse_first(missing[:, 0] != missing[:, 1], place, "have both x and y or neither", positions)
+    with np.errstate(invalid="ignore"):
+        absurd = (np.abs(positions) > LARGEST).any(axis=1)
+    _refuse_first(absurd, place, f"have coordinates within +-{LARGEST:.0e}", positions)
+    return ~missing[:, 0]
+
+
+def _refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray) -> None:
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise refusal(rule, np.asarray(values[row]).tolist(), place(row))
+
+
+def assemble(
+    frames: np.ndarray,
+    names: Sequence[str],
+    positions: np.ndarray,
+    place: Place,
+    *,
+    extras: dict[str, np.ndarray] | None = None,
+    fps: float | None = None,
+    in_cm: bool = False,
+    y_axis: YAxis | None = "down",
+    remarks: tuple[str, ...] = (),
+    twice: str = "",
+) -> Recording:
+    """Sort rows into arrays by frame and individual.
+
+    Parameters
+    ----------
+    frames, names, positions : (rows,), (rows,), (rows, 2)
+        Frame number, individual and x, y of each row, in any order; x and y not a number where missing.
+    place
+        Says where in the file a row is.
+    extras
+        "confidence", "headings" (rows,).
+    twice
+        What to do where rows contradict each other.
+
+    Raises
+    ------
+    ValueError
+        If a frame is no whole number from 0, an individual has no name, a coordinate is absurd, two rows
+        contradict each other, or frames are so few and so far apart that they cannot be frame numbers.
+    """
+    extras = extras or {}
+    whole = np.isfinite(frames) & (frames >= 0) & (frames <= LARGEST)
+    whole &= np.floor(np.where(whole, frames, 0)) == np.where(whole, frames, 0)
+    _refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)
+    labels = np.asarray(names, dtype=object)
+    _refuse_first(labels == "", place, "name the individual in each row", labels)
+    numbers = frames.astype(np.int64)
+    known = check_positions(positions, place)
+    individuals = sorted(set(names), key=natural)
+    order_of = {name: k for k, name in enumerate(individuals)}
+    who = np.array([order_of[name] for name in names], dtype=np.int64)
+    if not known.any():
+        raise refusal("hold at least one position", "none", place(0))
+    first, count = _extent(numbers, len(individuals), place)
+    values = np.column_stack([positions, *extras.values()]) if extras else positions
+    kept, repeated = _without_repeats(numbers, who, values, place, twice)
+    if repeated:
+        remarks += (f"{repeated} rows said the same as another and were dropped",)
+    here = kept[known[kept]]
+    shape = (count, len(individuals))
+    at = (numbers[here] - first, who[here])
+    placed = {name: _scatter(column, here, at, shape) for name, column in extras.items()}
+    present = np.zeros(shape, dtype=bool)
+    present[at] = True
+    return Recording(
+        first_frame=first,
+        individuals=tuple(individuals),
+        positions=_scatter(positions, here, at, (*shape, 2)),
+        present=present,
+        confidence=placed.get("confidence"),
+        headings=placed.get("headings"),
+        fps=fps,
+        in_cm=in_cm,
+        y_axis=y_axis,
+        remarks=remarks,
+    )
+
+
+def _scatter(values: np.ndarray, rows: np.ndarray, at: tuple, shape: tuple) -> np.ndarray:
+    result = np.zeros(shape)
+    result[at] = values[rows]
+    return result
+
+
+def _extent(frames: np.ndarray, individuals: int, place: Place) -> tuple[int, int]:
+    """Return first frame and number of frames."""
+    first, last = int(frames.min()), int(frames.max())
+    count = last - first + 1
+    if count > SPARSEST * len(np.unique(frames)) and count > SPARSEST * 100:
+        rule = f"name at least one frame in {SPARSEST} between its first and its last"
+        raise refusal(rule, f"frames {first} to {last}", place(int(np.argmax(frames))))
+    if count * individuals > MOST_CELLS:
+        rule = f"hold at most {MOST_CELLS} frames times individuals"
+        raise refusal(rule, f"{count} x {individuals}", place(int(np.argmax(frames))), "Split the recording.")
+    return first, count
+
+
+def _without_repeats(
+    frames: np.ndarray, who: np.ndarray, values: np.ndarray, place: Place, remedy: str
+) -> tuple[np.ndarray, int]:
+    """Return the rows without those that say the same again, in order, and how many did."""
+    order = np.lexsort((who, frames))
+    again = (np.diff(frames[order]) == 0) & (np.diff(who[order]) == 0)
+    one, other = order[:-1][again], order[1:][again]
+    differs = ~((values[one] == values[other]) | (np.isnan(values[one]) & np.isnan(values[other]))).all(axis=1)
+    if differs.any():
+        k = int(np.argmax(differs))
+        early, late = sorted((int(one[k]), int(other[k])))
+        rule = "give one position for each individual and frame"
+        raise refusal(rule, f"another one for frame {frames[early]} than {place(early)}", place(late), remedy)
+    return np.delete(order, np.flatnonzero(again) + 1), int(again.sum())

@@ -77,8 +77,7 @@ def from_xarray(
         If dimensions are missing, or something is not stated, or stated twice and differently.
     """
     from ._load import finish
-    from .readers._arrays import from_array
-    from .readers._keypoints import choose
+    from .readers._shared import choose, from_array
 
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
         refuse("dataset", f"have `position` {DIMENSIONS}", str(dict(dataset.sizes)))
@@ -115,7 +114,7 @@ def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
 
 def _rate(dataset: "xr.Dataset", fps: float | None) -> float | None:
     """Return the frame rate that the dataset states, by its attribute and by times in seconds; `fps` decides between them."""
-    from .readers._arrays import RATE_DIGITS, check_rate
+    from .readers._shared import RATE_DIGITS, check_rate
 
     stated = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps")
     times = dataset["time"].values

@@ -7,7 +7,7 @@ import pytest
 from tracker_files import SAID, WRITERS, expected, idtracker_ai_h5, idtracker_ai_npy, sleap, trex, walk
 
 from turing_learning.trajectories import load_trajectories
-from turing_learning.trajectories.readers import _hdf5, _trex
+from turing_learning.trajectories.readers import _shared, _trex
 
 SAY = {"fps": 25, "pixels_per_cm": 10}
 
@@ -90,7 +90,7 @@ def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(trajec
 
 
 def test_a_huge_dataset_is_refused_before_it_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr(_hdf5, "MOST_NUMBERS", 10)
+    monkeypatch.setattr(_shared, "MOST_NUMBERS", 10)
     with pytest.raises(ValueError, match=r"hold at most 10 numbers; got \(12, 3, 2\) \[.*, dataset trajectories\]"):
         load_trajectories(idtracker_ai_h5(tmp_path, walk()), pixels_per_cm=10)
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._assemble import assemble
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, assemble, refusal
 
 from ._text import header, read_table
 

@@ -4,10 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._assemble import assemble
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, refusal
 
-from ._keypoints import choose
+from ._shared import choose
 from ._text import header, read_table
 
 SINGLE = ["scorer", "bodyparts", "coords"]

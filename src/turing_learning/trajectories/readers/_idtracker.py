@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._assemble import check_positions
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, check_positions, refusal
 
 from ._text import Table, header, read_table
 

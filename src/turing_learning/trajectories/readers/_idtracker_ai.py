@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 
 from turing_learning.errors import refuse
-from turing_learning.trajectories._assemble import LARGEST
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import LARGEST, Format, Glance, Options, Recording, refusal
 
-from ._arrays import check_rate, from_array, stated_rate
-from ._hdf5 import dataset, open_hdf5
+from ._shared import check_rate, dataset, from_array, open_hdf5, stated_rate
 from ._text import header, read_table
 
 TIMES = ("time", "seconds")

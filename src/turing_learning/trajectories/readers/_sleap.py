@@ -8,9 +8,7 @@ import numpy as np
 
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
 
-from ._arrays import from_array
-from ._hdf5 import dataset, open_hdf5, texts
-from ._keypoints import choose
+from ._shared import choose, dataset, from_array, open_hdf5, texts
 
 DIMENSIONS = ["track", "xy", "node", "frame"]
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._assemble import assemble
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, refusal
 
 from ._text import read_table
 

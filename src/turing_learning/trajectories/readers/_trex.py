@@ -7,11 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._assemble import assemble, natural
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, natural, refusal
 
-from ._arrays import check_rate, stated_rate
-from ._keypoints import choose
+from ._shared import check_rate, choose, stated_rate
 
 MOST_BYTES = 1 << 32
 CENTROID = "wcentroid"

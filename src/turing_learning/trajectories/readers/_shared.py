@@ -1,0 +1,132 @@
+"""Positions (F, A, 2) as they are, one row for each frame from frame 0."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from turing_learning.errors import brief, refuse
+from turing_learning.trajectories._recording import LARGEST, Recording, YAxis, check_positions, refusal
+
+RATE_DIGITS = 5
+"""Of a frame rate that times state: 29.97, or 0.0016667 with a frame every ten minutes."""
+
+
+def from_array(
+    positions: np.ndarray,
+    names: tuple[str, ...],
+    place: str,
+    *,
+    confidence: np.ndarray | None = None,
+    headings: np.ndarray | None = None,
+    first_frame: int = 0,
+    fps: float | None = None,
+    in_cm: bool = False,
+    y_axis: YAxis | None = "down",
+    numbered: bool = True,
+) -> Recording:
+    """Return the recording of positions (F, A, 2), not a number where missing."""
+    frames, count = positions.shape[:2]
+    infinite = np.isinf(positions)
+    if infinite.any():
+        raise refusal(
+            "have finite positions or NaN", "an infinite one", f"{place}, frame {np.argwhere(infinite)[0][0]}"
+        )
+    flat = positions.reshape(-1, 2)
+    present = check_positions(flat, lambda row: f"{place}, frame {row // count}").reshape(frames, count)
+    if not present.any():
+        raise refusal("hold at least one position", "none", place)
+    return Recording(
+        first_frame=first_frame,
+        individuals=names,
+        positions=np.where(present[..., None], positions, 0.0),
+        present=present,
+        confidence=None if confidence is None else np.where(present, np.nan_to_num(confidence), 0.0),
+        headings=None if headings is None else np.where(present, np.nan_to_num(headings), 0.0),
+        fps=fps,
+        in_cm=in_cm,
+        y_axis=y_axis,
+        numbered=numbered,
+    )
+
+
+def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
+    """Return the frame rate that times (s) of frames state, or None if they do not to a tenth of a frame."""
+    known = np.abs(seconds) <= LARGEST
+    if known.sum() < 2:
+        return None
+    seconds, frames = seconds[known], frames[known]
+    span = seconds[-1] - seconds[0]
+    if span <= 0:
+        return None
+    fps = float((frames[-1] - frames[0]) / span)
+    late = (seconds - seconds[0]) * fps - (frames - frames[0])
+    return float(f"{fps:.{RATE_DIGITS}g}") if np.abs(late).max() < 0.1 else None
+
+
+def check_rate(value: object, path: object) -> float:
+    """Return a frame rate that a file states, if it can be one."""
+    stated = np.asarray(value)
+    fps = float(stated.ravel()[0]) if stated.size == 1 and stated.dtype.kind in "fiu" else np.nan
+    if not (np.isfinite(fps) and fps > 0):
+        raise refusal("state a frame rate above 0", repr(value), path)
+    return fps
+
+
+MOST_NUMBERS = 1 << 28
+
+
+@contextmanager
+def open_hdf5(path: Path) -> Iterator[Any]:
+    """Open a file; whatever HDF5 cannot read is an error that names the file."""
+    try:
+        import h5py  # type: ignore[import-untyped, unused-ignore]
+    except ImportError:
+        raise ImportError(f"h5py is needed to read {path}: pip install 'turing-learning[tracking]'") from None
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (OSError, RuntimeError, KeyError, TypeError, AttributeError, ValueError) as error:
+        if str(path) in str(error) and isinstance(error, ValueError):  # a reader's own refusal
+            raise
+        raise refusal("be a whole HDF5 file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+
+
+def dataset(file: Any, name: str, dimensions: int, path: Path) -> np.ndarray:
+    """Return a dataset of numbers."""
+    found = file.get(name)
+    shape = getattr(found, "shape", None)
+    if shape is None or len(shape) != dimensions or found.dtype.kind not in "fiu" or 0 in shape:
+        received = "none" if shape is None else f"{found.dtype} {shape}"
+        raise refusal(f"hold numbers with {dimensions} dimensions, not empty", received, f"{path}, dataset {name}")
+    if int(np.prod(shape, dtype=object)) > MOST_NUMBERS:
+        raise refusal(f"hold at most {MOST_NUMBERS} numbers", shape, f"{path}, dataset {name}")
+    return np.asarray(found, dtype=np.float64)
+
+
+def texts(file: Any, name: str, path: Path) -> list[str]:
+    """Return a dataset of names; empty if there is none."""
+    found = file.get(name)
+    shape = getattr(found, "shape", (0,))
+    if 0 in shape:
+        return []
+    if len(shape) != 1:
+        raise refusal("hold a list of names", shape, f"{path}, dataset {name}")
+    return [item.decode("utf-8", errors="replace") if isinstance(item, bytes) else str(item) for item in found[()]]
+
+
+def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
+    """Return the key point asked for, or the only one there is."""
+    if keypoint is None and len(names) == 1:
+        return names[0]
+    if keypoint is None or keypoint not in names:
+        refuse(
+            "keypoint",
+            f"be one of {', '.join(names)}",
+            brief(keypoint),
+            "Say which point of the body stands for the animal.",
+            place=str(place),
+        )
+    return keypoint
