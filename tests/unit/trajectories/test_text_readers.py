@@ -119,9 +119,9 @@ def test_many_rows_are_read_in_pieces_with_the_right_line_of_an_error(tmp_path, 
 
 
 def test_too_many_cells_are_refused_before_they_fill_the_memory(tmp_path, monkeypatch):
-    from turing_learning.trajectories import _assemble
+    from turing_learning.trajectories import _recording
 
-    monkeypatch.setattr(_assemble, "MOST_CELLS", 3)
+    monkeypatch.setattr(_recording, "MOST_CELLS", 3)
     with pytest.raises(
         ValueError, match=r"hold at most 3 frames times individuals; got 2 x 2 \[.*\]. Split the recording."
     ):
