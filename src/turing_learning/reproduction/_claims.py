@@ -1,4 +1,4 @@
-"""What the paper prints, claim by claim."""
+"""What the paper prints, claim by claim, and what is written about the experiments and the rules of their verdicts."""
 
 import tomllib
 from collections.abc import Mapping
@@ -55,3 +55,9 @@ def load_claims() -> Mapping[str, Claim]:
         words = {key: entry.pop(key, "") for key in ("id", "where", "seen", "note")}
         claims[words["id"]] = Claim(**words, kind=entry.pop("kind", "value"), values=MappingProxyType(entry))
     return MappingProxyType(claims)
+
+
+@cache
+def prose() -> dict[str, Any]:
+    """Return what experiments.toml holds: what the experiments are about, and when claims agree."""
+    return tomllib.loads((files(__package__) / "experiments.toml").read_text(encoding="utf-8"))

@@ -9,6 +9,7 @@ import pandas as pd
 
 from turing_learning.figures import Picture
 
+from ._claims import prose
 from ._verdicts import Verdict
 from ._work import Work
 
@@ -61,22 +62,17 @@ class Experiment:
 
     Attributes
     ----------
-    id
-        The section.
-    title
-        What it is about.
-    cost
-        About how long it takes at full size.
+    id, title, cost
+        The section, what it is about, and how long it takes at full size.
     claims
         Ids of the claims that it is held against.
-    deviations
-        What is done differently, or is not known from the paper, and why.
+    deviations, conditions
+        What is done differently, or is not known from the paper, and why; what is compared under which conditions, where the
+        paper has nothing to be held against.
     full, fast
         Sizes: frozen dataclasses of plain values.
     conduct
         Does the work: pieces that are there already are not done again.
-    conditions
-        What is compared under which conditions, where the paper has nothing to be held against.
     packages, extra
         Packages beyond those of the installation, and the extra that brings them.
     """
@@ -93,11 +89,15 @@ class Experiment:
     packages: tuple[str, ...] = ()
     extra: str = ""
 
+    @classmethod
+    def of(cls, id: str, conduct: Callable[[Work], Findings], *, full: Any, fast: Any) -> "Experiment":
+        """Return an experiment about which experiments.toml says the rest."""
+        about: dict[str, Any] = {}
+        for key, text in prose()["experiments"][id].items():
+            about[key] = tuple(text) if isinstance(text, list) else text
+        return cls(id=id, conduct=conduct, full=full, fast=fast, **about)
+
     @property
     def missing(self) -> tuple[str, ...]:
         """Packages that are not installed."""
         return tuple(package for package in self.packages if find_spec(package) is None)
-
-    def sizes(self, *, fast: bool) -> Any:
-        """Return the sizes of one of the two forms."""
-        return self.fast if fast else self.full

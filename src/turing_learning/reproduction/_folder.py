@@ -103,7 +103,7 @@ class ExperimentFolder:
         RunFolderError
             If it holds another form, or sizes of another version of the package.
         """
-        sizes = json.loads(json.dumps(asdict(experiment.sizes(fast=fast))))
+        sizes = json.loads(json.dumps(asdict(experiment.fast if fast else experiment.full)))
         content = {
             "format_version": FORMAT_VERSION,
             "experiment": experiment.id,

@@ -73,27 +73,15 @@ class RandomModelSizes:
 
 @dataclass(frozen=True, eq=False)
 class LaboratoryRuns:
-    """What R runs of G generations have been through.
+    """What R runs of G generations have been through."""
 
-    Attributes
-    ----------
-    models : (R, G, M, P)
-        In wheel speeds, fractions of the maximum.
-    fitness : (R, G, M)
-        Subjective fitness of the models.
-    again : (R, repeats, M)
-        Fitness of the models of the last generation, observed again and judged by all its classifiers.
-    classifiers : (R, K, N, Q)
-        Of the K generations that are kept.
-    classifier_fitness : (R, K, N)
-        Their subjective fitness.
-    """
-
-    models: np.ndarray
-    fitness: np.ndarray
-    again: np.ndarray
-    classifiers: np.ndarray
-    classifier_fitness: np.ndarray
+    models: np.ndarray  # (R, G, M, P), wheel speeds as fractions of the maximum
+    fitness: np.ndarray  # (R, G, M), subjective
+    again: (
+        np.ndarray
+    )  # (R, repeats, M), of the last models, observed again and judged by all classifiers of their generation
+    classifiers: np.ndarray  # (R, K, N, Q), of K generations
+    classifier_fitness: np.ndarray  # (R, K, N), subjective
 
     @property
     def best(self) -> np.ndarray:
@@ -222,24 +210,14 @@ def _simulated(
 
 @dataclass(frozen=True, eq=False)
 class Gathering:
-    """What R trials of A robots look like at K moments.
+    """What R trials of A robots look like at K moments."""
 
-    Attributes
-    ----------
-    seen : (R, K, A, 2)
-        Positions (cm) that the camera has seen; of a moment at which it has not seen all robots those of the moment before.
-    complete : (R, K)
-        Whether all robots were seen.
-    poses : (R, K, A, 3)
-        Where they were.
-    radius_cm
-        Of a robot.
-    """
-
-    seen: np.ndarray
-    complete: np.ndarray
-    poses: np.ndarray
-    radius_cm: float
+    seen: (
+        np.ndarray
+    )  # (R, K, A, 2), positions (cm) by the camera; where it has not seen all robots, those of the moment before
+    complete: np.ndarray  # (R, K), whether all robots were seen
+    poses: np.ndarray  # (R, K, A, 3), where they were
+    radius_cm: float  # of a robot
 
     @cached_property
     def proportion(self) -> np.ndarray:

@@ -39,15 +39,7 @@ Stop = Callable[[], bool]
 
 @dataclass(frozen=True)
 class Inferred:
-    """What a method has inferred.
-
-    Attributes
-    ----------
-    estimate : (P,)
-        The parameters.
-    low, high : (P,)
-        Ends of the central 90 %; None where the method has no interval.
-    """
+    """What a method has inferred: parameters (P,), and the ends of the central 90 %, None where it has no interval."""
 
     estimate: np.ndarray
     low: np.ndarray | None = None
@@ -63,15 +55,7 @@ class Inferred:
 
 @dataclass(frozen=True)
 class Groups:
-    """Groups of trials of a mixed swarm; in the trials of a group, every replica executes the same model.
-
-    Parameters
-    ----------
-    scenario
-        What is observed.
-    size
-        Trials in a group, >= 1.
-    """
+    """Groups of `size` trials of a mixed swarm; in the trials of a group, every replica executes the same model."""
 
     scenario: Scenario
     size: int = 10
@@ -95,19 +79,9 @@ class Groups:
 
 
 def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Compute wheel speeds from the motion of robots that nothing pushes.
+    """Compute wheel speeds (..., 2), as fractions of the maximum, from the motion (..., 2) of robots that nothing pushes.
 
-    Parameters
-    ----------
-    motion : (..., 2)
-        Linear speed (cm/s), measured along the chord of a cycle; angular speed (rad/s).
-    scenario
-        Whose robots.
-
-    Returns
-    -------
-    (..., 2)
-        Left and right, as fractions of the maximum.
+    The linear speed (cm/s) is measured along the chord of a cycle; the angular speed is in rad/s.
     """
     linear, angular = motion[..., 0], motion[..., 1]
     chord_over_arc = np.sinc(angular * scenario.trial.control_interval_s / (2 * np.pi))
@@ -117,21 +91,10 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 
 
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Compute the summaries of groups of individuals.
+    """Compute the summaries (..., S) of groups of individuals with motion (..., C, T, 2); C T must be a multiple of 20, T > 10.
 
     Of both wheels: mean, standard deviation, autocorrelations; their covariance; and their means in each twentieth of the
     group's cycles, in the order of the turn rate, which tells the sensor states of reactive behaviors apart.
-
-    Parameters
-    ----------
-    motion : (..., C, T, 2)
-        Linear and angular speed of C individuals; C T must be a multiple of 20, T > 10.
-    scenario
-        Whose robots.
-
-    Returns
-    -------
-    (..., S)
     """
     wheels = wheel_speeds(motion, scenario)
     cycles = wheels.reshape(*wheels.shape[:-3], -1, 2)
@@ -160,21 +123,10 @@ def baseline(name: str) -> ModuleType:
 
 
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
-    """Infer a reactive behavior from the levels of its wheel speeds; the rarest level is that of the last sensor state.
+    """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2).
 
-    Parameters
-    ----------
-    genuine : (K, T, 2)
-        Motion of the agents.
-    scenario
-        Tells the wheels and the number of sensor states, not the controller.
-    seed
-        Of the cycles that are looked at and of the first components.
-
-    Returns
-    -------
-    Inferred
-        Centers of the heaviest components, in the order of their weights.
+    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is that of the last
+    sensor state. The scenario tells the wheels and the number of sensor states, not the controller.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
     chosen = np.random.default_rng(seed).choice(wheels, min(len(wheels), CYCLES), replace=False)
@@ -192,20 +144,8 @@ def infer_by_abc_smc(
 ) -> Inferred | None:
     """Infer a behavior by ABC-SMC as `pyabc` does it by default, with an adaptive distance; None if it was stopped.
 
-    The last complete population counts. Populations have a size that leaves room for about ten.
-
-    Parameters
-    ----------
-    groups
-        Simulates models.
-    observed : (S,)
-        Summaries of the agents' motion.
-    evaluations
-        Groups to be simulated, >= 100.
-    seed
-        Of everything.
-    should_stop
-        Asked before every group.
+    `observed` are summaries of the agents' motion (S,), `evaluations` the number of groups to be simulated, at least 100. The
+    last complete population counts. Populations have a size that leaves room for about ten.
     """
     integer("evaluations", evaluations, 100)
     pyabc = baseline("pyabc")
@@ -267,18 +207,8 @@ def infer_by_npe(
     """Infer a behavior by neural posterior estimation as `sbi` does it by default: a flow on standardized summaries.
 
     With several rounds, each but the first draws its models from the part of the prior in which the posterior of the round
-    before has its mass (truncated sequential estimation), and all rounds train the network. None if it was stopped.
-
-    Parameters
-    ----------
-    groups, observed, seed
-        As of `infer_by_abc_smc`.
-    evaluations
-        Groups to be simulated, at least 20 in a round.
-    should_stop
-        Asked before every round.
-    rounds
-        Number of rounds, >= 1.
+    before has its mass (truncated sequential estimation), and all rounds train the network. At least 20 groups are simulated in
+    a round. None if it was stopped.
 
     Source
     ------

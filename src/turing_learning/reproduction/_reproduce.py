@@ -132,7 +132,7 @@ def reproduce(
     with storage(path, "give the same command again: it goes on."):
         for (one, folder), store in zip(folders, stores, strict=True):
             with store.locked():
-                sizes = one.sizes(fast=fast)
+                sizes = one.fast if fast else one.full
                 work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
                 folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
                 write_readme(one, folder)

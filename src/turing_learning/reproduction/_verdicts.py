@@ -4,64 +4,20 @@ docs/decisions/0027 lists the rules that were changed when results were known.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from turing_learning.errors import choice
 
-from ._claims import load_claims
+from ._claims import load_claims, prose
 
 PAPER_RUNS = 30
 ROUNDING = 0.005
 """Half a unit of the last digit of the paper's absolute errors."""
 
-RULES = {
-    "absolute errors": "of every parameter, the mean error exceeds the printed mean by at most twice the standard error that the "
-    "difference has where both scatter as printed, plus 0.005, half of the last printed digit; smaller errors agree",
-    "errors of the baseline": "of every parameter, the mean error lies within the printed mean plus or minus the printed "
-    "standard deviation (plus 0.005): a baseline must be neither worse nor better",
-    "convergence": "the median over the runs has come within 0.1 of the truth, for 20 generations on end, at the latest in twice "
-    "the generation that the text names; from when on it never leaves again, and which reading is learned first, is told and "
-    "not judged",
-    "counts": "the share of models without a significant difference falls short of the printed one by at most twice the "
-    "standard error of the difference, both being shares of so many runs; and the swarms of all models gather: no model's median "
-    "dispersion exceeds twice that of the agents",
-    "accuracy of classifiers": "both of the following agree",
-    "accuracy of the subjective best": "its mean over the runs is higher in one of the generations 1 to 5 than in generation 0; "
-    "from generation 50 on, all means are below the highest of the first 5 generations, and within 0.62 to 0.80 give or take twice "
-    "their standard errors",
-    "accuracy of the objective best": "the highest accuracy of a single classifier of the jury (the population, and its archive "
-    "where it has one): its mean over the runs is above 0.95 in the last generation, higher than in the first, "
-    "and in no generation more than 0.02 below that of an earlier one",
-    "shares": "the mean lies within twice its standard error, plus 0.0005, of the printed share",
-    "snapshots": "at the end of each row at least 90 % of the robots, or objects, are in the largest cluster",
-    "baseline's picture": "the middle half of the runs, from the lower to the upper quartile of every parameter, is nearer to the "
-    "mean of its wheel's speeds, weighted by how often the agents are in each state, than to the truth",
-    "random behaviors": "absolute errors agree as above; the shares of runs below 0.05 and up to 0.1 fall short of the printed "
-    "ones by at most twice the standard error of the difference; the errors for I = 0 are significantly lower than those for "
-    "I = 1 (Mann-Whitney, Bonferroni)",
-    "black box": "for every number of hidden neurons, the median over the runs of every steady output lies within 0.1 of the "
-    "agent's parameter, the share of runs with all outputs within 0.2 falls short of the printed one (28 of 30 with five, all with "
-    "fewer) by at most twice the standard error of the difference, and the outputs of the network of median performance are within "
-    "0.1 of their steady values at the latest in the third step after every change of the reading, to stay; that more neurons be "
-    "worse is not asked for",
-    "separated": "the absolute errors of no parameter differ significantly between separated and mixed runs (two-sided "
-    "Mann-Whitney tests, 5 % for all parameters together, with Bonferroni's correction)",
-    "dynamics": "in more than half of the generations the median error of the subjectively best model lies between those of the "
-    "best and of the average model, in emulated and in simulated runs; over the last fifth of the generations the medians of "
-    "every parameter of both kinds of runs are at most 0.1 apart, on average (how far over all generations is told, and not "
-    "judged)",
-    "validation": "neither the proportion of robots in the largest cluster nor the dispersion differs significantly between agents "
-    "and model, at the end of the trials and on average over them (two-sided Mann-Whitney tests, 5 % for all four together, with "
-    "Bonferroni's correction; ten trials against ten notice a shift by one standard deviation with a chance of 27 % in each, "
-    "by two with 91 %)",
-    "classifiers in the laboratory": "the mean accuracy of the objectively best is at least 0.9 in the last generation; that of "
-    "the subjectively best is in no generation below that of an earlier one by more than twice the standard error of the "
-    "difference",
-    "theorem": "in all random cases the minimum that is searched for is the stated one, and is not the agent",
-}
+RULES: Mapping[str, str] = prose()["rules"]
 """Kind of claim -> when it agrees."""
 
 

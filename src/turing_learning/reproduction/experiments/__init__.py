@@ -1,7 +1,6 @@
 """The experiments of the paper, in its order, each a module with an `EXPERIMENT`, and what several of them share."""
 
-from turing_learning.reproduction._experiment import Experiment
-
+from .._experiment import Experiment
 from . import (
     baseline,
     behaviors,

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from turing_learning.reproduction._experiment import stacked
-from turing_learning.reproduction._verdicts import Spread, printed_spreads, spreads_of
 from turing_learning.swarm import Scenario
+
+from .._experiment import stacked
+from .._verdicts import Spread, printed_spreads, spreads_of
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyResult

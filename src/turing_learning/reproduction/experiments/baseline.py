@@ -11,12 +11,12 @@ import pandas as pd
 from turing_learning.analysis import absolute_error
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import prediction_figure
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
-from turing_learning.reproduction._verdicts import Verdict, listed, printed_spreads, spreads_of, within_spread
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
+from .._experiment import Experiment, Findings, Table, stacked
+from .._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
+from .._verdicts import Verdict, listed, printed_spreads, spreads_of, within_spread
+from .._work import Work
 from ._shared import ShareSizes, sensor_shares, spreads_frame
 
 AGGREGATION_CLAIM = "4.5-least-squares-aggregation"
@@ -215,21 +215,9 @@ def _pictures(outcome: _Outcome) -> list[Picture]:
     return pictures
 
 
-EXPERIMENT = Experiment(
-    id="4.5",
-    title="Least squares instead of classifiers",
-    cost="about 15 minutes",
-    claims=(AGGREGATION_CLAIM, CLUSTERING_CLAIM, THEOREM_CLAIM),
-    deviations=(
-        "The units of the squared error are not printed. Here speeds are divided by the robot's largest, as the classifiers' "
-        "inputs are, so that both wheels count the same.",
-        "The agents' sensor readings differ from the printed ones (section 4.3), and with them the weighted mean: about -0.59 "
-        "instead of -0.55 for the left wheel in aggregation. The printed wheel speeds of about -0.54 are therefore not judged.",
-        "The printed absolute errors are not in the paper's text: they stand in a comment of its source.",
-        "The optimizer is that of the models without what the default preset adds; its step sizes do not fall below 0.01, "
-        "which the paper does not ask for.",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.5",
+    conduct,
     full=BaselineSizes(),
     fast=BaselineSizes(runs=3, generations=40, parents=15, offspring=15, shares=ShareSizes(trials=20), cases=3),
-    conduct=conduct,
 )

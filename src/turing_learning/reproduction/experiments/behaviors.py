@@ -10,9 +10,11 @@ import pandas as pd
 from turing_learning.analysis import compare
 from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import error_box_figure, error_histogram_figure
-from turing_learning.reproduction._claims import load_claims
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import (
+from turing_learning.swarm import AGGREGATION
+
+from .._claims import load_claims
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import (
     Verdict,
     listed,
     not_worse,
@@ -20,9 +22,7 @@ from turing_learning.reproduction._verdicts import (
     shares_not_worse,
     spreads_of,
 )
-from turing_learning.reproduction._work import Work
-from turing_learning.swarm import AGGREGATION
-
+from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, ShareSizes, sensor_shares, values_of, variant_of
 
 CLAIM = "4.6.4-random-behaviors"
@@ -172,18 +172,9 @@ def _pictures(runs: Runs) -> list[Picture]:
     ]
 
 
-EXPERIMENT = Experiment(
-    id="4.6.4",
-    title="Random behaviors",
-    cost="about 1 hour",
-    claims=(CLAIM,),
-    deviations=(
-        "200 behaviors for the default preset and 30 for the preset `paper`, where the paper has 1000; shares come with their "
-        "interval.",
-        "The verdict is about the paper's rule, the subjectively best model of the last generation; the `estimate`, a median "
-        "over generations, stands beside it.",
-        "Seeds from 2001 on, which nothing has been tuned on.",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.6.4",
+    conduct,
     full=BehaviorSizes(),
     fast=BehaviorSizes(
         runs={"default": 4, "paper": 3},
@@ -191,5 +182,4 @@ EXPERIMENT = Experiment(
         settings={"models.population": 10, "classifiers.population": 10, "run.checkpoint_every": 12},
         shares=ShareSizes(trials=5),
     ),
-    conduct=conduct,
 )

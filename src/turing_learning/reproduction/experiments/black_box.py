@@ -12,11 +12,11 @@ from turing_learning.analysis import dynamic_outputs, median_place, response_err
 from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import box_panels_figure, dynamic_outputs_figure
 from turing_learning.models import ElmanModel
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import PAPER_RUNS, Verdict, shares_not_worse, valued
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import PAPER_RUNS, Verdict, shares_not_worse, valued
+from .._work import Work
 from ._shared import PRESETS, Runs, variant_of
 
 CLAIM = "4.6.2-black-box"
@@ -42,19 +42,11 @@ class BlackBoxSizes:
 
 @dataclass(frozen=True, eq=False)
 class NetworkRuns:
-    """What runs with networks of one size have inferred.
+    """What runs with networks of one size have inferred."""
 
-    Attributes
-    ----------
-    runs
-        Their "models" are the steady outputs of the networks.
-    networks : (R, Q)
-        Weights of the subjectively best models.
-    """
-
-    runs: Runs
+    runs: Runs  # whose "models" are the steady outputs of the networks
     model: ElmanModel
-    networks: np.ndarray
+    networks: np.ndarray  # (R, Q), weights of the subjectively best models
 
     @property
     def title(self) -> str:
@@ -195,26 +187,9 @@ def _pictures(outcomes: Sequence[NetworkRuns]) -> list[Picture]:
     ]
 
 
-EXPERIMENT = Experiment(
-    id="4.6.2",
-    title="Inferring behavior without a known control system",
-    cost="about 40 minutes",
-    claims=(CLAIM,),
-    deviations=(
-        "The map from the networks' output neurons to wheel speeds is not printed. Here it is the logistic sigmoid stretched to "
-        "(-1, 1), see decision 0017: the agents' speeds of 1 and -1 are approached by saturated neurons and never exceeded.",
-        "Where the biases act is printed as the input and hidden layers; with 7, 23 and 47 weights that is one bias for each "
-        "hidden and each output neuron.",
-        "Initial weights and step sizes are not printed. The weights are those of reactive models, the step sizes 0.3 instead of "
-        "1: with 1 the best of five hidden neurons had an output off by more than 0.2 in 10 of these 30 runs, in 8 of them "
-        "because it oscillates (decision 0017). Jumps that exchange the wheel speeds of two sensor states have no meaning for "
-        "networks, and are left out.",
-        "The verdict is about the default preset; the preset `paper` stands beside it.",
-        "Seeds 2001 to 2030. The step size of 0.3 was chosen on seeds 1 to 44, but that one had to be chosen was seen in a "
-        "first full "
-        "run with these 30 seeds, in which five hidden neurons failed in 10 of 30; these are the results of the run after it, "
-        "on the same seeds.",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.6.2",
+    conduct,
     full=BlackBoxSizes(),
     fast=BlackBoxSizes(
         runs=2,
@@ -223,5 +198,4 @@ EXPERIMENT = Experiment(
         presets=PRESETS[:1],
         settings={"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 8},
     ),
-    conduct=conduct,
 )

@@ -12,13 +12,13 @@ from turing_learning.analysis import Comparison, compare, dispersion, interval, 
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
 from turing_learning.purposes import EMERGENCE_STARTS
-from turing_learning.reproduction._claims import load_claims
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import Spread, Verdict, errors_verdict, shares_not_worse, spreads_of
-from turing_learning.reproduction._work import Work
 from turing_learning.runs import stored_traces
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
+from .._claims import load_claims
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import Spread, Verdict, errors_verdict, shares_not_worse, spreads_of
+from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, ShareSizes, beside_the_paper, sensor_shares, variant_of
 
 if TYPE_CHECKING:
@@ -85,21 +85,11 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Emergence:
-    """The dispersion of agents, and of replicas of several models, at the end of their trials.
+    """The dispersion at the end of R trials, all from the same initial configurations."""
 
-    Attributes
-    ----------
-    agents : (R,)
-        In R trials.
-    models : (M, R)
-        The same for replicas of each of M models, from the same initial configurations.
-    repeated : (K, R)
-        The agents' trials repeated K times from these, with other noise: how much hangs on the agents' R trials.
-    """
-
-    agents: np.ndarray
-    models: np.ndarray
-    repeated: np.ndarray
+    agents: np.ndarray  # (R,)
+    models: np.ndarray  # (M, R), of replicas of each of M models
+    repeated: np.ndarray  # (K, R), of the agents again, with other noise: how much hangs on their R trials?
 
     @property
     def comparison(self) -> Comparison:
@@ -109,25 +99,13 @@ class Emergence:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What the runs of one case study with one preset have inferred.
-
-    Attributes
-    ----------
-    runs
-        Models and errors.
-    intervals : (R, 2, P)
-        Lower and upper ends of the 90 % interval of each run's estimate; NaN where unknown.
-    medians : (G, P)
-        Medians over the runs of the best model of each generation.
-    emergence : kind -> Emergence
-        What swarms of the models do.
-    """
+    """What the runs of one case study with one preset have inferred."""
 
     case: Case
     runs: Runs
-    intervals: np.ndarray
-    medians: np.ndarray
-    emergence: dict[str, Emergence]
+    intervals: np.ndarray  # (R, 2, P), ends of the 90 % interval of each run's estimate; NaN where unknown
+    medians: np.ndarray  # (G, P), over the runs, of the best model of each generation
+    emergence: dict[str, Emergence]  # by the kind of the models
 
 
 def conduct(work: Work) -> Findings:
@@ -427,29 +405,9 @@ def _pictures(outcome: Outcome) -> list[Picture]:
     ]
 
 
-EXPERIMENT = Experiment(
-    id="4.3",
-    title="Both case studies: parameters, convergence, emergent behavior",
-    cost="about 1 hour",
-    claims=(
-        "4.3-aggregation-ae",
-        "4.3-clustering-ae",
-        "4.3-convergence",
-        "4.3-sensor-shares",
-        "4.3-emergent-aggregation",
-        "4.3-emergent-clustering",
-    ),
-    deviations=(
-        "The verdict is about the default preset, which adds a jury of present and past classifiers, and a search in two phases, "
-        "to the method as printed (decision 0011); the preset `paper`, which has neither, stands beside it.",
-        "The verdict is about the paper's rule, the subjectively best model of the last generation; the `estimate`, a median "
-        "over generations, stands beside it.",
-        "Seeds 2001 to 2030, which nothing has been tuned on.",
-        "All models are compared with the same 30 trials of the agents, as in the paper; what hangs on these is shown by ten "
-        "repetitions with other noise.",
-        "Initial step sizes, initial ranges and the scale of the classifiers' inputs are not printed; see decisions 0002 and "
-        "0004.",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.3",
+    conduct,
     full=CaseStudySizes(),
     fast=CaseStudySizes(
         runs=3,
@@ -459,5 +417,4 @@ EXPERIMENT = Experiment(
         aggregation=EmergenceSizes(robots=11, trials=4, duration_s=20.0, repeats=2),
         clustering=EmergenceSizes(robots=5, trials=4, duration_s=20.0, repeats=2),
     ),
-    conduct=conduct,
 )

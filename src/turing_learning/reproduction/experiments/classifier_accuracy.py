@@ -11,11 +11,11 @@ import pandas as pd
 from turing_learning.config import Configuration, classifier_of, load_configuration
 from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import accuracy_figure
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import Verdict, spreads_of
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import Verdict, spreads_of
+from .._work import Work
 from ._shared import PRESETS, spreads_frame, variant_of
 
 if TYPE_CHECKING:
@@ -82,25 +82,15 @@ class AccuracySizes:
 
 @dataclass(frozen=True, eq=False)
 class BestAccuracies:
-    """Accuracy of the best classifiers over generations, of the runs of one preset.
+    """Accuracy of the best classifiers over generations, of the runs of one preset."""
 
-    Attributes
-    ----------
-    variant
-        What stands beside the verdict that counts; "" for that one.
-    generations : (G,)
-        Numbers of the generations.
-    subjective, objective : (R, G)
-        Of the classifier with the highest subjective fitness; the highest of all of the population.
-    jury : (R, G)
-        The highest of all that judge the models: the population, and its archive where it has one.
-    """
-
-    variant: str
-    generations: np.ndarray
-    subjective: np.ndarray
-    objective: np.ndarray
-    jury: np.ndarray
+    variant: str  # of the verdicts: "" for the one that counts
+    generations: np.ndarray  # (G,)
+    subjective: np.ndarray  # (R, G), of the classifier with the highest subjective fitness
+    objective: np.ndarray  # (R, G), the highest of the population
+    jury: (
+        np.ndarray
+    )  # (R, G), the highest of all that judge the models: the population, and its archive where it has one
 
     @classmethod
     def of(
@@ -121,24 +111,12 @@ class BestAccuracies:
 
 @dataclass(frozen=True, eq=False)
 class Populations:
-    """Classifiers of some generations of R runs.
+    """Classifiers of some generations of R runs."""
 
-    Attributes
-    ----------
-    classifiers : (R, G, N, Q)
-        Single precision, in which they judge.
-    fitness : (R, G, N)
-        Their subjective fitness.
-    archived : R of (U, Q)
-        All that have judged beside them from the archive, each once; U = 0 without an archive.
-    judging : R of (G, U)
-        In which of the generations each of those did.
-    """
-
-    classifiers: np.ndarray
-    fitness: np.ndarray
-    archived: list[np.ndarray]
-    judging: list[np.ndarray]
+    classifiers: np.ndarray  # (R, G, N, Q), in the single precision in which they judge
+    fitness: np.ndarray  # (R, G, N), subjective
+    archived: list[np.ndarray]  # R of (U, Q): all that have judged beside them from the archive, each once
+    judging: list[np.ndarray]  # R of (G, U): in which of the generations each of those did
 
 
 def conduct(work: Work) -> Findings:
@@ -314,23 +292,9 @@ def _picture(preset: str, best: BestAccuracies, *, archive: bool) -> Picture:
     return Picture(f"accuracy-{preset}", CLAIM, caption, accuracy_figure(best.generations, **curves))
 
 
-EXPERIMENT = Experiment(
-    id="4.4",
-    title="The classifiers over the whole space of behaviors",
-    cost="about 2 hours",
-    claims=(CLAIM,),
-    deviations=(
-        "The classifiers of 15 of the 1000 generations are judged, all of them in each of these: 0, 1, 2, 3, 5, 10, 20, 50, 99, "
-        "then every hundredth or two hundredth. The default preset renews its classifiers after generations 99, 199, 299, 399 "
-        "and 499, the last ones before a renewal; those that follow one, random again, are not among the 15.",
-        "The ten initial configurations are common to all classifiers, as in the paper, and to all models; the wheel noise of "
-        "every trial is its own.",
-        "All agents of all trials count: the agents' half of the accuracy rests on 146,410 decisions about the ten agents "
-        "beside each model.",
-        "The verdict is about the default preset, whose archive, votes and renewal the paper does not have; the preset `paper` "
-        "stands beside it. Its models are judged by a jury of present and archived classifiers, and the objectively best is that "
-        "of the jury; the population without its archive stands beside it, too (decision 0019).",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.4",
+    conduct,
     full=AccuracySizes(),
     fast=AccuracySizes(
         runs=RunSizes(runs=3, generations=12, settings={"models.population": 10, "classifiers.population": 10}),
@@ -339,5 +303,4 @@ EXPERIMENT = Experiment(
         trials=4,
         parts=3,
     ),
-    conduct=conduct,
 )

@@ -13,8 +13,10 @@ from turing_learning.errors import require
 from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import budget_figure
 from turing_learning.purposes import COMPARISON_OBSERVATION
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._likelihood_free import (
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
+
+from .._experiment import Experiment, Findings, Table, stacked
+from .._likelihood_free import (
     Groups,
     Inferred,
     baseline,
@@ -23,8 +25,7 @@ from turing_learning.reproduction._likelihood_free import (
     infer_by_npe,
     summaries,
 )
-from turing_learning.reproduction._work import Work
-from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
+from .._work import Work
 
 PACKAGES = ("pyabc", "sbi", "sklearn")
 TURING_LEARNING, ABC_SMC, NPE, NPE_IN_ROUNDS, MIXTURE = "turing-learning", "abc-smc", "npe", "npe-rounds", "mixture"
@@ -36,65 +37,23 @@ METHODS = {
     MIXTURE: "mixture",
 }
 """Key of a method -> its name."""
-CONDITIONS = (
-    "A trial is the paper's, 10 s of agents and one replica. Every method that simulates has the same number of them. All get the "
-    "agents' motion and no more: Turing Learning that of its own trials, the others that of 1000 trials with replicas of random "
-    "models, which are not counted (the mixture: 10, 100 and 1000).",
-    "**Turing Learning** (default preset, its `estimate`) must know how a replica senses, a range for the first models, [-1, 1], "
-    "and a scale for each signal. It is given no prior, no summaries and no distance, and may search outside the range. Agents "
-    "must be there while it runs.",
-    "**ABC-SMC** (`pyabc`) and **NPE** (`sbi`), in one round and in two truncated ones, must know a bounded prior, uniform in "
-    "[-1.5, 1.5], and **summaries made by hand**, which Turing Learning is not given. They are of the wheel speeds, so wheel "
-    "distance and largest speed must be known: mean, standard deviation, autocorrelations at lags of 1 and 10 cycles, covariance, "
-    "and the means of both wheels in each twentieth of the cycles in the order of the turn rate, because a reactive robot turns "
-    "at another rate in each sensor state. A model is simulated in 10 trials, to tell its summaries from chance. Settings are the "
-    "packages' defaults (ABC-SMC: 1-norm with adaptive weights, populations of twice the square root of the number of models; "
-    "estimates: medians).",
-    "**The mixture** (scikit-learn) must know that behavior is piecewise constant in time, how many sensor states there are, how "
-    "the wheels make the motion, and which state is rarer than which. It needs no simulator and no sensor model. It fits one "
-    "component for each state and a spare one for collisions; the centers are the wheel speeds.",
-    "What the others give beside: ABC-SMC and NPE a posterior with all correlations, NPE in one round a network that infers other "
-    "recordings of the same kind without a new simulation; the mixture an answer from one short recording.",
-    "What they do not: neither summaries nor levels of speed are at hand where behavior is not known to be reactive, where "
-    "memory or noise hide the levels, or where parameters (a field of view, a range) do not show in the speeds of a moment. "
-    "Nothing of this is tested here: reactive robots are the mixture's best case.",
-    "Intervals are the central 90 %. Those of ABC-SMC and NPE are what the motion of 10 individuals leaves open, although the "
-    "summaries observed are of thousands: they are wider than they need be.",
-    "Not equal: the default preset was tuned on these two scenarios (with other seeds), the others not at all, but their "
-    "summaries were chosen here, knowing the behaviors, on seed 1. Whole swarms of replicas would give ABC-SMC and NPE eleven, "
-    "or five, samples a trial instead of one, without agents; a network on the raw motion would spare NPE the summaries. Both "
-    "are left out.",
-    "Time is that of one processor core, without imports.",
-)
 
 
 @dataclass(frozen=True)
 class ComparisonSizes:
-    """How many seeds, trials and rounds.
-
-    Attributes
-    ----------
-    seeds, first_seed
-        Which seeds.
-    trials
-        Simulated trials of every method that simulates.
-    observed
-        Trials in which agents are observed, for the mixture; the summaries of the others are of the largest number.
-    group
-        Trials with the same model.
-    rounds
-        Rounds of sequential neural posterior estimation.
-    population
-        Models, and classifiers, of Turing Learning.
-    """
+    """How many seeds, trials and rounds."""
 
     seeds: int = 5
     first_seed: int = 2001
-    trials: tuple[int, ...] = (1_000, 10_000, 100_000)
-    observed: tuple[int, ...] = (10, 100, 1_000)
-    group: int = 10
-    rounds: int = 2
-    population: int = 100
+    trials: tuple[int, ...] = (1_000, 10_000, 100_000)  # simulated, of every method that simulates
+    observed: tuple[int, ...] = (
+        10,
+        100,
+        1_000,
+    )  # for the mixture; the summaries of the others are of the largest number
+    group: int = 10  # trials with the same model
+    rounds: int = 2  # of sequential neural posterior estimation
+    population: int = 100  # models, and classifiers, of Turing Learning
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -104,27 +63,17 @@ class ComparisonSizes:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """What one method has inferred in one scenario, seed by seed.
-
-    Attributes
-    ----------
-    scenario, method, trials, seeds
-        Which runs; trials are those that were simulated, of the mixture those that were observed.
-    estimates : (R, P)
-        The parameters.
-    intervals : (R, 2, P)
-        Lower and upper ends of the central 90 %, NaN where they are not known; None where the method has none.
-    processor_seconds : (R,)
-        Time of one core (s), without that of imports.
-    """
+    """What one method has inferred in one scenario, seed by seed."""
 
     scenario: Scenario
     method: str
-    trials: int
+    trials: int  # simulated; of the mixture, observed
     seeds: tuple[int, ...]
-    estimates: np.ndarray
-    intervals: np.ndarray | None
-    processor_seconds: np.ndarray
+    estimates: np.ndarray  # (R, P)
+    intervals: (
+        np.ndarray | None
+    )  # (R, 2, P), ends of the central 90 %, NaN where unknown; None where the method has none
+    processor_seconds: np.ndarray  # (R,), of one core (s), without imports
 
     @classmethod
     def of(
@@ -344,13 +293,9 @@ def _picture(outcomes: Mapping[str, Sequence[Outcome]]) -> Picture:
     return Picture("accuracy", "", caption, budget_figure(panels))
 
 
-EXPERIMENT = Experiment(
-    id="4.5+",
-    title="Likelihood-free inference, and a mixture, instead of classifiers",
-    cost="about 1 hour",
-    claims=(),
-    deviations=(),
-    conditions=CONDITIONS,
+EXPERIMENT = Experiment.of(
+    "4.5+",
+    conduct,
     full=ComparisonSizes(),
     fast=ComparisonSizes(
         seeds=1,
@@ -360,7 +305,4 @@ EXPERIMENT = Experiment(
         population=10,
         settings={"run.checkpoint_every": 50},
     ),
-    conduct=conduct,
-    packages=PACKAGES,
-    extra="baselines",
 )

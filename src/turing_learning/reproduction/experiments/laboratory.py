@@ -18,9 +18,10 @@ from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
-from turing_learning.reproduction._claims import load_claims
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._laboratory_trials import (
+
+from .._claims import load_claims
+from .._experiment import Experiment, Findings, Table, stacked
+from .._laboratory_trials import (
     KINDS,
     Gathering,
     LaboratoryRuns,
@@ -33,9 +34,8 @@ from turing_learning.reproduction._laboratory_trials import (
     random_models,
     simulated_runs,
 )
-from turing_learning.reproduction._verdicts import Spread, Verdict, errors_verdict, printed_spreads, valued
-from turing_learning.reproduction._work import Work
-
+from .._verdicts import Spread, Verdict, errors_verdict, printed_spreads, valued
+from .._work import Work
 from ._shared import errors_frame, spreads_frame
 from .classifier_accuracy import BestAccuracies
 
@@ -93,17 +93,7 @@ class ErrorDynamics:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Trials of the agents' controller and of a model from common initial configurations.
-
-    Attributes
-    ----------
-    model : (P,)
-        What was inferred.
-    agents, replicas
-        What they do.
-    times_s : (K,)
-        Moments.
-    """
+    """Trials of the agents' controller and of the inferred model (P,) from common initial configurations, at K moments."""
 
     model: np.ndarray
     agents: Gathering
@@ -377,28 +367,9 @@ def _accuracy_picture(best: BestAccuracies, models: int) -> Picture:
     return Picture("accuracy", CLASSIFIERS, caption, figure)
 
 
-EXPERIMENT = Experiment(
-    id="5",
-    title="Robots in the loop, in an emulated laboratory",
-    cost="about 2 hours",
-    claims=(ERRORS, DYNAMICS, VALIDATION, CLASSIFIERS),
-    deviations=(
-        "There are no physical robots: the laboratory is emulated. Program, protocol and tracker are those of a laboratory; robots "
-        "move as the simulated swarm does, and images are rendered. What else is emulated, and what is not, is listed in "
-        "docs/robots/arena.md. A verdict says that the emulation is not worse than the paper's robots, not that other robots "
-        "would be. "
-        "What is printed about the robots themselves, the bias of vl0 to -0.65, 18 s for a loop and 5 hours for a run, is not "
-        "judged.",
-        "Dispersal and avoidance of walls are described in a supplement that we have not seen; the rules are ours.",
-        "The settings are those of the default preset without jumps (decision 0025). Simulated runs with the preset `paper`, which "
-        "keeps to the text, stand beside them.",
-        "What the paper calls simulated runs with the same setup is done here in the same arena, with walls that only stop robots, "
-        "from places drawn uniformly, without dispersal and infrared sensors.",
-        "The 40 robots begin at places drawn uniformly, without touching; they avoid walls as in a trial of a run, and are located "
-        "by the camera every 2 s.",
-        "Each of the 100 random models has one trial with 8 agents beside it and another model; all agents' samples count.",
-        "Seeds 5001 to 5010, which nothing has been tuned on.",
-    ),
+EXPERIMENT = Experiment.of(
+    "5",
+    conduct,
     full=LaboratorySizes(),
     fast=LaboratorySizes(
         runs=LaboratoryRunSizes(
@@ -411,7 +382,4 @@ EXPERIMENT = Experiment(
         validation=ValidationSizes(robots=12, trials=2, duration_s=8.0, every_s=4.0, shown_s=(0, 4, 8)),
         random_models=RandomModelSizes(models=4),
     ),
-    conduct=conduct,
-    packages=("cv2", "serial"),
-    extra="robot,vision",
 )

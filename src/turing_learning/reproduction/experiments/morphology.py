@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from turing_learning.figures import Picture, box_figure
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import Verdict, errors_verdict, listed, spreads_of
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import Verdict, errors_verdict, listed, spreads_of
+from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, beside_the_paper, variant_of
 
 CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
@@ -104,21 +104,9 @@ def _picture(claim: str, runs: Runs) -> Picture:
     return Picture(f"{scenario.name}-{runs.preset}-boxes", claim, caption, figure)
 
 
-EXPERIMENT = Experiment(
-    id="4.6.1",
-    title="Inferring control and field of view together",
-    cost="about 4 hours",
-    claims=tuple(CASES),
-    deviations=(
-        "The verdict is about the default preset and the paper's rule, the subjectively best model of the last generation; the "
-        "preset `paper`, and the `estimate`, stand beside it. The preset `paper` has ten runs, each of which takes minutes.",
-        "The agents' controller for a field of view of pi/3 is not printed. It was found by a grid search like the one that the "
-        "paper mentions, `turing_learning.search.search_controller`; its table is in `search/60-degrees`, and what was "
-        "assumed in docs/decisions/0016.",
-        "Where in the sector an item lies does not matter, and no item hides another: with a binary sensor both are the same.",
-        "Seeds 2001 to 2030, which nothing has been tuned on. That the default preset, as it was first, ended in a mirror image of "
-        "the truth in five of 30 runs was seen on them; what was changed then was chosen on seeds 1 to 6 (docs/decisions/0016).",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.6.1",
+    conduct,
     full=MorphologySizes(),
     fast=MorphologySizes(
         runs=2,
@@ -126,5 +114,4 @@ EXPERIMENT = Experiment(
         generations=6,
         settings={"models.population": 6, "classifiers.population": 6, "run.checkpoint_every": 6},
     ),
-    conduct=conduct,
 )

@@ -10,11 +10,11 @@ import pandas as pd
 from turing_learning.analysis import Comparison, compare
 from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import box_panels_figure
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import Verdict, listed, spreads_of, valued
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION
 
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import Verdict, listed, spreads_of, valued
+from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, spreads_frame, variant_of
 
 CLAIM = "4.6.3-separated"
@@ -99,20 +99,9 @@ def _picture(preset: str, both: Mapping[str, Runs]) -> Picture:
     return Picture(f"{preset}-boxes", CLAIM, caption, figure)
 
 
-EXPERIMENT = Experiment(
-    id="4.6.3",
-    title="Separating the replicas and the agents",
-    cost="about 40 minutes",
-    claims=(CLAIM,),
-    deviations=(
-        "The paper does not print how many groups of agents are observed. Here each model has a trial of replicas and a trial of "
-        "agents, both of 11 individuals, all of whose samples are judged.",
-        "The paper compares by eye or with a test that it does not describe. Here the absolute errors of every parameter are "
-        "tested, with the test of section 4.3.",
-        "The verdict is about the default preset and the subjectively best model; the preset `paper` and the estimate stand "
-        "beside it.",
-        "Seeds 2001 to 2030, which nothing has been tuned on.",
-    ),
+EXPERIMENT = Experiment.of(
+    "4.6.3",
+    conduct,
     full=SeparatedSizes(),
     fast=SeparatedSizes(
         runs=2,
@@ -120,5 +109,4 @@ EXPERIMENT = Experiment(
         presets=PRESETS[:1],
         settings={"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 8},
     ),
-    conduct=conduct,
 )

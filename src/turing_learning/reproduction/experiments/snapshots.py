@@ -11,10 +11,11 @@ import pandas as pd
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.figures import Picture
 from turing_learning.figures._swarms import snapshots_figure
-from turing_learning.reproduction._experiment import Experiment, Findings, Table, stacked
-from turing_learning.reproduction._verdicts import Verdict
-from turing_learning.reproduction._work import Work
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
+
+from .._experiment import Experiment, Findings, Table, stacked
+from .._verdicts import Verdict
+from .._work import Work
 
 CLAIM = "3.2-snapshots"
 SHARE = 0.9
@@ -138,20 +139,13 @@ def _picture(row: _Row, found: dict[str, Any]) -> Picture:
     return Picture(row.scenario.name, CLAIM, caption, figure)
 
 
-EXPERIMENT = Experiment(
-    id="3.2",
-    title="Snapshots of both behaviors",
-    cost="about 1 minute",
-    claims=(CLAIM,),
-    deviations=(
-        "The paper does not say how large the initial squares are, nor how the trial was chosen. Here the density of "
-        "section 4.2 is kept, and of 30 trials the one with the median dispersion at the end is shown.",
-    ),
+EXPERIMENT = Experiment.of(
+    "3.2",
+    conduct,
     full=SnapshotSizes(),
     fast=SnapshotSizes(
         trials=3,
         aggregating_robots=12,
         aggregation_times_s=(0, 30, 90, 150),
     ),
-    conduct=conduct,
 )
