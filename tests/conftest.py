@@ -1,7 +1,38 @@
 """What all tests share."""
 
+import os
+from pathlib import Path
+
+import pytest
+from filelock import FileLock
 from hypothesis import settings
 
 # A machine that is busy is no failure; times are measured in benchmarks/.
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
+
+HERE = Path(__file__).parent
+
+
+def pytest_xdist_auto_num_workers(config):
+    """Let the suite use all processors (None: as many as there are), and a room or a file this process alone."""
+    asked = [Path(config.invocation_params.dir, each.partition("::")[0]).resolve() for each in config.args]
+    return None if any(HERE.is_relative_to(path) for path in asked) else 0
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory):
+    """Return a function that fills a folder by a name, once for all processes of the suite; it is not to be changed."""
+    here = tmp_path_factory.getbasetemp()
+    common = here.parent if "PYTEST_XDIST_WORKER" in os.environ else here
+
+    def filled(name, fill):
+        folder = common / f"once-{name}"
+        with FileLock(common / f"once-{name}.lock"):
+            if not (folder / "filled").exists():
+                folder.mkdir(exist_ok=True)
+                fill(folder)
+                (folder / "filled").touch()
+        return folder
+
+    return filled
