@@ -1,6 +1,7 @@
 """What all tests share."""
 
 import os
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -18,6 +19,13 @@ def pytest_xdist_auto_num_workers(config):
     """Let the suite use all processors (None: as many as there are), and a room or a file this process alone."""
     asked = [Path(config.invocation_params.dir, each.partition("::")[0]).resolve() for each in config.args]
     return None if any(HERE.is_relative_to(path) for path in asked) else 0
+
+
+def pytest_configure(config):
+    """Refuse two files of tests of one name, of which Python can import only one: a room alone would not show it."""
+    names = Counter(path.name for path in HERE.rglob("test_*.py"))
+    if twice := sorted(name for name, count in names.items() if count > 1):
+        raise pytest.UsageError(f"files of tests must have different names in all rooms; got twice: {', '.join(twice)}")
 
 
 @pytest.fixture(scope="session")

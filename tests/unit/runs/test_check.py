@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from own_models import RANGES, recorded, walk
 from rich.console import Console
-from turing_learning.cli._check import check_table
 
 import turing_learning as tl
 from turing_learning.analysis import WHY_UNKNOWN
+from turing_learning.cli._tables import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.purposes import CHECK, INTERROGATION
