@@ -8,6 +8,8 @@ import pytest
 from turing_learning import report
 from turing_learning.figures import Picture
 from turing_learning.figures._one_run import error_figure
+from turing_learning.report._content import ParameterRow, RunReport, RunTable
+from turing_learning.report._page import report_page
 
 INTERVAL_S = 0.1
 FRAMES = 301
@@ -36,12 +38,12 @@ def make_replay() -> report.Replay:
     return report.Replay("Two swarms", 3.5, 5.0, INTERVAL_S, swarms)
 
 
-def make_report() -> report.RunReport:
+def make_report() -> RunReport:
     drawing = error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9))
-    return report.RunReport(
+    return RunReport(
         title="<script>console.error('title')</script>",
         verdict="<img src='https://example.org/verdict.png'>",
-        table=report.RunTable((report.ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
+        table=RunTable((ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
         selection=("active",) * 9,
         figures=(Picture("error", "Error", "", drawing),),
         configuration="</code></pre><script src='https://example.org/a.js'></script>",
@@ -52,7 +54,7 @@ def make_report() -> report.RunReport:
 
 @pytest.fixture(scope="session")
 def report_file(tmp_path_factory) -> Path:
-    return report.write_page(report.report_page(make_report()), tmp_path_factory.mktemp("page") / "report.html")
+    return report.write_page(report_page(make_report()), tmp_path_factory.mktemp("page") / "report.html")
 
 
 @pytest.fixture
@@ -237,7 +239,7 @@ def test_a_page_with_one_frame_offers_nothing_to_play(page, tmp_path):
 
 
 def test_a_report_without_replay_runs_nothing(page, tmp_path):
-    bare = report.RunReport("Run", "Done.", report.RunTable((report.ParameterRow("a", 1.0, 1.0),)))
-    page.open(report.write_page(report.report_page(bare), tmp_path / "bare.html"))
+    bare = RunReport("Run", "Done.", RunTable((ParameterRow("a", 1.0, 1.0),)))
+    page.open(report.write_page(report_page(bare), tmp_path / "bare.html"))
     assert page.complaints() == []
     assert page.evaluate("document.querySelectorAll('canvas').length") == 0

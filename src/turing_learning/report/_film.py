@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning._files import whole
+from turing_learning.errors import integer, number, optional
 
 from ._replay import Replay, Swarm
 
@@ -41,20 +42,23 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     frames_per_second
         Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter frames down).
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
-    ValueError
-        If `speed` or `frames_per_second` is out of range.
     OSError
         If the file cannot be written.
     """
-    _check(speed, frames_per_second, most=50)
+    from PIL.Image import Dither
+
+    number("speed", speed, above=0)
+    integer("frames_per_second", frames_per_second, 1, 50)
+    pictures = _pictures(replay, speed, frames_per_second)
+    palette = next(pictures).quantize(64)
+    indexed = (
+        picture.quantize(palette=palette, dither=Dither.NONE) for picture in _pictures(replay, speed, frames_per_second)
+    )
+    first, milliseconds = next(indexed), 10 * round(100 / frames_per_second)
     with whole(Path(path)) as temporary:
-        _write_gif(replay, temporary, speed, frames_per_second)
+        first.save(temporary, format="GIF", save_all=True, append_images=indexed, duration=milliseconds, loop=0)
     return Path(path)
 
 
@@ -72,61 +76,25 @@ def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     frames_per_second
         Frames per second, 1 to 120.
 
-    Returns
-    -------
-    Path
-
     Raises
     ------
-    ImportError
+    MissingExtraError
         If the extra is not installed.
-    ValueError
-        If `speed` or `frames_per_second` is out of range.
     OSError
         If the file cannot be written.
     """
-    _check(speed, frames_per_second, most=120)
-    try:
-        import av  # noqa: F401
-    except ImportError as error:
-        raise ImportError(
-            "`av` must be installed to write MP4; got no such module. Run: pip install 'turing-learning[video]'."
-        ) from error
-    with whole(Path(path)) as temporary:
-        _write_mp4(replay, temporary, speed, frames_per_second)
-    return Path(path)
-
-
-def _check(speed: float, frames_per_second: int, most: int) -> None:
-    if not (np.isfinite(speed) and speed > 0):
-        raise ValueError(f"`speed` must be positive and finite; got {speed}.")
-    if not 1 <= frames_per_second <= most:
-        raise ValueError(f"`frames_per_second` must be between 1 and {most}; got {frames_per_second}.")
-
-
-def _write_gif(replay: Replay, file: Path, speed: float, frames_per_second: int) -> None:
-    from PIL.Image import Dither
-
-    pictures = _pictures(replay, speed, frames_per_second)
-    palette = next(pictures).quantize(64)
-    indexed = (
-        picture.quantize(palette=palette, dither=Dither.NONE) for picture in _pictures(replay, speed, frames_per_second)
-    )
-    first = next(indexed)
-    milliseconds = 10 * round(100 / frames_per_second)
-    first.save(file, format="GIF", save_all=True, append_images=indexed, duration=milliseconds, loop=0)
-
-
-def _write_mp4(replay: Replay, file: Path, speed: float, frames_per_second: int) -> None:
-    import av
-
-    with av.open(str(file), "w", format="mp4", options={"movflags": "faststart"}) as film:
+    number("speed", speed, above=0)
+    integer("frames_per_second", frames_per_second, 1, 120)
+    av = optional("av", "av", "video")
+    options = {"movflags": "faststart"}
+    with whole(Path(path)) as temporary, av.open(str(temporary), "w", format="mp4", options=options) as film:
         stream = film.add_stream("libx264", rate=Fraction(frames_per_second))
         stream.pix_fmt, stream.options = "yuv420p", {"crf": "20"}
         stream.width, stream.height = _size(replay)
         for picture in _pictures(replay, speed, frames_per_second):
             film.mux(stream.encode(av.VideoFrame.from_image(picture)))
         film.mux(stream.encode())
+    return Path(path)
 
 
 def _size(replay: Replay) -> tuple[int, int]:

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+from collections.abc import Iterable, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -16,40 +17,53 @@ from turing_learning._files import whole
 from turing_learning.analysis import is_known
 from turing_learning.figures import Picture
 
-from ._listing import NOTHING, listing_markup, number_markup, section
-from ._numbers import shown
+from ._content import ACTIVE, Cell, Listing, ParameterRow, RunReport, RunTable, StudyReport, describe_selection
+from ._numbers import short_number, shown
 from ._replay import Replay, Swarm
-from ._run import ACTIVE, ParameterRow, RunReport, RunTable, describe_selection
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""
 HEAD = 2048  # bytes of a page, within which it says so
 STEPS = 65535  # of a pose's coordinate, over the view or one turn
+NOTHING = "&ndash;"
+"""Stands in a cell without a number, as markup."""
 
 
 def report_page(report: RunReport) -> str:
-    """Return a run as one HTML page that works offline.
-
-    Parameters
-    ----------
-    report
-        What to show.
-
-    Returns
-    -------
-    str
-        The page; its Content-Security-Policy forbids it to load anything.
-    """
+    """Return a run as one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
+    health = ""
+    if report.selection:
+        healthy = all(state == ACTIVE for state in report.selection)
+        text = escape(describe_selection(report.selection))
+        if not healthy:
+            text += (
+                " In those generations all models were equally fit and drifted by chance; many of them near the end make"
+                " the result doubtful."
+            )
+        health = f'<p class="health {"good" if healthy else "warning"}" role="note">{text}</p>'
+    check = "" if report.check is None else _listing(report.check) + _figures(report.check_figures)
     sections = [
-        _table(report.table),
-        _health(report),
-        _check(report),
+        _parameters(report.table),
+        health,
+        check,
         _replay(report.replay) if report.replay is not None else "",
-        _figures(report.figures),
+        _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
         _configuration(report.configuration),
-        _manifest(report),
+        _manifest(report.manifest),
     ]
     return _page(report.title, report.verdict, sections, report.replay)
+
+
+def study_page(report: StudyReport) -> str:
+    """Return a study as one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
+    sections = [
+        *(_listing(listing) for listing in report.listings if not listing.folded),
+        f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
+        _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
+        *(_listing(listing) for listing in report.listings if listing.folded),
+        _configuration(report.configuration),
+    ]
+    return _page(report.title, report.verdict, sections, None)
 
 
 def replay_page(replay: Replay, title: str | None = None) -> str:
@@ -61,10 +75,6 @@ def replay_page(replay: Replay, title: str | None = None) -> str:
         What to show.
     title
         Title of the page; the replay's own by default.
-
-    Returns
-    -------
-    str
     """
     return _page(title or replay.title, "", [_replay(replay, heading=bool(title) and title != replay.title)], replay)
 
@@ -78,10 +88,6 @@ def write_page(page: str, path: str | Path) -> Path:
         The page.
     path
         The file, in an existing folder; one that exists is replaced.
-
-    Returns
-    -------
-    Path
 
     Raises
     ------
@@ -120,139 +126,131 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
     )
 
 
-def _table(table: RunTable) -> str:
-    has_truth = any(row.truth is not None for row in table.rows)
-    has_published = any(row.published_error is not None for row in table.rows)
-    header = '<th scope="col">Parameter</th><th scope="col">Inferred</th>'
-    has_interval = any(row.interval is not None for row in table.rows)
-    if has_interval:
-        header += '<th scope="col">90 % interval</th>'
-    if has_truth:
-        header += '<th scope="col">True</th><th scope="col">Absolute error</th>'
-    if has_published:
-        header += '<th scope="col">Paper&rsquo;s error</th>'
-    header += '<th scope="col" class="apart">Best model</th>'
-    if has_truth:
-        header += '<th scope="col">Absolute error</th>'
-    body = "\n".join(_row(row, has_interval, has_truth, has_published) for row in table.rows)
-    mean = _mean(table, has_interval, has_published) if has_truth and table.estimate_mae is not None else ""
+def _section(name: str, heading: str, body: str) -> str:
+    """Return a part of a page under a heading; the texts are markup already."""
+    title = f'<h2 id="{name}-heading">{heading}</h2>'
+    return f'<section id="{name}" aria-labelledby="{name}-heading">{title}\n{body}</section>'
+
+
+def _number(value: float | None) -> str:
+    """Return a number as it stands in a table of a page; None where there is none, NaN where it is not known."""
+    return shown(value, lambda number: short_number(number, 4), NOTHING)
+
+
+def _parameters(table: RunTable) -> str:
+    """Return the table of inferred parameters; columns of which nothing is known are left out."""
+    there = {
+        name: any(getattr(row, name) is not None for row in table.rows)
+        for name in ("truth", "published_error", "interval")
+    }
+
+    def ends(row: ParameterRow) -> str:
+        known = row.interval is not None and is_known(*row.interval)
+        return " to ".join(map(_number, row.interval or ())) if known else NOTHING
+
+    columns = {  # heading and whether it is there -> class, cells of the rows, cell below
+        ("Inferred", True): ("strong", [_number(row.estimate) for row in table.rows], ""),
+        ("90 % interval", there["interval"]): ("", [ends(row) for row in table.rows], ""),
+        ("True", there["truth"]): ("", [_number(row.truth) for row in table.rows], ""),
+        ("Absolute error", there["truth"]): (
+            "", [_number(row.estimate_error) for row in table.rows], _number(table.estimate_mae)
+        ),
+        ("Paper&rsquo;s error", there["published_error"]): (
+            "", [shown(row.published_error, "{:g}".format, NOTHING) for row in table.rows], ""
+        ),
+        ("Best model", True): ("apart", [_number(row.best_model) for row in table.rows], ""),
+        ("Absolute error ", there["truth"]): (
+            "", [_number(row.best_model_error) for row in table.rows], _number(table.best_model_mae)
+        ),
+    }  # fmt: skip
+    head, mean, rows = "", "", [f'<th scope="row">{escape(row.name)}</th>' for row in table.rows]
+    for (heading, known), (kind, cells, below) in columns.items():
+        if known:
+            apart = ' class="apart"' if kind == "apart" else ""
+            head += f'<th scope="col"{apart}>{heading.strip()}</th>'
+            mean += f"<td{apart}>{below}</td>"
+            look = f' class="{kind}"' if kind else ""
+            rows = [f"{row}<td{look}>{cell}</td>" for row, cell in zip(rows, cells, strict=True)]
+    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    foot = f'<tfoot><tr><th scope="row">Mean</th>{mean}</tr></tfoot>'
+    if not there["truth"] or table.estimate_mae is None:
+        foot = ""
     note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return section(
+    return _section(
         "result",
         "Inferred parameters",
         f'<div class="scroll" tabindex="0" role="region" aria-labelledby="result-heading"><table class="numbers">'
-        f"<thead><tr>{header}</tr></thead>\n<tbody>{body}</tbody>\n{mean}</table></div>{note}",
+        f'<thead><tr><th scope="col">Parameter</th>{head}</tr></thead>\n<tbody>{body}</tbody>\n{foot}</table></div>{note}',
     )
 
 
-def _row(row: ParameterRow, has_interval: bool, has_truth: bool, has_published: bool) -> str:
-    cells = f'<th scope="row">{escape(row.name)}</th><td class="strong">{number_markup(row.estimate)}</td>'
-    if has_interval:
-        cells += f"<td>{_ends(row.interval)}</td>"
-    if has_truth:
-        cells += f"<td>{number_markup(row.truth)}</td><td>{number_markup(row.estimate_error)}</td>"
-    if has_published:
-        cells += f"<td>{shown(row.published_error, '{:g}'.format, NOTHING)}</td>"
-    cells += f'<td class="apart">{number_markup(row.best_model)}</td>'
-    if has_truth:
-        cells += f"<td>{number_markup(row.best_model_error)}</td>"
-    return f"<tr>{cells}</tr>"
+def _listing(listing: Listing) -> str:
+    """Return a table as markup."""
 
+    def cell(value: Cell) -> str:
+        return _number(value) if value is None or isinstance(value, float) else escape(str(value))
 
-def _ends(interval: tuple[float, float] | None) -> str:
-    return NOTHING if interval is None or not is_known(*interval) else " to ".join(map(number_markup, interval))
-
-
-def _mean(table: RunTable, has_interval: bool, has_published: bool) -> str:
-    before = "<td></td>" * (2 + has_interval)
-    gap = "<td></td>" if has_published else ""
-    return (
-        f'<tfoot><tr><th scope="row">Mean</th>{before}<td>{number_markup(table.estimate_mae)}</td>{gap}'
-        f'<td class="apart"></td><td>{number_markup(table.best_model_mae)}</td></tr></tfoot>'
+    header = "".join(f'<th scope="col">{escape(column)}</th>' for column in listing.columns)
+    rows = []
+    for head, *rest in listing.rows:
+        cells = "".join(f"<td>{cell(value)}</td>" for value in rest)
+        rows.append(f'<tr><th scope="row">{cell(head)}</th>{cells}</tr>')
+    name, heading, body = escape(listing.name), escape(listing.heading), "\n".join(rows)
+    note = f'<p class="note">{escape(listing.note)}</p>' if listing.note else ""
+    table = (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{heading}"><table class="numbers">'
+        f"<thead><tr>{header}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}"
     )
+    if listing.folded:
+        return f'<details id="{name}"><summary>{heading}</summary>{table}</details>'
+    return _section(name, heading, table)
 
 
-def _health(report: RunReport) -> str:
-    if not report.selection:
-        return ""
-    healthy = all(state == ACTIVE for state in report.selection)
-    text = escape(describe_selection(report.selection))
-    if not healthy:
-        text += (
-            " In those generations all models were equally fit and drifted by chance; many of them near the end make"
-            " the result doubtful."
+def _figures(figures: Iterable[Picture]) -> str:
+    markup = ""
+    for figure in figures:
+        title, caption = escape(figure.title), f" {escape(figure.caption)}" if figure.caption else ""
+        markup += (
+            f'<figure class="plot{" wide" if figure.wide else ""}"><figcaption><b>{title}</b>{caption}</figcaption>'
+            f'<div class="scroll" tabindex="0" role="region" aria-label="{title}">{figure.svg}</div></figure>\n'
         )
-    return f'<p class="health {"good" if healthy else "warning"}" role="note">{text}</p>'
-
-
-def _check(report: RunReport) -> str:
-    if report.check is None:
-        return ""
-    pictures = "".join(_figure(figure) for figure in report.check_figures)
-    return f'{listing_markup(report.check)}<div class="figures">{pictures}</div>'
-
-
-def _figures(figures: tuple[Picture, ...]) -> str:
-    if not figures:
-        return ""
-    return section("figures", "Figures", f'<div class="figures">{"".join(_figure(figure) for figure in figures)}</div>')
-
-
-def _figure(figure: Picture) -> str:
-    caption = f" {escape(figure.caption)}" if figure.caption else ""
-    return (
-        f'<figure class="plot{" wide" if figure.wide else ""}"><figcaption><b>{escape(figure.title)}</b>{caption}'
-        f'</figcaption><div class="scroll" tabindex="0" role="region" aria-label="{escape(figure.title)}">'
-        f"{figure.svg}</div></figure>\n"
-    )
+    return f'<div class="figures">{markup}</div>'
 
 
 def _configuration(text: str) -> str:
-    if not text:
-        return ""
-    return (
-        f'<details id="configuration"><summary>Configuration</summary><pre><code>{escape(text)}</code></pre></details>'
-    )
+    code = f"<pre><code>{escape(text)}</code></pre>"
+    return f'<details id="configuration"><summary>Configuration</summary>{code}</details>' if text else ""
 
 
-def _manifest(report: RunReport) -> str:
-    if not report.manifest:
-        return ""
+def _manifest(manifest: Sequence[tuple[str, str]]) -> str:
     rows = "\n".join(
-        f'<tr><th scope="row">{escape(str(name))}</th><td>{escape(str(value))}</td></tr>'
-        for name, value in report.manifest
+        f'<tr><th scope="row">{escape(str(name))}</th><td>{escape(str(value))}</td></tr>' for name, value in manifest
     )
-    return (
-        '<details id="manifest"><summary>Manifest</summary><div class="scroll" tabindex="0" role="region" '
-        f'aria-label="Manifest"><table class="facts"><tbody>{rows}</tbody></table></div></details>'
-    )
+    table = f'<table class="facts"><tbody>{rows}</tbody></table>'
+    scroll = f'<div class="scroll" tabindex="0" role="region" aria-label="Manifest">{table}</div>'
+    return f'<details id="manifest"><summary>Manifest</summary>{scroll}</details>' if manifest else ""
 
 
 def _replay(replay: Replay, heading: bool = True) -> str:
-    stages = "".join(_stage(swarm) for swarm in replay.swarms)
+    stages = ""
+    for swarm in replay.swarms:
+        replicas = int(swarm.is_replica.sum())
+        counts = {"agent": swarm.robots - replicas, "replica": replicas, "object": swarm.objects}
+        legend = "".join(
+            f'<span class="key {kind}">{count} {kind}{"s" if count != 1 else ""}</span>'
+            for kind, count in counts.items()
+            if count
+        )
+        stages += (
+            f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{legend}</figcaption>'
+            f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
+        )
     body = Template(_asset("_replay.html")).substitute(
         stages=stages, count=len(replay.swarms), duration=f"{replay.duration_s:.1f}"
     )
     if heading:
-        return section("replay", escape(replay.title), body)
+        return _section("replay", escape(replay.title), body)
     return f'<section id="replay" aria-label="Replay">{body}</section>'
-
-
-def _stage(swarm: Swarm) -> str:
-    replicas = int(swarm.is_replica.sum())
-    counts = [
-        _legend("agent", swarm.robots - replicas, "agent"),
-        _legend("replica", replicas, "replica"),
-        _legend("object", swarm.objects, "object"),
-    ]
-    return (
-        f'<figure class="stage"><figcaption><b>{escape(swarm.label)}</b>{"".join(counts)}</figcaption>'
-        f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
-    )
-
-
-def _legend(kind: str, count: int, word: str) -> str:
-    return f'<span class="key {kind}">{count} {word}{"s" if count != 1 else ""}</span>' if count else ""
 
 
 def _embed(replay: Replay) -> str:

@@ -5,6 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
+from turing_learning.arrays import array
+from turing_learning.errors import integer, number, require
+
 MARGIN = 0.04  # of the longer side, around everything that moves
 NARROWEST = 0.6  # shorter side of the view, relative to the longer one
 
@@ -23,11 +26,6 @@ class Swarm:
         Number of robots A.
     replica_mask : (A,) bool
         Which robots execute a model; none by default.
-
-    Raises
-    ------
-    ValueError
-        If a shape does not fit or a pose is not finite.
     """
 
     label: str
@@ -36,19 +34,10 @@ class Swarm:
     replica_mask: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        poses = np.asarray(self.poses, dtype=float)
-        if poses.ndim != 3 or poses.shape[2] != 3 or 0 in poses.shape:
-            raise ValueError(f"`poses` must have the shape (F, A + O, 3), no axis empty; got {poses.shape}.")
-        if not np.isfinite(poses).all():
-            frame, body, _ = (int(k) for k in np.argwhere(~np.isfinite(poses))[0])
-            raise ValueError(f"`poses` must be finite; got {poses[frame, body].tolist()} in frame {frame}, row {body}.")
-        if not 0 <= self.robots <= poses.shape[1]:
-            raise ValueError(
-                f"`robots` must be between 0 and the number of rows in `poses`, {poses.shape[1]}; got {self.robots}."
-            )
-        mask = np.zeros(self.robots, bool) if self.replica_mask is None else np.asarray(self.replica_mask, dtype=bool)
-        if mask.shape != (self.robots,):
-            raise ValueError(f"`replica_mask` must have the shape ({self.robots},); got {mask.shape}.")
+        poses = array("poses", self.poses, "F B 3")
+        integer("robots", self.robots, 0, poses.shape[1])
+        given = np.zeros(self.robots, bool) if self.replica_mask is None else self.replica_mask
+        mask = array("replica_mask", given, "A", dtype=bool, empty=True, A=self.robots)
         object.__setattr__(self, "poses", poses)
         object.__setattr__(self, "replica_mask", mask)
 
@@ -79,11 +68,6 @@ class Replay:
         One or more swarms with the same number of frames.
     walls_cm
         Left, bottom, right, and top of the arena (cm); None where it is unbounded.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive, there is no swarm, or the swarms differ in their number of frames.
     """
 
     title: str
@@ -95,20 +79,13 @@ class Replay:
 
     def __post_init__(self) -> None:
         for name in ("robot_radius_cm", "object_radius_cm", "interval_s"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise ValueError(f"`{name}` must be positive and finite; got {value}.")
-        if not self.swarms:
-            raise ValueError("`swarms` must hold at least one swarm; got none.")
-        if len({len(swarm.poses) for swarm in self.swarms}) > 1:
-            frames = [len(swarm.poses) for swarm in self.swarms]
-            raise ValueError(f"`swarms` must all have the same number of frames; got {frames}.")
-        if self.walls_cm is not None and not (
-            np.isfinite(self.walls_cm).all()
-            and self.walls_cm[0] < self.walls_cm[2]
-            and self.walls_cm[1] < self.walls_cm[3]
-        ):
-            raise ValueError(f"`walls_cm` must be left < right and bottom < top, finite; got {self.walls_cm}.")
+            number(name, getattr(self, name), above=0)
+        require(self.swarms, "swarms", "hold at least one swarm", "none")
+        frames = [len(swarm.poses) for swarm in self.swarms]
+        require(len(set(frames)) == 1, "swarms", "all have the same number of frames", frames)
+        if self.walls_cm is not None:
+            left, bottom, right, top = array("walls_cm", self.walls_cm, "4")
+            require(left < right and bottom < top, "walls_cm", "be left < right and bottom < top", self.walls_cm)
         object.__setattr__(self, "swarms", tuple(self.swarms))
 
     @property

@@ -5,14 +5,13 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
-from importlib import import_module
 from io import StringIO
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from turing_learning.errors import integer, require
+from turing_learning.errors import integer, optional, require
 from turing_learning.swarm import MixedSwarm, Scenario
 
 LARGEST = 1.5
@@ -111,15 +110,9 @@ def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 
 def baseline(name: str) -> ModuleType:
     """Return a package of the extra `baselines`."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return import_module(name)
-    except ImportError as error:
-        package = name.partition(".")[0]
-        raise ImportError(
-            f"{package} must be installed for the comparison. Run: pip install 'turing-learning[baselines]'"
-        ) from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return optional(name, name.partition(".")[0], "baselines")
 
 
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:

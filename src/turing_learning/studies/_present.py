@@ -9,6 +9,8 @@ from turing_learning import report
 from turing_learning.config import to_toml
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, error_box_figure, error_histogram_figure
+from turing_learning.report._content import Listing, StudyReport
+from turing_learning.report._page import study_page
 
 from ._convergence import Convergence
 from ._folder import StudyFolder
@@ -122,8 +124,8 @@ def save_study_figures(drawings: Sequence[Picture], folder: StudyFolder) -> None
 def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -> str:
     """Return the page of a study."""
     listings = (*_summaries(result), _kinds(result), _runs(result))
-    return report.study_page(
-        report.StudyReport(
+    return study_page(
+        StudyReport(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
             verdict=f"{describe(result)}.",
             listings=listings,
@@ -143,10 +145,10 @@ def _warning(result: StudyResult) -> str:
     return f"{' and '.join(parts)}: the statistics are of the others."
 
 
-def _summaries(result: StudyResult) -> list[report.Listing]:
+def _summaries(result: StudyResult) -> list[Listing]:
     groups = result.groups
     return [
-        report.Listing(
+        Listing(
             name="errors" if len(groups) == 1 else f"errors{number}",
             heading="Absolute errors" + (f": {label(group)}" if group else ""),
             columns=(
@@ -173,8 +175,8 @@ def _statistics(one: ParameterSummary) -> tuple[float, float | None, float]:
     return one.mean, one.standard_deviation, one.median
 
 
-def _kinds(result: StudyResult) -> report.Listing:
-    return report.Listing(
+def _kinds(result: StudyResult) -> Listing:
+    return Listing(
         name="kinds",
         heading="Runs",
         columns=("Verdict", "Runs"),
@@ -184,9 +186,9 @@ def _kinds(result: StudyResult) -> report.Listing:
     )
 
 
-def _runs(result: StudyResult) -> report.Listing:
+def _runs(result: StudyResult) -> Listing:
     keys = list(result.runs[0].settings)
-    return report.Listing(
+    return Listing(
         name="runs",
         heading="Every run",
         columns=("Run", *(key.removeprefix("run.") for key in keys), "Verdict", "MAE: estimate", "MAE: best model"),

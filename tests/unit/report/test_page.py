@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 
 from turing_learning import report
 from turing_learning.figures import Picture
+from turing_learning.report._content import ParameterRow, RunReport, RunTable, describe_selection
+from turing_learning.report._page import report_page
 
 NASTY = """</script><script>alert("x")</script><!-- & ' ${title}"""
 
@@ -50,9 +52,9 @@ def make_replay(frames=4):
 
 
 def make_report(**changes):
-    row = report.ParameterRow("vl0", -0.70321, -0.71, -0.7, 0.00321, 0.01, 0.01)
-    options = {"title": "Run", "verdict": "Done.", "table": report.RunTable((row,), 0.00321, 0.01, "A note.")}
-    return report.RunReport(**options | changes)
+    row = ParameterRow("vl0", -0.70321, -0.71, -0.7, 0.00321, 0.01, 0.01)
+    options = {"title": "Run", "verdict": "Done.", "table": RunTable((row,), 0.00321, 0.01, "A note.")}
+    return RunReport(**options | changes)
 
 
 def embedded(page):
@@ -60,7 +62,7 @@ def embedded(page):
 
 
 def test_the_table_shows_inferred_true_error_and_the_papers_error():
-    rows = Reader(report.report_page(make_report())).rows
+    rows = Reader(report_page(make_report())).rows
     assert rows == [
         ["Parameter", "Inferred", "True", "Absolute error", "Paper\u2019s error", "Best model", "Absolute error"],
         ["vl0", "-0.7032", "-0.7000", "0.0032", "0.01", "-0.7100", "0.0100"],
@@ -69,41 +71,41 @@ def test_the_table_shows_inferred_true_error_and_the_papers_error():
 
 
 def test_without_truth_the_table_shows_what_was_inferred():
-    table = report.RunTable((report.ParameterRow("a", 1234.5678, 2.0),))
-    assert Reader(report.report_page(make_report(table=table))).rows == [
+    table = RunTable((ParameterRow("a", 1234.5678, 2.0),))
+    assert Reader(report_page(make_report(table=table))).rows == [
         ["Parameter", "Inferred", "Best model"],
         ["a", "1234.5678", "2.0000"],
     ]
 
 
 def test_a_tiny_parameter_is_not_shown_as_zero():
-    row = report.ParameterRow("rate", 1.234e-5, 0.00011, interval=(1.2e-5, 1.3e-5))
-    (_, shown) = Reader(report.report_page(make_report(table=report.RunTable((row,))))).rows
+    row = ParameterRow("rate", 1.234e-5, 0.00011, interval=(1.2e-5, 1.3e-5))
+    (_, shown) = Reader(report_page(make_report(table=RunTable((row,))))).rows
     assert shown == ["rate", "1.234e-05", "1.2e-05 to 1.3e-05", "0.00011"]
 
 
 def test_a_number_that_is_missing_in_one_row_is_a_dash():
-    rows = (report.ParameterRow("a", 1, 1, 1, 0, 0, 0.5), report.ParameterRow("b", 1, 1))
-    assert Reader(report.report_page(make_report(table=report.RunTable(rows)))).rows[2] == [
+    rows = (ParameterRow("a", 1, 1, 1, 0, 0, 0.5), ParameterRow("b", 1, 1))
+    assert Reader(report_page(make_report(table=RunTable(rows)))).rows[2] == [
         "b", "1.0000", "\u2013", "\u2013", "\u2013", "1.0000", "\u2013",
     ]  # fmt: skip
 
 
 def test_a_healthy_run_says_so():
-    page = report.report_page(make_report(selection=["active"] * 3))
+    page = report_page(make_report(selection=["active"] * 3))
     assert "health good" in page
     assert "Selection was active in every generation." in page
 
 
 def test_a_run_whose_selection_stopped_says_when():
-    page = report.report_page(make_report(selection=["active", "all rejected", "all rejected"]))
+    page = report_page(make_report(selection=["active", "all rejected", "all rejected"]))
     assert "health warning" in page
     assert "Selection stopped in 2 of 3 generations: 1 to 2 (all rejected)." in page
 
 
 def test_configuration_manifest_and_figures_are_on_the_page():
     picture = Picture("one", "Error", "What it shows.", Figure(), wide=True)
-    page = report.report_page(make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,)))
+    page = report_page(make_report(configuration="a = 1\nb = 2", manifest=[("seed", "7")], figures=(picture,)))
     assert "<pre><code>a = 1\nb = 2</code></pre>" in page
     assert ["seed", "7"] in Reader(page).rows
     assert picture.svg in page
@@ -116,22 +118,20 @@ def test_every_text_of_the_user_is_escaped():
     dangerous = make_report(
         title=NASTY,
         verdict=NASTY,
-        table=report.RunTable((report.ParameterRow(NASTY, 1, 1),), note=NASTY),
+        table=RunTable((ParameterRow(NASTY, 1, 1),), note=NASTY),
         selection=[NASTY],
         figures=(Picture("nasty", NASTY, NASTY, Figure()),),
         configuration=NASTY,
         manifest=[(NASTY, NASTY)],
         replay=replay,
     )
-    page = report.report_page(dangerous)
+    page = report_page(dangerous)
     assert NASTY not in page
     assert page.count(html.escape(NASTY)) == 16
     assert Reader(page).scripts == 2
 
 
-@pytest.mark.parametrize(
-    "page", [report.report_page(make_report(replay=make_replay())), report.replay_page(make_replay())]
-)
+@pytest.mark.parametrize("page", [report_page(make_report(replay=make_replay())), report.replay_page(make_replay())])
 def test_a_page_refers_to_nothing_outside(page):
     assert set(Reader(page).addresses) == {"data:,"}
     assert "url(" not in page
@@ -177,9 +177,7 @@ def test_a_replay_page_may_have_its_own_title():
 
 
 def test_the_same_run_gives_the_same_page():
-    assert report.report_page(make_report(replay=make_replay())) == report.report_page(
-        make_report(replay=make_replay())
-    )
+    assert report_page(make_report(replay=make_replay())) == report_page(make_report(replay=make_replay()))
 
 
 def test_a_page_is_written_as_utf_8(tmp_path):
@@ -213,29 +211,29 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch)
     ],
 )
 def test_selection_is_described(selection, sentence):
-    assert report.describe_selection(selection) == sentence
+    assert describe_selection(selection) == sentence
 
 
 def test_many_stops_are_not_all_listed():
-    sentence = report.describe_selection(["all accepted", "active"] * 8)
+    sentence = describe_selection(["all accepted", "active"] * 8)
     assert sentence.startswith("Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)")
     assert sentence.endswith("10 (all accepted), and 2 more times.")
 
 
 def test_the_table_shows_intervals_where_there_are_any():
-    rows = (report.ParameterRow("a", 0.5, 0.5, interval=(0.25, 0.75)), report.ParameterRow("b", 0.5, 0.5))
-    page = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows)))
+    rows = (ParameterRow("a", 0.5, 0.5, interval=(0.25, 0.75)), ParameterRow("b", 0.5, 0.5))
+    page = report_page(RunReport("Run", "Done.", RunTable(rows)))
     assert '<th scope="col">90 % interval</th>' in page
     assert "<td>0.2500 to 0.7500</td>" in page
-    bare = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows[1:])))
+    bare = report_page(RunReport("Run", "Done.", RunTable(rows[1:])))
     assert "interval</th>" not in bare
 
 
 def test_an_interval_that_is_not_known_is_a_dash():
     nan = float("nan")
     rows = (
-        report.ParameterRow("a", 0.5, 0.5, interval=(nan, nan)),
-        report.ParameterRow("b", 0.5, 0.5, interval=(0, 1)),
+        ParameterRow("a", 0.5, 0.5, interval=(nan, nan)),
+        ParameterRow("b", 0.5, 0.5, interval=(0, 1)),
     )
-    page = report.report_page(report.RunReport("Run", "Done.", report.RunTable(rows)))
+    page = report_page(RunReport("Run", "Done.", RunTable(rows)))
     assert [row[:3] for row in Reader(page).rows[1:3]] == [["a", "0.5000", "–"], ["b", "0.5000", "0.0000 to 1.0000"]]  # noqa: RUF001

@@ -49,19 +49,28 @@ def test_robots_are_agents_by_default():
 @pytest.mark.parametrize(
     ("make_it", "message"),
     [
-        (lambda: Swarm("a", POSES[0], 1), r"`poses` must have the shape \(F, A \+ O, 3\).*got \(2, 3\)"),
-        (lambda: Swarm("a", POSES[:0], 1), r"no axis empty; got \(0, 2, 3\)"),
+        (lambda: Swarm("a", POSES[0], 1), r"`poses` must be of shape \(F, B, 3\); got \(2, 3\)"),
+        (lambda: Swarm("a", POSES[:0], 1), r"and not empty; got \(0, 2, 3\)"),
         (
             lambda: Swarm("a", np.add(POSES, [0, np.nan, 0]), 1),
-            r"`poses` must be finite; got \[0.0, nan, 0.0\] in frame 0, row 0",
+            r"`poses` must be finite; got nan at \(0, 0, 1\)",
         ),
-        (lambda: Swarm("a", POSES, 3), r"`robots` must be between 0 .* 2; got 3"),
-        (lambda: Swarm("a", POSES, 2, np.ones(3, bool)), r"`replica_mask` must have the shape \(2,\); got \(3,\)"),
+        (lambda: Swarm("a", POSES, 3), "`robots` must be an integer from 0 to 2; got 3"),
+        (
+            lambda: Swarm("a", POSES, 2, np.ones(3, bool)),
+            r"`replica_mask` must be of shape \(A,\) = \(2,\); got \(3,\)",
+        ),
         (lambda: make(), "`swarms` must hold at least one swarm; got none"),
         (lambda: make(Swarm("a", POSES, 1), Swarm("b", POSES[1:], 1)), r"same number of frames; got \[3, 2\]"),
-        (lambda: make(Swarm("a", POSES, 1), interval_s=0), "`interval_s` must be positive and finite; got 0"),
-        (lambda: make(Swarm("a", POSES, 1), robot_radius_cm=-1.0), "`robot_radius_cm` must be positive.* got -1.0"),
-        (lambda: make(Swarm("a", POSES, 1), object_radius_cm=np.inf), "`object_radius_cm` must be positive.* got inf"),
+        (lambda: make(Swarm("a", POSES, 1), interval_s=0), "`interval_s` must be a finite number above 0; got 0"),
+        (
+            lambda: make(Swarm("a", POSES, 1), robot_radius_cm=-1.0),
+            "`robot_radius_cm` must be a finite number above 0; got -1.0",
+        ),
+        (
+            lambda: make(Swarm("a", POSES, 1), object_radius_cm=np.inf),
+            "`object_radius_cm` must be a finite number above 0; got inf",
+        ),
         (
             lambda: make(Swarm("a", POSES, 1), walls_cm=(1, 0, 0, 1)),
             r"`walls_cm` must be left < right.*got \(1, 0, 0, 1\)",

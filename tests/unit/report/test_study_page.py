@@ -1,18 +1,17 @@
 from matplotlib.figure import Figure
 
-from turing_learning import report
 from turing_learning.figures import Picture
+from turing_learning.report._content import Listing, StudyReport
+from turing_learning.report._page import study_page
 
 LISTINGS = (
-    report.Listing(
-        "errors", "Errors", ("Parameter", "Mean"), [("vl0 <b>", 0.25), ("vr0", None)], note="Of <all> runs."
-    ),
-    report.Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good"), (2, 12345.678)], folded=True),
+    Listing("errors", "Errors", ("Parameter", "Mean"), [("vl0 <b>", 0.25), ("vr0", None)], note="Of <all> runs."),
+    Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good"), (2, 12345.678)], folded=True),
 )
 
 
 def page(**changes):
-    return report.study_page(report.StudyReport("A study & more", "2 of 2 runs.", LISTINGS, **changes))
+    return study_page(StudyReport("A study & more", "2 of 2 runs.", LISTINGS, **changes))
 
 
 def test_a_page_shows_its_tables_and_escapes_what_it_shows():

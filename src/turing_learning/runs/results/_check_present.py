@@ -9,6 +9,7 @@ from turing_learning.analysis import is_known
 from turing_learning.config import Configuration
 from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
+from turing_learning.report._content import Listing
 
 from ._result import Result
 
@@ -88,10 +89,10 @@ def _known_ends(ends: list[float]) -> tuple[float, float] | None:
     return (ends[0], ends[1]) if is_known(*ends) else None
 
 
-def check_listing(check: "Check") -> report.Listing:
+def check_listing(check: "Check") -> Listing:
     """Return what is said of each parameter, as a table."""
     test = check.test
-    return report.Listing(
+    return Listing(
         name="check",
         heading="Can it be believed?",
         columns=("parameter", "interval", "left open", "missed by", ""),

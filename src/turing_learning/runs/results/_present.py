@@ -12,6 +12,8 @@ from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
 from turing_learning.figures._one_run import error_figure, fitness_figure, parameters_figure, step_sizes_figure
 from turing_learning.purposes import REPLAY
+from turing_learning.report._content import ParameterRow, RunReport, RunTable
+from turing_learning.report._page import report_page as markup
 from turing_learning.runs.folder._traces import SELECTION_CODES
 from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 
@@ -150,8 +152,8 @@ def report_page(
     from ._check_present import check_listing, draw_check
 
     words = {code: word for word, code in SELECTION_CODES.items()}
-    return report.report_page(
-        report.RunReport(
+    return markup(
+        RunReport(
             title=f"{configuration.scenario.title}: what Turing Learning inferred",
             verdict=verdict(result),
             table=run_table(result),
@@ -188,14 +190,14 @@ def _failures(result: Result) -> str:
     return f" {count} simulation{'s' if count != 1 else ''} failed; result.json says which." if count else ""
 
 
-def run_table(result: Result) -> report.RunTable:
+def run_table(result: Result) -> RunTable:
     """Return the table inferred / true / absolute error / the paper's figure."""
 
     def of(values: Mapping[str, float] | None, name: str) -> float | None:
         return None if values is None else values[name]
 
     rows = tuple(
-        report.ParameterRow(
+        ParameterRow(
             name=name,
             estimate=value,
             best_model=result.best_model[name],
@@ -211,7 +213,7 @@ def run_table(result: Result) -> report.RunTable:
     if result.networks:
         note = "Outputs of the networks after 20 steps of each constant sensor reading."
     note = f"{note} {report.describe_unknown(result.interval)}".strip()
-    return report.RunTable(rows, result.estimate_mae, result.mae, note)
+    return RunTable(rows, result.estimate_mae, result.mae, note)
 
 
 def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:

@@ -10,7 +10,8 @@ import numpy as np
 
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.config import Configuration
-from turing_learning.report import counted, describe_unknown, is_page, short_number, shown
+from turing_learning.report import counted, describe_unknown, short_number, shown
+from turing_learning.report._page import is_page
 from turing_learning.runs.folder._folder import RunFolder
 from turing_learning.runs.folder._target import refuse_target, writing
 from turing_learning.runs.folder._traces import SELECTION_CODES, Traces

@@ -1,4 +1,4 @@
-"""What the page of a run shows: plain data."""
+"""What pages show: plain data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,11 +6,39 @@ from itertools import groupby
 
 from turing_learning.figures import Picture
 
-from ._listing import Listing
 from ._replay import Replay
 
+Cell = str | float | int | None
 ACTIVE = "active"
 MOST_SPANS = 6  # listed one by one
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A table with a heading.
+
+    Parameters
+    ----------
+    name
+        Makes its ids unique in the page: lower-case letters.
+    heading
+        Heading.
+    columns
+        Headings of the columns; the first column names the row.
+    rows
+        One cell for each column: a text, a number, or None where there is nothing.
+    note
+        What a reader needs to read it.
+    folded
+        Whether it is closed until it is asked for, because it is long.
+    """
+
+    name: str
+    heading: str
+    columns: tuple[str, ...]
+    rows: Sequence[Sequence[Cell]]
+    note: str = ""
+    folded: bool = False
 
 
 @dataclass(frozen=True)
@@ -99,6 +127,32 @@ class RunReport:
     check_figures: tuple[Picture, ...] = ()
 
 
+@dataclass(frozen=True)
+class StudyReport:
+    """A study as a reader should see it.
+
+    Parameters
+    ----------
+    title, verdict
+        Title, and the result in one sentence.
+    listings
+        Tables; folded ones come after the figures.
+    figures
+        Figures, in order.
+    warning
+        What a reader must not miss; empty if there is nothing.
+    configuration
+        The resolved configuration of the first run as text (TOML).
+    """
+
+    title: str
+    verdict: str
+    listings: tuple[Listing, ...]
+    figures: tuple[Picture, ...] = ()
+    warning: str = ""
+    configuration: str = ""
+
+
 def describe_selection(selection: Sequence[str]) -> str:
     """Say in one or two sentences in which generations selection stopped.
 
@@ -110,33 +164,19 @@ def describe_selection(selection: Sequence[str]) -> str:
     selection
         One of "active", "all accepted", and "all rejected" for each generation.
 
-    Returns
-    -------
-    str
-
     Examples
     --------
     >>> describe_selection(["active", "all rejected", "all rejected"])
     'Selection stopped in 2 of 3 generations: 1 to 2 (all rejected).'
     """
+    count, spans, first = len(selection), [], 0
     stopped = sum(state != ACTIVE for state in selection)
     if not stopped:
-        count = len(selection)
         return "Selection was active in every generation." if count != 1 else "Selection was active."
-    spans = [_describe_span(state, first, last) for state, first, last in _spans(selection) if state != ACTIVE]
-    listed = ", ".join(spans[:MOST_SPANS])
-    rest = f", and {len(spans) - MOST_SPANS} more times" if len(spans) > MOST_SPANS else ""
-    return f"Selection stopped in {stopped} of {len(selection)} generations: {listed}{rest}."
-
-
-def _spans(selection: Sequence[str]) -> list[tuple[str, int, int]]:
-    spans, start = [], 0
     for state, group in groupby(selection):
-        length = sum(1 for _ in group)
-        spans.append((state, start, start + length - 1))
-        start += length
-    return spans
-
-
-def _describe_span(state: str, first: int, last: int) -> str:
-    return f"{first} ({state})" if first == last else f"{first} to {last} ({state})"
+        last = first + sum(1 for _ in group) - 1
+        if state != ACTIVE:
+            spans.append(f"{first} ({state})" if first == last else f"{first} to {last} ({state})")
+        first = last + 1
+    rest = f", and {len(spans) - MOST_SPANS} more times" if len(spans) > MOST_SPANS else ""
+    return f"Selection stopped in {stopped} of {count} generations: {', '.join(spans[:MOST_SPANS])}{rest}."
