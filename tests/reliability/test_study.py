@@ -87,7 +87,7 @@ def test_a_second_process_is_refused(undisturbed, tmp_path):
     process.communicate()
     assert done.returncode == 2
     assert done.stderr == (
-        f"error: `study` must not be in use; got {folder}, on which another process works. "
+        f"error: `study` must not be in use; got {folder}, to which another process is writing. "
         "Wait until it ends, or stop it.\n"
     )
 

@@ -1,14 +1,16 @@
-"""Who executes the runs: local workers, any executor, or a Dask cluster."""
+"""A Dask cluster that executes the runs of a study."""
 
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, Future
+from collections.abc import Iterable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from turing_learning.config import ConfigurationError
+from turing_learning.errors import require
 
-from ._execute import Outcome, Task, execute
+from ._conduct import Backend
+from ._execute import execute
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -17,58 +19,15 @@ CONNECT_S = 4.0  # that a scheduler has to answer
 SCHEMES = ("tcp", "tls", "ws", "wss")
 
 
-class Backend(Protocol):
-    """Executes tasks."""
+def dask_backend(client: "Client") -> Backend:
+    """Return a cluster as who executes; a run whose worker dies is executed again by another one."""
+    executor = client.get_executor(pure=False)
 
-    def submit(self, task: Task) -> "Future[Outcome]":
-        """Execute a task as soon as possible."""
-        ...
+    def running(futures: Iterable["Future[Any]"]) -> int:
+        return min(sum(not future.done() for future in futures), sum(client.ncores().values()))
 
-    def running(self, futures: Sequence["Future[Outcome]"]) -> int:
-        """Return how many of the tasks are being executed, about."""
-        ...
-
-    def kill(self) -> None:
-        """Give up what is being executed, where that is possible."""
-        ...
-
-
-class ExecutorBackend:
-    """Any executor of `concurrent.futures`; it stays open."""
-
-    def __init__(self, executor: Executor) -> None:
-        self._executor = executor
-
-    def submit(self, task: Task) -> "Future[Outcome]":
-        """Execute a task."""
-        return self._executor.submit(execute, task)
-
-    def running(self, futures: Sequence["Future[Outcome]"]) -> int:
-        """Return how many futures say that they run."""
-        return sum(future.running() for future in futures)
-
-    def kill(self) -> None:
-        """Do nothing: the executor is not ours."""
-
-
-class DaskBackend:
-    """A Dask cluster that exists; a run whose worker dies is executed again by another one."""
-
-    def __init__(self, client: "Client") -> None:
-        self._client = client
-        self._executor = client.get_executor(pure=False)
-
-    def submit(self, task: Task) -> "Future[Outcome]":
-        """Execute a task on any worker."""
-        return self._executor.submit(execute, task)
-
-    def running(self, futures: Sequence["Future[Outcome]"]) -> int:
-        """Return how many tasks fit on the cluster at once."""
-        left = sum(not future.done() for future in futures)
-        return min(left, sum(self._client.ncores().values()))
-
-    def kill(self) -> None:
-        """Do nothing: the workers look for the file that stops them."""
+    # nothing is killed: the workers look for the file that stops them
+    return Backend(lambda task: executor.submit(execute, task), running)
 
 
 @contextmanager
@@ -92,23 +51,20 @@ def dask_cluster(address: str) -> Iterator["Client"]:
             f"`cluster` must be left out without the extra `cluster`; got {address!r}. "
             'Install it: pip install "turing-learning[cluster]"'
         ) from error
-    client = _connected(Client, address)
-    try:
-        _require_workers(client, address)
-        yield client
-    finally:
-        client.close(timeout=CONNECT_S)
-
-
-def _connected(kind: Any, address: str) -> "Client":
     try:
         _require_address(address)
-        return kind(address, timeout=CONNECT_S, set_as_default=False)
+        client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, TypeError, ImportError) as error:
         raise ConfigurationError(
             f"`cluster` must be the address of a Dask scheduler that answers; got {address!r} "
             f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
         ) from error
+    try:
+        require(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none",
+                f"Start one: dask worker {address} --nthreads 1", error=ConfigurationError)  # fmt: skip
+        yield client
+    finally:
+        client.close(timeout=CONNECT_S)
 
 
 def _require_address(address: str) -> None:
@@ -122,14 +78,6 @@ def _require_address(address: str) -> None:
     if scheme in ("tls", "wss") and Security().get_connection_args("client")["ssl_context"] is None:
         raise ValueError("the configuration of Dask names no certificates")
     resolve_address(address)
-
-
-def _require_workers(client: "Client", address: str) -> None:
-    if not client.ncores():
-        raise ConfigurationError(
-            f"`cluster` must have at least one worker; got {address!r} with none. "
-            f"Start one: dask worker {address} --nthreads 1"
-        )
 
 
 def require_visible(client: "Client", path: Path, address: str) -> None:
@@ -149,15 +97,10 @@ def require_visible(client: "Client", path: Path, address: str) -> None:
     except Exception as error:  # whatever the cluster raises: the study cannot begin
         raise ConfigurationError(f"`cluster` must be able to work; got {address!r} ({error!r}).") from error
     for worker, answer in seen.items():
-        if isinstance(answer, BaseException):
-            raise ConfigurationError(
-                f"`cluster` must have turing-learning installed on all workers; got {answer!r} from {worker}."
-            )
-        if not answer:
-            raise ConfigurationError(
-                f"`out` must be a folder that all workers of the cluster share; got {path.parent}, which {worker} "
-                "does not see. Choose a shared folder."
-            )
+        require(not isinstance(answer, BaseException), "cluster", "have turing-learning installed on all workers",
+                f"{answer!r} from {worker}", error=ConfigurationError)  # fmt: skip
+        require(answer, "out", "be a folder that all workers of the cluster share",
+                f"{path.parent}, which {worker} does not see", "Choose a shared folder.", error=ConfigurationError)  # fmt: skip
 
 
 def _sees(path: str) -> bool:

@@ -1,35 +1,73 @@
-"""Conduct a study: hand out the runs that are not complete, watch, and stop when asked to."""
+"""Conduct a study: hand out the runs that are not complete, say how far they are, and stop when asked to."""
 
 import contextlib
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from concurrent.futures import TimeoutError as FutureTimeout
+from dataclasses import dataclass
 from pathlib import Path
 from uuid import uuid4
 
 from turing_learning._files import PARTIAL
-from turing_learning.runs import resume_command
+from turing_learning.runs import resume_command, stored_generations
 
-from ._backends import Backend
-from ._errors import ExecutorError
 from ._execute import FAILED, Outcome, Task, note_failure
-from ._folder import StudyFolder
+from ._folder import ExecutorError, StudyFolder
 from ._plan import Plan
-from ._progress import ProgressCounter, StudyObserver
-from ._table import read_run
+from ._table import StudyRun, read_run
 
 STOPS = f"stop-*{PARTIAL}"
-TICK_S = 0.2  # between two looks at the observer and at who asks for a stop
+TICK_S = 0.2  # between two reports of progress
+LOOK_EVERY_S = 1.0  # between two looks at the checkpoints
 
 
-def conduct(
-    folder: StudyFolder,
-    plan: Plan,
-    backend: Backend,
-    observer: StudyObserver | None = None,
-    should_stop: Callable[[], bool] | None = None,
-) -> None:
-    """Execute all runs that are not complete; failed ones are tried again.
+@dataclass(frozen=True)
+class StudyProgress:
+    """How far a study is.
+
+    Attributes
+    ----------
+    total, done, failed, running
+        Numbers of runs.
+    maes
+        MAE of the estimate of every run that is done.
+    finished
+        The runs that have ended since the last call.
+    generations, generations_total
+        Generations of all runs, completed up to the last checkpoints and asked for.
+    seconds
+        Time since the study was begun or resumed (s).
+    seconds_left
+        Time until the end at the mean rate (s); None until the rate is known.
+    """
+
+    total: int
+    done: int
+    failed: int
+    running: int
+    maes: tuple[float, ...]
+    finished: tuple[StudyRun, ...]
+    generations: int
+    generations_total: int
+    seconds: float
+    seconds_left: float | None
+
+
+StudyObserver = Callable[[StudyProgress], None]
+
+
+@dataclass(frozen=True)
+class Backend:
+    """Who executes: how to submit a task, count the futures that are being executed, and end all at once where that is possible."""
+
+    submit: Callable[[Task], "Future[Outcome]"]
+    running: Callable[[Iterable["Future[Outcome]"]], int]
+    kill: Callable[[], None] = lambda: None
+
+
+class Conduct:
+    """Execute all runs that are not complete; failed ones are tried again. To be iterated over, once.
 
     Parameters
     ----------
@@ -37,79 +75,101 @@ def conduct(
         The study, locked by the caller.
     plan
         What runs.
-    backend
-        Who executes.
-    observer
-        Told a few times a second.
-    should_stop
-        Asked a few times a second; once it says so, the runs stop after their present generation.
 
-    Raises
+    Yields
     ------
-    ExecutorError
-        If the workers cannot go on.
+    StudyProgress
+        A few times a second, and at the end.
     """
-    complete = [run for number in plan.numbers if (run := read_run(folder, plan, number)).complete]
-    counter = ProgressCounter(folder, plan, complete)
-    stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
-    left = sorted(set(plan.numbers) - {run.number for run in complete})
-    try:
-        _conduct(folder, left, stop, backend, _Watch(counter, observer, should_stop))
-    except BaseException:
-        _touch(stop)  # it stays: whoever executes a run still has to see it
-        backend.kill()
-        raise
-    for path in folder.path.glob(STOPS):
-        path.unlink(missing_ok=True)
 
+    def __init__(self, folder: StudyFolder, plan: Plan) -> None:
+        self._folder, self._plan = folder, plan
+        runs = (read_run(folder, plan, number) for number in plan.numbers)
+        self._ended = {run.number: run for run in runs if run.complete}
+        base = plan.base.run.generations
+        self._asked = {n: int(plan.settings[n - 1].get("run.generations", base)) for n in plan.numbers}
+        self._stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
+        self._new: list[StudyRun] = []
+        self._begun = time.monotonic()
+        self._look()
+        self._before = self._generations()
 
-class _Watch:
-    """The observer, and who asks for a stop."""
+    @property
+    def left(self) -> list[int]:
+        """Numbers of the runs that are not complete."""
+        return [number for number in self._plan.numbers if number not in self._ended]
 
-    def __init__(
-        self, counter: ProgressCounter, observer: StudyObserver | None, should_stop: Callable[[], bool] | None
-    ) -> None:
-        self.counter = counter
-        self._observer = observer
-        self._should_stop = should_stop
-        self.stopped = False
+    def stop(self) -> None:
+        """Let all runs stop after their present generation."""
+        with contextlib.suppress(OSError):  # the disk is full: the runs will stop for that
+            self._stop.touch()
 
-    def look(self, backend: Backend, futures: list["Future[Outcome]"]) -> None:
-        """Tell the one, and ask the other."""
-        if self._observer is not None:
-            self._observer(self.counter.progress(backend.running(futures)))
-        self.stopped = self.stopped or (self._should_stop is not None and self._should_stop())
+    def by(self, backend: Backend) -> Iterator[StudyProgress]:
+        """Execute the runs that are left; raises ExecutorError if the workers cannot go on."""
+        tasks = [Task(str(self._folder.path.absolute()), number, str(self._stop)) for number in self.left]
+        futures: dict[Future[Outcome], Task] = {}
+        try:
+            for task in tasks:
+                try:
+                    futures[backend.submit(task)] = task
+                except (BrokenExecutor, RuntimeError) as error:
+                    raise ExecutorError(_broken(error, task)) from error
+            while futures:
+                yield self.progress(backend.running(futures))
+                done, _ = wait(futures, timeout=TICK_S, return_when=FIRST_COMPLETED)
+                for future in done:
+                    self._take(futures.pop(future), future)
+            yield self.progress(0)
+        except BaseException:
+            self.stop()  # the file stays: whoever executes a run still has to see it
+            backend.kill()
+            raise
+        for path in self._folder.path.glob(STOPS):
+            path.unlink(missing_ok=True)
 
+    def _take(self, task: Task, future: "Future[Outcome]") -> None:
+        try:
+            outcome = future.result()
+        except (BrokenExecutor, CancelledError, FutureTimeout) as error:
+            raise ExecutorError(_broken(error, task)) from error
+        except Exception as error:
+            outcome = Outcome(task.number, FAILED, note_failure(self._folder.run_path(task.number), error))
+        if outcome.state in ("complete", FAILED):
+            self.end(outcome.number)
 
-def _conduct(folder: StudyFolder, left: list[int], stop: Path, backend: Backend, watch: _Watch) -> None:
-    tasks = [Task(str(folder.path.absolute()), number, str(stop)) for number in left]
-    futures = {_submitted(backend, task): task for task in tasks}
-    while futures:
-        watch.look(backend, list(futures))
-        if watch.stopped:
-            _touch(stop)
-        done, _ = wait(futures, timeout=TICK_S, return_when=FIRST_COMPLETED)
-        for future in done:
-            _take(folder, futures.pop(future), future, watch.counter)
-    watch.look(backend, [])
+    def end(self, number: int) -> None:
+        """Take note that a run has ended, one way or the other."""
+        self._ended[number] = read_run(self._folder, self._plan, number)
+        self._partial.pop(number, None)
+        self._new.append(self._ended[number])
 
+    def progress(self, running: int) -> StudyProgress:
+        """Return how far the study is."""
+        if time.monotonic() >= self._next_look:
+            self._look()
+        finished, self._new = tuple(self._new), []
+        done = [run for run in self._ended.values() if run.complete]
+        seconds, generations, total = time.monotonic() - self._begun, self._generations(), sum(self._asked.values())
+        made = generations - self._before
+        return StudyProgress(
+            total=len(self._plan),
+            done=len(done),
+            failed=sum(bool(run.reason) for run in self._ended.values()),
+            running=running,
+            maes=tuple(run.estimate_mae for run in done if run.estimate_mae is not None),
+            finished=finished,
+            generations=generations,
+            generations_total=total,
+            seconds=seconds,
+            seconds_left=None if made <= 0 else max(0.0, (total - generations) * seconds / made),
+        )
 
-def _submitted(backend: Backend, task: Task) -> "Future[Outcome]":
-    try:
-        return backend.submit(task)
-    except (BrokenExecutor, RuntimeError) as error:
-        raise ExecutorError(_broken(error, task)) from error
+    def _look(self) -> None:
+        self._next_look = time.monotonic() + LOOK_EVERY_S
+        self._partial = {n: stored_generations(self._folder.run_path(n) / "checkpoints") for n in self.left}
 
-
-def _take(folder: StudyFolder, task: Task, future: "Future[Outcome]", counter: ProgressCounter) -> None:
-    try:
-        outcome = future.result()
-    except (BrokenExecutor, CancelledError, FutureTimeout) as error:
-        raise ExecutorError(_broken(error, task)) from error
-    except Exception as error:
-        outcome = Outcome(task.number, FAILED, note_failure(folder.run_path(task.number), error))
-    if outcome.state in ("complete", FAILED):
-        counter.end(outcome.number)
+    def _generations(self) -> int:
+        return sum(self._partial.values()) + sum(self._asked[number] for number in self._ended)
 
 
 def _broken(error: BaseException, task: Task) -> str:
@@ -118,8 +178,3 @@ def _broken(error: BaseException, task: Task) -> str:
         f"{': ' if str(error) else ''}{' '.join(str(error).split())}. "
         f"Go on with `{resume_command(Path(task.study))}`."
     )
-
-
-def _touch(path: Path) -> None:
-    with contextlib.suppress(OSError):  # the disk is full: the runs will stop for that
-        path.touch()

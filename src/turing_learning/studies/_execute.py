@@ -1,10 +1,12 @@
-"""What a worker does: one run of a study, begun or gone on with."""
+"""What a worker does: one run of a study, begun or resumed."""
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from turing_learning.workers import asked_to_stop
 
 from ._folder import FAILURE, StudyFolder
 
@@ -52,7 +54,7 @@ class Outcome:
 
 
 def execute(task: Task, should_stop: Callable[[], bool] | None = None) -> Outcome:
-    """Execute one run of a study in this process; what goes wrong is kept in the run's folder.
+    """Execute one run of a study in this process; what goes wrong is written into the run's folder.
 
     Parameters
     ----------
@@ -61,30 +63,53 @@ def execute(task: Task, should_stop: Callable[[], bool] | None = None) -> Outcom
     should_stop
         Called after every generation, beside the look for the task's file.
     """
+    from turing_learning.runs import RunFolder, RunFolderError, resume, start
+
     asked = _StopFile(task.stop, should_stop)
     if asked():
         return Outcome(task.number, WAITING)
-    folder = StudyFolder(Path(task.study)).run_path(task.number)
+    study = StudyFolder(task.study)
+    folder = study.run_path(task.number)
     try:
-        complete = _run(task, folder, asked)
+        configuration = study.plan().configuration(task.number)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / FAILURE).unlink(missing_ok=True)
+        run = RunFolder(folder)
+        _await_lock(run)
+        if not run.is_run():
+            complete = start(configuration, folder, should_stop=asked).complete
+        elif run.configuration() != configuration:
+            raise RunFolderError(  # noqa: TRY301 - is written like everything that goes wrong
+                f"`run` must be that of the study; got {folder} with another configuration. Remove it."
+            )
+        else:
+            complete = resume(folder, should_stop=asked).complete
     except Exception as error:
         return Outcome(task.number, FAILED, note_failure(folder, error))
     return Outcome(task.number, COMPLETE if complete else STOPPED)
 
 
-def _run(task: Task, folder: Path, should_stop: Callable[[], bool]) -> bool:
-    from turing_learning.runs import RunFolder, RunFolderError, resume, start
+def execute_in_worker(study: str, warm_up: Sequence[int], task: Task | None) -> Outcome | None:
+    """Execute a task in a worker process; None runs one generation of some runs, so that all kernels are compiled and stored."""
+    if task is not None:
+        return execute(task, asked_to_stop)
+    from turing_learning.runs import infer
 
-    configuration = StudyFolder(Path(task.study)).plan().configuration(task.number)
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / FAILURE).unlink(missing_ok=True)
-    run = RunFolder(folder)
-    _await_lock(run)
-    if not run.is_run():
-        return start(configuration, folder, should_stop=should_stop).complete
-    if run.configuration() != configuration:
-        raise RunFolderError(f"`run` must be that of the study; got {folder} with another configuration. Remove it.")
-    return resume(folder, should_stop=should_stop).complete
+    for number in warm_up:
+        with contextlib.suppress(Exception):  # it fails again later, and is noted then
+            infer(config=StudyFolder(study).plan().configuration(number), generations=1)
+    return None
+
+
+def note_failure(folder: Path, error: BaseException) -> str:
+    """Write into a run's folder why it failed, and return it."""
+    from turing_learning.runs import write_json
+
+    reason = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
+    with contextlib.suppress(OSError):  # the disk may be the reason
+        folder.mkdir(parents=True, exist_ok=True)
+        write_json(folder / FAILURE, {"kind": type(error).__name__, "reason": reason})
+    return reason
 
 
 def _await_lock(run: object) -> None:
@@ -102,29 +127,17 @@ def _await_lock(run: object) -> None:
         time.sleep(LOOK_EVERY_S)
 
 
-def note_failure(folder: Path, error: BaseException) -> str:
-    """Write into a run's folder why it failed, and return it."""
-    from turing_learning.runs import write_json
-
-    reason = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
-    with contextlib.suppress(OSError):  # the disk may be the reason
-        folder.mkdir(parents=True, exist_ok=True)
-        write_json(folder / FAILURE, {"kind": type(error).__name__, "reason": reason})
-    return reason
-
-
 class _StopFile:
     """Whether somebody has asked for a stop; looks at the disk a few times a second at most."""
 
     def __init__(self, path: str, further: Callable[[], bool] | None) -> None:
         self._path = Path(path) if path else None
-        self._further = further
+        self._further = further or (lambda: False)
         self._next = 0.0
         self._asked = False
 
     def __call__(self) -> bool:
-        if not self._asked and self._further is not None:
-            self._asked = self._further()
+        self._asked = self._asked or self._further()
         if not self._asked and self._path is not None and time.monotonic() >= self._next:
             self._next = time.monotonic() + LOOK_EVERY_S
             self._asked = self._path.exists()

@@ -11,14 +11,13 @@ from turing_learning.config import (
     LARGEST_SEED,
     Configuration,
     ConfigurationError,
-    Variant,
     flat_settings,
-    is_integer,
     load_variants,
     require_at_least,
     require_seen,
     with_settings,
 )
+from turing_learning.errors import is_integer, require
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
 
@@ -105,58 +104,41 @@ def plan_study(
     ConfigurationError
         If anything is refused.
     """
-    behaviors = scenario == BEHAVIORS.name
+    behaviors, given = scenario == BEHAVIORS.name, settings or {}
     require_at_least(1, runs=runs)
-    if behaviors and CONTROLLER in (settings or {}):
-        raise ConfigurationError(
-            f"`{CONTROLLER}` must be left out of a study of random behaviors, which draws it; got "
-            f"{(settings or {})[CONTROLLER]!r}."
-        )
-    if SEED in (settings or {}):
-        raise ConfigurationError(
-            f"`{SEED}` must be left out of a study; got {(settings or {})[SEED]!r}. Give the seeds with `runs` and "
-            "`first_seed`."
-        )
+    require(not (behaviors and CONTROLLER in given), CONTROLLER, "be left out of a study of random behaviors, which draws it",
+            given.get(CONTROLLER), error=ConfigurationError)  # fmt: skip
+    require(SEED not in given, SEED, "be left out of a study", given.get(SEED),
+            "Give the seeds with `runs` and `first_seed`.", error=ConfigurationError)  # fmt: skip
     variants = load_variants(
         config, preset, settings, scenario=BEHAVIORS if behaviors else scenario, labels=labels, grid=grid
     )
-    _check_variants(variants, runs)
-    seeds = _seeds(variants[0].configuration.run.seed if first_seed is None else first_seed, runs)
-    return _plan([_seeded(variant.configuration, seed, behaviors) for variant in variants for seed in seeds])
-
-
-def _seeds(first_seed: int, runs: int) -> range:
-    if not is_integer(first_seed) or not 0 <= first_seed <= LARGEST_SEED - runs + 1:
-        raise ConfigurationError(
-            f"`first_seed` must be an integer between 0 and {LARGEST_SEED - runs + 1}, so that {runs} seeds follow; "
-            f"got {first_seed!r}."
-        )
-    return range(first_seed, first_seed + runs)
-
-
-def _check_variants(variants: Sequence[Variant], runs: int) -> None:
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
         require_seen(variant.configuration)
-        if not variant.configuration.swarm.known:
-            raise ConfigurationError(
-                "`scenario.known` must be true in a study, whose agents are simulated; got False. Leave it out."
-            )
-        other = variant.configuration.scenario.parameter_names
-        if other != names:
-            raise ConfigurationError(
-                f"`scenario` must have the same model parameters in all configurations of a study; got {len(names)} "
-                f"in configuration 1 and {len(other)} in configuration {number}. Make two studies."
-            )
-    if len(variants) * runs > MOST_RUNS:
-        raise ConfigurationError(f"`runs` must be at most {MOST_RUNS} in all; got {len(variants) * runs}.")
-
-
-def _seeded(configuration: Configuration, seed: int, behaviors: bool) -> Configuration:
-    seeded = configuration.model_copy(update={"run": configuration.run.model_copy(update={"seed": seed})})
-    if not behaviors:
-        return seeded
-    return seeded.model_copy(update={"scenario": replace(seeded.swarm, controller=random_controller(seed))})
+        own = variant.configuration.swarm
+        require(own.known, "scenario.known", "be true in a study, whose agents are simulated", False, "Leave it out.",
+                error=ConfigurationError)  # fmt: skip
+        sizes = f"{len(names)} in configuration 1 and {len(own.parameter_names)} in configuration {number}"
+        require(own.parameter_names == names, "scenario", "have the same model parameters in all configurations of a study",
+                sizes, "Make two studies.", error=ConfigurationError)  # fmt: skip
+    count, most = len(variants) * runs, LARGEST_SEED - runs + 1
+    require(count <= MOST_RUNS, "runs", f"be at most {MOST_RUNS} in all", count, error=ConfigurationError)
+    first = variants[0].configuration.run.seed if first_seed is None else first_seed
+    require(is_integer(first) and 0 <= first <= most, "first_seed",
+            f"be an integer between 0 and {most}, so that {runs} seeds follow", first, error=ConfigurationError)  # fmt: skip
+    configurations = []
+    for variant in variants:
+        for seed in range(first, first + runs):
+            run = variant.configuration.run.model_copy(update={"seed": seed})
+            changed: dict[str, Any] = {"run": run}
+            if behaviors:
+                changed["scenario"] = replace(variant.configuration.swarm, controller=random_controller(seed))
+            configurations.append(variant.configuration.model_copy(update=changed))
+    flat = [flat_settings(configuration) for configuration in configurations]
+    keys = dict.fromkeys(key for one in flat for key in one)
+    varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
+    return Plan(configurations[0], tuple({key: one.get(key) for key in varying} for one in flat))
 
 
 def random_controller(seed: int) -> tuple[float, ...]:
@@ -173,10 +155,3 @@ def random_controller(seed: int) -> tuple[float, ...]:
     """
     rng = np.random.default_rng(np.random.SeedSequence((RANDOM_BEHAVIORS, seed)))
     return tuple(rng.uniform(-1, 1, len(BEHAVIORS.controller)).tolist())
-
-
-def _plan(configurations: Sequence[Configuration]) -> Plan:
-    flat = [flat_settings(configuration) for configuration in configurations]
-    keys = dict.fromkeys(key for settings in flat for key in settings)
-    varying = [key for key in keys if key == SEED or any(own.get(key) != flat[0].get(key) for own in flat)]
-    return Plan(configurations[0], tuple({key: own.get(key) for key in varying} for own in flat))

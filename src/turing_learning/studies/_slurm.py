@@ -5,9 +5,10 @@ import shlex
 import sys
 from pathlib import Path
 
-from turing_learning._files import in_home
+from turing_learning._files import in_home, write_atomically
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import told, write_atomically
+from turing_learning.errors import require
+from turing_learning.store import told
 
 MINUTES = 60  # asked for each run; the script says where to change it
 
@@ -61,6 +62,7 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
     """
     path, folder = Path(script).absolute(), in_home(study).absolute()
     refuse_script(path, force=force)
+    _require_plain("study", folder)
     submit = submission(path, runs)
     text = SCRIPT.format(
         study=shlex.quote(str(folder)),
@@ -70,9 +72,8 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
         log=str(folder / "slurm-%A-%a.log").replace(" ", "\\ "),
         command=f"{shlex.quote(sys.executable)} -m turing_learning",
     )
-    with told(
-        ConfigurationError, f"`write-slurm` must be a file that can be written; got {path}", "Choose another place."
-    ):
+    what = f"`write-slurm` must be a file that can be written; got {path}"
+    with told(ConfigurationError, what, "Choose another place."):
         write_atomically(path, text.encode())
         path.chmod(0o755)
     return submit
@@ -80,15 +81,20 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
 
 def refuse_script(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a job script may be written to a path."""
-    if path.is_dir() or not path.parent.is_dir():
-        raise ConfigurationError(f"`write-slurm` must be a file in a folder that exists; got {path}.")
-    if not os.access(path.parent, os.W_OK):
-        raise ConfigurationError(f"`write-slurm` must be a file that can be written; got {path}. Choose another place.")
-    if path.exists() and not force:
-        raise ConfigurationError(
-            f"`write-slurm` must be a file that does not exist; got {path}. Choose another name, or replace it with "
-            "--force."
-        )
+    name = "write-slurm"
+    _require_plain(name, path)
+    there = path.parent.is_dir() and not path.is_dir()
+    require(there, name, "be a file in a folder that exists", str(path), error=ConfigurationError)
+    require(os.access(path.parent, os.W_OK), name, "be a file that can be written", str(path), "Choose another place.",
+            error=ConfigurationError)  # fmt: skip
+    require(force or not path.exists(), name, "be a file that does not exist", str(path),
+            "Choose another name, or replace it with --force.", error=ConfigurationError)  # fmt: skip
+
+
+def _require_plain(name: str, path: Path) -> None:
+    """Reject a path with control characters: in a script the rest of a line would be executed."""
+    require(str(path).isprintable(), name, "have a path without control characters", ascii(str(path)),
+            "Choose another place.", error=ConfigurationError)  # fmt: skip
 
 
 def submission(script: Path, runs: int) -> str:

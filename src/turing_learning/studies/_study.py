@@ -5,27 +5,29 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning.config import ConfigurationError, require_at_least, single_settings
 from turing_learning.kernels.parallel import default_threads
-from turing_learning.runs import resume_command, storage, writable
+from turing_learning.runs import resume_command
+from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
+from turing_learning.workers import Workers
 
-from ._backends import Backend, DaskBackend, ExecutorBackend, dask_cluster, require_visible
-from ._conduct import conduct
-from ._execute import Task, execute
+from ._backends import dask_backend, dask_cluster, require_visible
+from ._conduct import Backend, Conduct, StudyObserver
+from ._execute import Task, execute, execute_in_worker
 from ._folder import StudyFolder
 from ._plan import Plan, plan_study
-from ._progress import StudyObserver
-from ._table import StudyResult, StudyRun, read_run, read_study
-from ._workers import Workers
+from ._table import StudyResult, StudyRun, convergences, read_run, read_study, write_tables
 
 if TYPE_CHECKING:
     from distributed import Client
 
 RUNS = Path("runs")
+ATTEMPTS = 3  # of a run whose worker dies
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,7 @@ class Hands:
     cluster: str | None = None
 
     def __post_init__(self) -> None:
-        names = ("workers", "executor", "cluster")
-        given = [name for name in names if getattr(self, name) is not None]
+        given = [name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None]
         if len(given) > 1:
             raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
         if self.workers is not None:
@@ -101,13 +102,13 @@ def study(
     cluster
         Address of a Dask scheduler; its workers must see the study folder.
     out
-        The study folder; a new one under runs/ by default. If it holds the same study, that is gone on with.
+        The study folder; a new one under runs/ by default. If it holds the same study, that is resumed.
     force
         Whether another study that is in the folder may be replaced.
     observer
         Called with a `StudyProgress` a few times a second.
     should_stop
-        Asked a few times a second; once it returns True, all runs stop after their present generation and can go on.
+        Asked a few times a second; once it returns True, all runs stop after their present generation and can be resumed.
 
     Returns
     -------
@@ -133,21 +134,18 @@ def study(
     30
     """
     hands = Hands(workers, executor, cluster)
-    known = single_settings(settings, generations=generations)
-    labels = {} if generations is None else {"run.generations": "argument generations"}
     plan = plan_study(
         scenario,
         runs=runs,
         first_seed=first_seed,
         preset=preset,
         config=config,
-        settings=known,
-        labels=labels,
+        settings=single_settings(settings, generations=generations),
+        labels={} if generations is None else {"run.generations": "argument generations"},
         grid=grid,
     )
-    return execute_study(
-        plan, out or new_study_path(plan), hands, force=force, observer=observer, should_stop=should_stop
-    )
+    path = out or new_study_path(plan)
+    return execute_study(plan, path, hands, force=force, observer=observer, should_stop=should_stop)
 
 
 def execute_study(
@@ -160,13 +158,12 @@ def execute_study(
     should_stop: Callable[[], bool] | None = None,
 ) -> StudyResult:
     """Execute a plan in a folder; see `study`."""
-    folder = StudyFolder(Path(out))
+    folder = StudyFolder(out)
     with ExitStack() as stack:
         with writable("out", folder.path):
             folder.refuse_if_taken(plan, force=force)
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
-        with writable("out", folder.path):
-            create_study(plan, folder, stack, force=force)
+        create_study(plan, folder, stack, force=force)
         return _execute(folder, plan, hands, client, observer, should_stop)
 
 
@@ -176,7 +173,7 @@ def create_study(plan: Plan, folder: StudyFolder, stack: ExitStack, *, force: bo
         folder.refuse_if_taken(plan, force=force)
         folder.path.mkdir(parents=True, exist_ok=True)
         stack.enter_context(folder.locked())
-        folder.create(plan, force=force)
+        folder.begin(plan, force=force)
 
 
 def resume_study(
@@ -188,7 +185,7 @@ def resume_study(
     observer: StudyObserver | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> StudyResult:
-    """Go on with a study: runs that are not complete go on from their checkpoints, failed ones are tried again.
+    """Resume a study: runs that are not complete go on from their checkpoints, failed ones are tried again.
 
     Parameters
     ----------
@@ -205,7 +202,7 @@ def resume_study(
         As in `study`.
     """
     hands = Hands(workers, executor, cluster)
-    folder = StudyFolder(Path(path))
+    folder = StudyFolder(path)
     plan = folder.plan()
     with ExitStack() as stack:
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
@@ -224,29 +221,43 @@ def _execute(
 ) -> StudyResult:
     if client is not None and hands.cluster is not None:
         require_visible(client, folder.study_path.absolute(), hands.cluster)
-    with _backend(folder, plan, hands, client) as backend, _storage(folder):
-        conduct(folder, plan, backend, observer, should_stop)
+    conduct = Conduct(folder, plan)
+    with _backend(folder, plan, hands, client, conduct.left) as backend, _storage(folder):
+        for progress in conduct.by(backend):
+            if observer is not None:
+                observer(progress)
+            if should_stop is not None and should_stop():
+                conduct.stop()
     result = read_study(folder, plan)
     return result if result.unfinished else _written(folder, plan)
 
 
 @contextmanager
-def _backend(folder: StudyFolder, plan: Plan, hands: Hands, client: "Client | None") -> Iterator[Backend]:
+def _backend(
+    folder: StudyFolder, plan: Plan, hands: Hands, client: "Client | None", left: Sequence[int]
+) -> Iterator[Backend]:
     if client is not None:
-        yield DaskBackend(client)
+        yield dask_backend(client)
     elif hands.executor is not None:
-        yield ExecutorBackend(hands.executor)
+        submit = hands.executor.submit
+        yield Backend(lambda task: submit(execute, task), lambda futures: sum(future.running() for future in futures))
     else:
-        left = [number for number in plan.numbers if not read_run(folder, plan, number).complete]
-        count = min(hands.workers or default_threads(), len(left))
-        workers = Workers(count, str(folder.path.absolute()), _first_of_each_network(plan, left))
+        workers = Workers(
+            partial(execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, left)),
+            max(1, min(hands.workers or default_threads(), len(left))),
+            attempts=ATTEMPTS,
+            warm_up=(None,),
+            script=False,
+            patient=True,
+            one_thread=True,
+        )
         try:
-            yield workers
+            yield Backend(workers.submit, workers.running, workers.kill)
         finally:
             workers.close()
 
 
-def _first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
+def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
     """Return runs that, together, need all kernels that the runs need.
 
     Those that judge are made for the size of the network, those that simulate for reactive models or for networks.
@@ -262,17 +273,17 @@ def _written(folder: StudyFolder, plan: Plan) -> StudyResult:
     """Read the runs, and write tables, figures and report."""
     from turing_learning.report import write_page
 
-    from ._convergence import convergences
-    from ._csv import write_tables
-    from ._present import draw_study, save_study_figures, study_report
+    from ._present import draw_study, study_report
 
     result = read_study(folder, plan)
     medians = convergences(folder, plan, result.runs)
     with _storage(folder):
-        write_tables(result, medians, plan.base.scenario.parameter_names)
-        drawings = draw_study(result, plan, medians)
-        save_study_figures(drawings, folder)
-        write_page(study_report(result, plan, drawings), folder.report_path)
+        write_tables(folder, result, medians, plan.base.scenario.parameter_names)
+        pictures = draw_study(result, plan, medians)
+        folder.figures_path.mkdir(exist_ok=True)
+        for picture in pictures:
+            picture.save(folder.figures_path)
+        write_page(study_report(result, plan, pictures), folder.report_path)
     return result
 
 
@@ -294,12 +305,12 @@ def load_study(path: str | Path) -> StudyResult:
     RunFolderError
         If the folder is not a study.
     """
-    folder = StudyFolder(Path(path))
+    folder = StudyFolder(path)
     return read_study(folder, folder.plan())
 
 
 def run_one(path: str | Path, number: int, should_stop: Callable[[], bool] | None = None) -> StudyRun:
-    """Execute one run of a study in this process, or go on with it.
+    """Execute one run of a study in this process, or resume it.
 
     Parameters
     ----------
@@ -317,7 +328,7 @@ def run_one(path: str | Path, number: int, should_stop: Callable[[], bool] | Non
     ConfigurationError
         If there is no run of that number.
     """
-    folder = StudyFolder(Path(path))
+    folder = StudyFolder(path)
     plan = folder.plan()
     if number not in plan.numbers:
         raise ConfigurationError(f"`number` must be between 1 and {len(plan)}; got {number}.")
@@ -340,7 +351,7 @@ def collect_study(path: str | Path) -> StudyResult:
     RunStorageError
         If they cannot be written.
     """
-    folder = StudyFolder(Path(path))
+    folder = StudyFolder(path)
     plan = folder.plan()
     with ExitStack() as stack:
         with writable("study", folder.path):

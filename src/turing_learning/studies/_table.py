@@ -1,20 +1,20 @@
-"""The table of a study: one entry per run, statistics per parameter; read from the run folders, in order."""
+"""The table of a study: one entry per run, statistics per parameter, medians per generation; read from the folders of the runs."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from turing_learning.analysis import name_failure
+from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.report import shown
-from turing_learning.runs import RUNNING, TIMINGS, RunFolder
+from turing_learning.runs import RUNNING, TIMINGS, stored_traces
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
-from ._plan import BEHAVIORS, SEED, Plan
+from ._plan import BEHAVIORS, CONTROLLER, SEED, Plan
 
 GOOD, FAIR = 0.05, 0.1
 """MAE of the estimate below which a run is good, or fair."""
@@ -75,13 +75,10 @@ class StudyRun:
             return self.state
         if self.estimate_mae is None:
             return "no truth"
-        if self.estimate_mae < GOOD:
-            return "good"
-        return "fair" if self.estimate_mae < FAIR else f"poor ({self._miss(self.result)})"
-
-    def _miss(self, result: dict[str, Any]) -> str:
-        estimate, truth = (np.array(list(result[name].values())) for name in ("estimate", "truth"))
-        return name_failure(estimate, truth)
+        if self.estimate_mae < FAIR:
+            return "good" if self.estimate_mae < GOOD else "fair"
+        estimate, truth = (np.array(list(self.result[name].values())) for name in ("estimate", "truth"))
+        return f"poor ({name_failure(estimate, truth)})"
 
 
 @dataclass(frozen=True)
@@ -114,6 +111,31 @@ class ParameterSummary:
     standard_deviation: float | None
     median: float
     paper: float | None
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Medians over the complete runs of one configuration.
+
+    Attributes
+    ----------
+    group
+        The settings of the configuration.
+    best_model, typical_model : (G, P)
+        Medians of the agents' parameters, of networks of their steady outputs.
+    best_error, typical_error : (G, P)
+        Medians of the absolute errors.
+    best_mae, typical_mae : (G,)
+        Medians of their means over the parameters.
+    """
+
+    group: dict[str, Any]
+    best_model: np.ndarray
+    typical_model: np.ndarray
+    best_error: np.ndarray
+    typical_error: np.ndarray
+    best_mae: np.ndarray
+    typical_mae: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -164,7 +186,7 @@ class StudyResult:
     @property
     def groups(self) -> tuple[dict[str, Any], ...]:
         """The configurations that have complete runs."""
-        return unique(summary.group for summary in self.summaries)
+        return tuple({_key(summary.group): summary.group for summary in self.summaries}.values())
 
     def below(self, limit: float) -> int:
         """Return the number of complete runs whose estimate has an MAE below a limit."""
@@ -201,11 +223,20 @@ def describe(result: StudyResult) -> str:
     return text
 
 
+def paired(summaries: Iterable[ParameterSummary]) -> dict[str, dict[str, ParameterSummary]]:
+    """Return parameter -> model -> summary, of one configuration."""
+    found: dict[str, dict[str, ParameterSummary]] = {}
+    for one in summaries:
+        found.setdefault(one.parameter, {})[one.model] = one
+    return found
+
+
 def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     """Read how a run stands."""
     path, settings = folder.run_path(number), plan.settings[number - 1]
     result = _json(path / "result.json")
-    if result is not None and result.get("complete") and not _goes_on(path):
+    # a run that has its result may still be drawing, or was killed while it did
+    if result is not None and result.get("complete") and (_json(path / "manifest.json") or {}).get("state") != RUNNING:
         untimed = {name: value for name, value in result.items() if name not in TIMINGS}
         return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
     failure = _json(path / FAILURE)
@@ -214,74 +245,52 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
 
 
-def _goes_on(path: Path) -> bool:
-    """Return whether a run that has its result is still drawing, or was killed while it did."""
-    return (_json(RunFolder(path).manifest_path) or {}).get("state") == RUNNING
-
-
 def _json(path: Path) -> dict[str, Any] | None:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (OSError, ValueError, RecursionError):
         return None
     return content if isinstance(content, dict) else None
 
 
 def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:
     """Read all runs of a study and summarize them."""
-    runs = tuple(read_run(folder, plan, number) for number in plan.numbers)
-    scenario = plan.base.scenario
-    return StudyResult(scenario.name, scenario.title, runs, tuple(_summaries(plan, runs)), folder.path)
+    runs, scenario = tuple(read_run(folder, plan, number) for number in plan.numbers), plan.base.scenario
+    summaries = []
+    for group, own in members(plan, runs):
+        for name in scenario.parameter_names:
+            for model in MODELS:
+                errors = errors_of(own, model, name)
+                if errors.size:
+                    spread = float(errors.std(ddof=1)) if len(errors) > 1 else None
+                    mean, median = float(errors.mean()), float(np.median(errors))
+                    paper = _paper(plan, own, name)
+                    summaries.append(ParameterSummary(group, name, model, len(own), mean, spread, median, paper))
+    return StudyResult(scenario.name, scenario.title, runs, tuple(summaries), folder.path)
 
 
 def members(plan: Plan, runs: Iterable[StudyRun]) -> list[tuple[dict[str, Any], list[StudyRun]]]:
     """Return the complete runs of each configuration."""
-    found: list[tuple[dict[str, Any], list[StudyRun]]] = []
+    found: dict[str, tuple[dict[str, Any], list[StudyRun]]] = {}
     for run in runs:
-        if not run.complete:
-            continue
-        group = plan.group(run.number)
-        here = next((one for one in found if one[0] == group), None)
-        if here is None:
-            found.append((group, [run]))
-        else:
-            here[1].append(run)
-    return found
+        if run.complete:
+            group = plan.group(run.number)
+            found.setdefault(_key(group), (group, []))[1].append(run)
+    return list(found.values())
 
 
-def _summaries(plan: Plan, runs: Iterable[StudyRun]) -> Iterable[ParameterSummary]:
-    for group, own in members(plan, runs):
-        for name in plan.base.scenario.parameter_names:
-            for model in MODELS:
-                errors = errors_of(own, model, name)
-                if errors.size:
-                    yield _summary(plan, group, own, name, model, errors)
+def _key(group: dict[str, Any]) -> str:
+    return json.dumps(group, sort_keys=True)
 
 
-def _summary(
-    plan: Plan, group: dict[str, Any], own: list[StudyRun], name: str, model: str, errors: np.ndarray
-) -> ParameterSummary:
-    return ParameterSummary(
-        group=group,
-        parameter=name,
-        model=model,
-        runs=len(own),
-        mean=float(errors.mean()),
-        standard_deviation=float(errors.std(ddof=1)) if len(errors) > 1 else None,
-        median=float(np.median(errors)),
-        paper=_paper(plan, own, name),
-    )
-
-
-def _paper(plan: Plan, own: list[StudyRun], name: str) -> float | None:
+def _paper(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
     if plan.behaviors:
         scenario = plan.configuration(own[0].number).swarm
         drawn = replace(
             BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
         )
-        if scenario != drawn:
-            return None
-        return dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))[name]
+        papers = dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))
+        return papers[name] if scenario == drawn else None
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
     return given.pop() if len(given) == 1 else None
 
@@ -297,18 +306,97 @@ def values_of(runs: Iterable[StudyRun], value: Callable[[dict[str, Any]], float 
     return np.array([number for number in found if number is not None], dtype=float)
 
 
-def paired(summaries: Iterable[ParameterSummary]) -> dict[str, dict[str, ParameterSummary]]:
-    """Return parameter -> model -> summary, of one configuration."""
-    found: dict[str, dict[str, ParameterSummary]] = {}
-    for one in summaries:
-        found.setdefault(one.parameter, {})[one.model] = one
+def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> list[Convergence]:
+    """Compute the medians of each configuration, from the runs that are complete."""
+    found = []
+    for group, own in members(plan, runs):
+        described = plan.configuration(own[0].number).described
+        models: dict[str, list[np.ndarray]] = {"best_model": [], "typical_model": []}
+        truths = []
+        for run in own:
+            traces = stored_traces(folder.run_path(run.number) / "checkpoints")
+            if traces is not None and run.result and run.result["truth"]:
+                truths.append(np.array(list(run.result["truth"].values())))
+                for name, stored in models.items():
+                    stored.append(described(traces[name]))
+        if truths:
+            errors = {
+                name: np.stack([absolute_error(one, truth) for one, truth in zip(stored, truths, strict=True)])
+                for name, stored in models.items()
+            }
+            found.append(
+                Convergence(
+                    group,
+                    *(np.median(np.stack(stored), axis=0) for stored in models.values()),
+                    *(np.median(own_errors, axis=0) for own_errors in errors.values()),
+                    *(np.median(own_errors.mean(axis=-1), axis=0) for own_errors in errors.values()),
+                )
+            )
     return found
 
 
-def unique(groups: Iterable[dict[str, Any]]) -> tuple[dict[str, Any], ...]:
-    """Return each group once, in order."""
-    found: list[dict[str, Any]] = []
-    for group in groups:
-        if group not in found:
-            found.append(group)
-    return tuple(found)
+def write_tables(
+    folder: StudyFolder, result: StudyResult, medians: Sequence[Convergence], names: Sequence[str]
+) -> None:
+    """Write runs.csv, summary.csv and convergence.csv; the same runs give the same bytes, whoever executed them.
+
+    Parameters
+    ----------
+    folder
+        Where.
+    result
+        The table.
+    medians
+        Of each configuration.
+    names
+        Names of the parameters.
+    """
+    keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
+    numbers = ("truth", *(column for model in MODELS for column in (model, ERRORS[model])))
+    runs = []
+    for run in result.runs:
+        content = run.result or {}
+        intervals = content.get("interval") or {}
+        runs.append(
+            {"run": run.number, "seed": run.seed}
+            | {key: run.settings[key] for key in keys}
+            | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
+            | {name: content.get(name) for name in ("generations", "selection_stopped", "mae", "estimate_mae")}
+            | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
+            | {
+                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
+                for side, end in enumerate(("low", "high"))
+                for name in names
+            }
+        )
+    summaries = [
+        {key: row.group.get(key) for key in keys}
+        | {"parameter": row.parameter, "model": row.model, "runs": row.runs, "mean": row.mean}
+        | {"standard_deviation": row.standard_deviation, "median": row.median}
+        | {"paper": row.paper if row.model == "best_model" else None}
+        for row in result.summaries
+    ]
+    kinds = ("best_model", "typical_model", "best_error", "typical_error")
+    generations = [
+        {key: one.group.get(key) for key in keys}
+        | {"generation": g}
+        | {f"{kind}_{name}": getattr(one, kind)[g, p] for kind in kinds for p, name in enumerate(names)}
+        | {"best_mae": one.best_mae[g], "typical_mae": one.typical_mae[g]}
+        for one in medians
+        for g in range(len(one.best_mae))
+    ]
+    heads = {
+        "summary.csv": [*keys, "parameter", "model", "runs", "mean", "standard_deviation", "median", "paper"],
+        "convergence.csv": [*keys, "generation", *(f"{kind}_{name}" for kind in kinds for name in names), "best_mae",
+                            "typical_mae"],
+    }  # fmt: skip
+    _write(folder, "runs.csv", runs, list(runs[0]))
+    _write(folder, "summary.csv", summaries, heads["summary.csv"])
+    _write(folder, "convergence.csv", generations, heads["convergence.csv"])
+
+
+def _write(folder: StudyFolder, name: str, rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> None:
+    import pandas
+
+    cells = [[json.dumps(cell) if isinstance(cell, list | dict) else cell for cell in row.values()] for row in rows]
+    folder.write(name, pandas.DataFrame(cells, columns=columns, dtype=object))

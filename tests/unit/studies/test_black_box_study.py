@@ -6,7 +6,7 @@ import numpy as np
 
 from turing_learning.models import ElmanModel
 from turing_learning.studies import plan_study, study
-from turing_learning.studies._study import _first_of_each_network
+from turing_learning.studies._study import first_of_each_network
 
 
 def rows(path):
@@ -31,4 +31,4 @@ def test_tables_of_networks_of_several_sizes_state_their_steady_outputs(small, e
 
 def test_a_worker_that_compiles_for_the_others_runs_networks_and_reactive_models():
     plan = plan_study("aggregation", runs=2, grid={"models.hidden": [0, 1, 3]})
-    assert _first_of_each_network(plan, list(plan.numbers)) == [1, 3]
+    assert first_of_each_network(plan, list(plan.numbers)) == [1, 3]

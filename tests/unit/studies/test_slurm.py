@@ -48,3 +48,13 @@ def test_a_script_that_cannot_be_written_is_named(tmp_path, monkeypatch):
         ConfigurationError, match=r"file that can be written; got .*job\.sh \(No space left on device\)"
     ):
         write_slurm(tmp_path / "job.sh", tmp_path, 1)
+
+
+@pytest.mark.parametrize("character", ["\n", "\r", "\x1b", "\udc80"])
+def test_a_path_that_would_be_executed_is_refused(character, tmp_path):
+    for script, study in ((f"job{character}touch.sh", "study"), ("job.sh", f"study{character}touch here")):
+        with pytest.raises(
+            ConfigurationError, match=r"^`(write-slurm|study)` must have a path without control characters"
+        ):
+            write_slurm(tmp_path / script, tmp_path / study, 1)
+    assert list(tmp_path.iterdir()) == []

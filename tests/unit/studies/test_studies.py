@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import shutil
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
@@ -13,6 +14,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.runs import RunFolder, RunFolderError, start
+from turing_learning.store import DamagedError, RunStorageError
 from turing_learning.studies import (
     ExecutorError,
     StudyFolder,
@@ -25,7 +27,7 @@ from turing_learning.studies import (
     run_one,
     study,
 )
-from turing_learning.studies._progress import ProgressCounter
+from turing_learning.studies._conduct import Conduct
 from turing_learning.studies._study import create_study
 from turing_learning.studies._table import _paper
 
@@ -254,7 +256,7 @@ def test_generations_of_a_run_that_has_ended_count_once(tmp_path):
         checkpoints = folder.run_path(number) / "checkpoints"
         checkpoints.mkdir(parents=True)
         (checkpoints / f"generation-000090-{number:016x}.npz").touch()
-    counter = ProgressCounter(folder, folder.plan(), [])
+    counter = Conduct(folder, folder.plan())
     assert counter.progress(2).generations == 180
     counter.end(1)
     assert counter.progress(1).generations == 190
@@ -352,6 +354,11 @@ def test_changed_and_later_studies_are_refused(small, executor, tmp_path):
     (path / "study.json").write_text(json.dumps(content | {"format_version": 99}))
     with pytest.raises(RunFolderError, match=r"^`format_version` must be at most 1; got 99"):
         load_study(path)
+    for changed in ({"format_version": 1}, content | {"scenario": "other"}):
+        (path / "study.json").write_text(json.dumps(changed))
+        with pytest.raises(DamagedError, match=r"^`study` must hold study\.json as it was written; got "):
+            load_study(path)
+    (path / "seals.txt").unlink()
     (path / "study.json").write_text(json.dumps({"format_version": 1}))
     with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
         load_study(path)
@@ -395,3 +402,24 @@ def test_verdicts_say_how_a_run_misses_the_truth(finished):
     assert verdict(vl0=1.0, vr0=-1.0) == "poor (I = 0 as I = 1)"
     assert verdict(vl0=50.0) == "poor (runaway)"
     assert replace(run, result=run.result | {"estimate_mae": None}).verdict == "no truth"
+
+
+def test_a_study_that_is_moved_while_it_runs_stops_and_says_so(small, executor, tmp_path):
+    path = tmp_path / "study"
+
+    def move(progress):
+        if progress.done == 2 and path.exists():
+            path.rename(tmp_path / "elsewhere")
+
+    with pytest.raises(RunStorageError, match=r"^`study` must stay where it is while it is written; got "):
+        study("aggregation", runs=2, generations=2, settings=small, executor=executor, out=path, observer=move)
+    assert resume_study(tmp_path / "elsewhere", executor=executor).complete
+
+
+def test_a_study_of_before_seals_is_resumed_and_says_once_that_it_is_not_verified(finished, executor, tmp_path, caplog):
+    shutil.copytree(finished.path, tmp_path / "old")
+    (tmp_path / "old" / "seals.txt").unlink()
+    assert load_study(tmp_path / "old") == finished
+    assert caplog.messages == [f"{tmp_path / 'old'}: not verified, it was written without seals."]
+    assert resume_study(tmp_path / "old", executor=executor) == finished
+    assert tables(tmp_path / "old") == tables(finished.path)
