@@ -166,13 +166,22 @@ class Store:
         self.read(self.kind.head)
         return content
 
-    def create(self, head: Mapping[str, Any]) -> None:
-        """Make the folder a store; `head` gets a ``format_version`` if it has none. Pieces that are there stay, unverified."""
+    def create(self, head: Mapping[str, Any], files: Mapping[str, Any] | None = None) -> None:
+        """Make the folder a store; pieces that are there stay, unverified.
+
+        Parameters
+        ----------
+        head
+            What the folder is; gets a ``format_version`` if it has none.
+        files
+            Name -> content of what is written before it, see `write`.
+        """
         content = {"format_version": self.kind.newest} | dict(head)
         self.path.mkdir(parents=True, exist_ok=True)
-        self._seals = Seals(self.path, _identity(content, self.kind))
+        self._headed, self._seals = False, Seals(self.path, _identity(content, self.kind))
         self._seals.rewrite()
-        self.write(self.kind.head, content)
+        for name, other in [*(files or {}).items(), (self.kind.head, content)]:
+            self.write(name, other)
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a store that has only been begun."""

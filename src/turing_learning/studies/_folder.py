@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from turing_learning._seals import file_digest
+from turing_learning._seals import digest_of, file_digest
 from turing_learning.store import SEALS, Kind, RunFolderError, Store
 
 if TYPE_CHECKING:
@@ -112,7 +112,6 @@ class StudyFolder(Store):
         RunFolderError
             As `refuse_if_taken`.
         """
-        from turing_learning._files import write_atomically
         from turing_learning.config import to_toml
 
         self.refuse_if_taken(plan, force=force)
@@ -125,14 +124,13 @@ class StudyFolder(Store):
                     shutil.rmtree(path)
                 else:
                     path.unlink(missing_ok=True)
-        write_atomically(self.configuration_path, to_toml(plan.base).encode())
-        self.create(
-            {
-                "scenario": plan.base.scenario.name,
-                "configuration_sha256": file_digest(self.configuration_path),
-                "runs": list(plan.settings),
-            }
-        )
+        configuration = to_toml(plan.base).encode()
+        head = {
+            "scenario": plan.base.scenario.name,
+            "configuration_sha256": digest_of(configuration),
+            "runs": list(plan.settings),
+        }
+        self.create(head, {self.configuration_path.name: configuration})
 
 
 def _difference(old: "Plan", new: "Plan") -> str:

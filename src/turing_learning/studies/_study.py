@@ -228,6 +228,7 @@ def _execute(
                 observer(progress)
             if should_stop is not None and should_stop():
                 conduct.stop()
+            folder.require_here()
     result = read_study(folder, plan)
     return result if result.unfinished else _written(folder, plan)
 

@@ -76,6 +76,14 @@ def test_the_papers_error_stands_beside_runs_of_its_scenario(finished):
     assert _paper(plan, [runs[0], *finished.runs[1:]], "vl1") is None
 
 
+def test_a_study_is_sealed_from_the_start(small, executor, tmp_path, caplog):
+    path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 2})
+    assert StudyFolder(path).verify(["study.json", "config.toml"]) == {}
+    assert resume_study(path, executor=executor).complete
+    assert StudyFolder(path).verify(TABLES) == {}
+    assert caplog.messages == []
+
+
 def test_the_folder_holds_tables_figures_and_report(finished):
     assert {path.name for path in (finished.path / "figures").iterdir()} == {
         f"{name}.{kind}" for name in ("boxes", "convergence", "histogram") for kind in ("png", "svg")
