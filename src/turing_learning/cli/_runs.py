@@ -99,7 +99,7 @@ def resume(
     workers: Integer | None = None,
     cluster: str | None = None,
     recording: Recording = Recording(),  # noqa: B008 - frozen
-) -> None:
+) -> int | None:
     """Resume a run or study that was stopped or killed; the result is as if it never had been.
 
     For recorded motion, give the options that the run began with.
@@ -128,20 +128,20 @@ def resume(
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
     if of_study:
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
-        _study.resume(run, workers, cluster)
-        return
+        return _study.resume(run, workers, cluster)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if is_laboratory_run(run):
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
         _robots.resume_run(run)
-        return
+        return None
     if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
         _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
     genuine, simulate, _ = recording.opened(_steps(run, recording)) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
     )
+    return None
 
 
 def show(run: Path, /) -> None:
