@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import cho_solve, solve_triangular
 from scipy.optimize import minimize
 
 TYPICAL = 1.5
@@ -18,6 +18,12 @@ FARTHEST_START = np.log(5.0)
 CONSTANT = 100.0
 """Variance of the constant, in units of the noise."""
 
+PIVOTS = 120
+"""Points whose kernels stand for those of all others."""
+
+SIZES = 10.0 ** np.arange(-3, 1.5, 0.5)
+"""Factors of the kernel that an output can have."""
+
 ENOUGH = 250
 """Points that length scales and variances are fitted to."""
 
@@ -27,30 +33,67 @@ class Emulator:
     """Predict M outputs, each with noise of variance 1, at parameters z (S, P); every parameter has a length scale.
 
     The kernel is linear + exp(-d^2 / 2), with d in length scales: what has no effect gets a length scale beyond its range, so
-    that neither slope nor bend is expected of it.
+    that neither slope nor bend is expected of it. The kernels of a few pivots stand for those of all points; what they miss is
+    added to the variance. Each output has a size of its own: what says nothing of the parameters is hardly expected to move.
     """
 
-    points: np.ndarray  # (N, P)
     logs: np.ndarray  # (P + 2,): of length scales, of the variance of slopes and of bends
-    inverse: np.ndarray  # (N, N), of the covariance of the outputs
-    weights: np.ndarray  # (N, M)
+    pivots: np.ndarray  # (Q, P), in length scales
+    basis: np.ndarray  # (Q, Q), from kernels with the pivots to features with independent coefficients
+    sizes: np.ndarray  # (M,), factors of the kernel, one for each output
+    spreads: np.ndarray  # (Q, M), variances of the features' coefficients
+    weights: np.ndarray  # (Q, M), the coefficients
 
     def predict(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the mean (S, M) and the variance (S,), one for all outputs."""
-        cross = self._cross(z)
-        lengths, (slopes, bends) = np.exp(self.logs[:-2]), np.exp(self.logs[-2:])
-        own = slopes * ((z / lengths) ** 2).sum(axis=1) + bends + CONSTANT
-        return cross @ self.weights, np.maximum(own - (cross @ self.inverse * cross).sum(axis=1), 1e-9)
+        """Return the mean (S, M) and the variance (S, M) of each output."""
+        z = z / np.exp(self.logs[:-2])
+        features = _covariance(z, self.pivots, self.logs) @ self.basis
+        slopes, bends = np.exp(self.logs[-2:])
+        missed = slopes * (z**2).sum(axis=1) + bends + CONSTANT - (features**2).sum(axis=1)
+        return features @ self.weights, features**2 @ self.spreads + np.maximum(missed, 0)[:, None] * self.sizes
 
     def mean(self, z: np.ndarray) -> np.ndarray:
         """Return the mean (S, M) alone."""
-        return self._cross(z) @ self.weights
+        mean: np.ndarray = _covariance(z / np.exp(self.logs[:-2]), self.pivots, self.logs) @ (self.basis @ self.weights)
+        return mean
 
-    def _cross(self, z: np.ndarray) -> np.ndarray:
-        lengths = np.exp(self.logs[:-2])
-        linear, bell = _parts(z / lengths, self.points / lengths)
-        cross: np.ndarray = np.exp(self.logs[-2]) * linear + np.exp(self.logs[-1]) * bell + CONSTANT
-        return cross
+
+def conditioned(points: np.ndarray, outputs: np.ndarray, noise: np.ndarray, logs: np.ndarray) -> Emulator:
+    """Return the emulator with these length scales and variances; for the arguments see `learned_kernel`."""
+    z = points / np.exp(logs[:-2])
+    pivots = z[_pivots(z, logs)]
+    factor = np.linalg.cholesky(_covariance(pivots, pivots, logs) + 1e-8 * CONSTANT * np.eye(len(pivots)))
+    basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
+    features = _covariance(z, pivots, logs) @ basis
+    values, vectors = np.linalg.eigh(features.T @ (features / noise[:, None]))
+    values, projected = np.maximum(values, 0)[:, None], vectors.T @ (features.T @ (outputs / noise[:, None]))
+    shrunk = [  # minus twice the logarithm of the marginal likelihood, but for a constant
+        np.log1p(size * values).sum(axis=0) - (projected**2 * size / (1 + size * values)).sum(axis=0) for size in SIZES
+    ]
+    sizes = SIZES[np.argmin(shrunk, axis=0)]
+    spreads = sizes / (1 + sizes * values)
+    return Emulator(logs, pivots, basis @ vectors, sizes, spreads, spreads * projected)
+
+
+def _covariance(a: np.ndarray, b: np.ndarray, logs: np.ndarray) -> np.ndarray:
+    linear, bell = _parts(a, b)
+    covariance: np.ndarray = np.exp(logs[-2]) * linear + np.exp(logs[-1]) * bell + CONSTANT
+    return covariance
+
+
+def _pivots(z: np.ndarray, logs: np.ndarray) -> np.ndarray:
+    """Return the points that one after the other have the largest variance given those before (pivoted Cholesky)."""
+    left = np.exp(logs[-2]) * (z**2).sum(axis=1) + np.exp(logs[-1]) + CONSTANT
+    rows, chosen = np.zeros((min(PIVOTS, len(z)), len(z))), []
+    for k in range(len(rows)):
+        best = int(np.argmax(left))
+        if left[best] < 1e-6:
+            break
+        chosen.append(best)
+        row = _covariance(z[best : best + 1], z, logs)[0] - rows[:k, best] @ rows[:k]
+        rows[k] = row / np.sqrt(left[best])
+        left = np.maximum(left - rows[k] ** 2, 0)
+    return np.array(chosen)
 
 
 def learned_kernel(
@@ -83,14 +126,6 @@ def learned_kernel(
         options={"maxiter": 30 if start is None else 10},
     ).x
     return logs
-
-
-def conditioned(points: np.ndarray, outputs: np.ndarray, noise: np.ndarray, logs: np.ndarray) -> Emulator:
-    """Return the emulator with these length scales and variances; for the arguments see `learned_kernel`."""
-    linear, bell = _parts(points / np.exp(logs[:-2]), points / np.exp(logs[:-2]))
-    covariance = np.exp(logs[-2]) * linear + np.exp(logs[-1]) * bell + CONSTANT + np.diag(noise)
-    inverse = cho_solve((np.linalg.cholesky(covariance), True), np.eye(len(points)), check_finite=False)
-    return Emulator(points, logs, inverse, inverse @ outputs)
 
 
 def _parts(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

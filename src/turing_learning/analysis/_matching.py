@@ -1,5 +1,6 @@
 """The parameters with which classifiers judge a model as they judge the agents, and how surely the samples tell them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,20 @@ FEWEST = 30
 WHOLE = 1.5
 """Central 90 % of draws as wide as that, on a range of 2, tell nothing: 1.8 is all of it."""
 
+TRUST = 0.7
+"""Share of the samples at which the prediction is sure enough for draws."""
+
+FLOOR = 1.0
+FAR = 1 / 7
+"""Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
+
+RULED_OUT = 20.0
+"""Half the squared misses beyond which a broad fit rules models out: for twenty judgments, by chance in one of a thousand cases."""
+
+
+PROPOSED = 0.16
+"""Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
+
 ROUNDS = 4
 """How often samples near the solution are chosen anew."""
 
@@ -39,6 +54,9 @@ class Matched:
         Ends of the central 90 % of the draws; NaN where none can be given.
     draws : (D, P)
         Parameters that explain the judgments, in proportion to how well they do.
+    proposals : (D, P)
+        Where further samples would tell most: parameters at some distance from those that explain the judgments, also where
+        little is known.
     identified : (P,) bool
         Whether the judgments say something of the parameter: whether its draws cover less than the range.
     distance, p_value
@@ -55,6 +73,7 @@ class Matched:
     interval_low: np.ndarray
     interval_high: np.ndarray
     draws: np.ndarray
+    proposals: np.ndarray
     identified: np.ndarray
     distance: float
     p_value: float
@@ -74,8 +93,8 @@ def match(
     spread: np.ndarray,
     recordings: np.ndarray | None = None,
     rng: np.random.Generator,
-    draws: int = 300,
-    size: int = 500,
+    draws: int = 600,
+    size: int = 1200,
 ) -> Matched:
     """Find the parameters whose samples every classifier judges as it judges the genuine ones.
 
@@ -134,12 +153,17 @@ def match(
     x, g = _standardized(x, g)
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
-        local, logs = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size)
-        points = _sample(local, draws, rng)
+        broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, FAR)
+        points = _sample(broad, draws, rng)
         before, middle = middle, np.median(points, axis=0)
-        near = local.remoteness(z)
+        near = broad.remoteness(z)
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
+    proposals = _sample(broad, draws, rng, PROPOSED)
+    local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, 0.0)
+    local = replace(local, region=broad)
+    points = _sample(local, draws, rng)
+    middle = np.median(points, axis=0)
     low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
     known = high_z - low_z < WHOLE
     distance, p_value = _distance(x, g, z, _widened(near, size), middle, rng)
@@ -149,10 +173,11 @@ def match(
         interval_low=np.where(known[:-1], low + units * (low_z[:-1] + 1), low),
         interval_high=np.where(known[:-1], low + units * (high_z[:-1] + 1), high),
         draws=low + units * (points[:, :-1] + 1),
+        proposals=low + units * (proposals[:, :-1] + 1),
         identified=known[:-1],
         distance=distance,
         p_value=p_value,
-        leverage=float(local.emulator.predict(middle[None])[1][0]),
+        leverage=float(local.emulator.predict(middle[None])[1].mean()),
         lengths=np.exp(local.emulator.logs),
         canary=(high_z - low_z)[-1] / (2 - 4 * TAIL),
     )
@@ -163,23 +188,34 @@ class _Local:
     """Composite judgments, one for each parameter, as functions of the parameters, and where those of the agents are."""
 
     emulator: Emulator
+    points: np.ndarray  # (N, P), that it was fitted to
     trust: float  # largest variance of a prediction that counts
     target: np.ndarray  # (P,), in units of the noise of one sample
-    variance: np.ndarray  # (P,), of the target, likewise
+    covariance: np.ndarray  # (P, P), of the target, likewise
+    region: "_Local | None" = None  # what else must not rule models out
 
     def remoteness(self, z: np.ndarray) -> np.ndarray:
         """Return how far (S,) models are judged from the agents, in standard deviations of one sample, squared."""
         distances: np.ndarray = ((self.emulator.mean(z) - self.target) ** 2).sum(axis=1)
         return distances
 
-    def log_likelihood(self, z: np.ndarray) -> np.ndarray:
-        """Return the logarithm (S,) of the likelihood of the target; minus infinity outside the range."""
+    def log_likelihood(self, z: np.ndarray, hopeful: bool = False) -> np.ndarray:
+        """Return the logarithm (S,) of the likelihood of the target; minus infinity outside the range.
+
+        If hopeful, models of which little is known are not held to be unlikely.
+        """
         inside = (np.abs(z) <= 1).all(axis=1)
+        if self.region is not None:
+            inside[inside] = self.region.log_likelihood(z[inside], hopeful=True) > -RULED_OUT
         result = np.full(len(z), -np.inf)
         mean, extra = self.emulator.predict(z[inside])
-        total = self.variance + extra[:, None]
-        result[inside] = -0.5 * ((mean - self.target) ** 2 / total + np.log(total)).sum(axis=1)
-        result[inside] = np.where(extra <= self.trust, result[inside], -np.inf)
+        total = self.covariance + extra[:, :, None] * np.eye(len(self.target))
+        factors = np.linalg.cholesky(total)
+        misses = np.linalg.solve(factors, (mean - self.target)[:, :, None])[:, :, 0]
+        values = -0.5 * (misses**2).sum(axis=1)
+        if not hopeful:
+            values -= np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
+        result[inside] = np.where(extra.mean(axis=1) <= self.trust, values, -np.inf)
         return result
 
 
@@ -221,6 +257,7 @@ def _fit(
     recordings: np.ndarray | None,
     logs: np.ndarray | None,
     size: int,
+    far: float,
 ) -> tuple[_Local, np.ndarray]:
     broad = np.sqrt(weights)
     t, target_samples = np.zeros_like(z), np.zeros((len(g), z.shape[1]))
@@ -231,11 +268,12 @@ def _fit(
         target_samples += ((g - middle) @ readout + offset) / FOLDS
     t, target_samples = t[:, :-1], target_samples[:, :-1]
     order = np.argsort(-weights, kind="stable")
-    few = size * 6 // 7
-    chosen = np.r_[order[:few], order[few :: max((len(order) - few) // (size - few), 1)]]
+    few = round(size * (1 - far))
+    chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
     z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
-    noise = 1 / np.maximum(weights, 0.3)
-    misses = t - _linear(z, t, weights)
+    noise = 1 / np.maximum(weights, FLOOR)
+    expected = _linear(z, t, weights)
+    misses = t - expected
     offset = np.average(t, axis=0, weights=weights)
     found: np.ndarray | None = None
     for _ in range(2):  # the second time with the covariance that the first has found
@@ -243,16 +281,15 @@ def _fit(
         residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
         values, vectors = np.linalg.eigh(residual)
         whiten = vectors / np.sqrt(values)
+        whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
         found = learned_kernel(z, (t - offset) @ whiten, noise, logs) if found is None else found
         emulator = conditioned(z, (t - offset) @ whiten, noise, found)
-        misses = _left_out(emulator, noise) @ np.linalg.inv(whiten)
+        misses = _left_out(emulator, z, (t - offset) @ whiten, noise) @ np.linalg.inv(whiten)
     assert found is not None
     residual = (misses * weights[:, None]).T @ misses / weights.sum()
     target, covariance = _target(target_samples, residual, recordings)
-    values, turn = np.linalg.eigh(whiten.T @ covariance @ whiten)
-    emulator = replace(emulator, weights=emulator.weights @ turn)
-    trust = float(np.quantile(emulator.predict(z)[1], 0.9))
-    return _Local(emulator, trust, (target - offset) @ whiten @ turn, values), found
+    trust = float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST))
+    return _Local(emulator, z, trust, (target - offset) @ whiten, whiten.T @ covariance @ whiten), found
 
 
 def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -260,10 +297,11 @@ def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
 
 
-def _left_out(emulator: Emulator, noise: np.ndarray) -> np.ndarray:
-    """Return the misses of the emulator, each sized as that of a sample that it was not fitted to, less what it does not know."""
-    spread = 1 / np.diag(emulator.inverse)
-    misses: np.ndarray = emulator.weights * (spread / np.sqrt(1 + np.maximum(spread - noise, 0)))[:, None]
+def _left_out(emulator: Emulator, z: np.ndarray, outputs: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return what the emulator misses, sized as noise alone: as if left out, less what it does not know."""
+    mean, variance = emulator.predict(z)
+    known = np.maximum(1 - variance / noise[:, None], 0.2)
+    misses: np.ndarray = (outputs - mean) / (known * np.sqrt(1 + variance / known))
     return misses
 
 
@@ -271,19 +309,20 @@ def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndar
     """Regress parameters on outputs, with the ridge that predicts best by generalized cross-validation."""
     share = weights / weights.sum()
     middle, offset = share @ x, share @ z
-    root = np.sqrt(weights)[:, None]
-    u, s, vt = np.linalg.svd(root * (x - middle), full_matrices=False)
-    projected = u.T @ (root * (z - offset))
-    total = ((root * (z - offset)) ** 2).sum(axis=0)
+    x, z = x - middle, z - offset
+    weighted = x * weights[:, None]
+    values, vectors = np.linalg.eigh(x.T @ weighted)
+    values, projected = np.maximum(values, 0), vectors.T @ (weighted.T @ z)
+    total = weights @ z**2
     effective = weights.sum() ** 2 / (weights**2).sum()
-    best, score = s[0], np.inf
-    for ridge in s[0] ** 2 * 10.0 ** np.arange(-7, 1):
-        shrink = s**2 / (s**2 + ridge)
-        left = (total - ((2 * shrink - shrink**2)[:, None] * projected**2).sum(axis=0)) / total
-        freedom = 1 - min(shrink.sum() / effective, 0.99)
+    best, score = values[-1], np.inf
+    for ridge in values[-1] * 10.0 ** np.arange(-7, 1):
+        shrunk = projected / (values + ridge)[:, None]
+        left = (total - (shrunk * (2 * projected - values[:, None] * shrunk)).sum(axis=0)) / total
+        freedom = 1 - min((values / (values + ridge)).sum() / effective, 0.99)
         if left.sum() / freedom**2 < score:
             best, score = ridge, left.sum() / freedom**2
-    return middle, vt.T @ ((s / (s**2 + best))[:, None] * projected), offset
+    return middle, vectors @ (projected / (values + best)[:, None]), offset
 
 
 def _target(samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
@@ -300,49 +339,61 @@ def _target(samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | 
     return mean, (prior * expected + len(sums) * own) / (prior + len(sums))
 
 
-def _sample(local: _Local, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw points in proportion to the likelihood, uniform beforehand: tempered from the whole range, moved by stretches."""
-    points = local.emulator.points
-    values = local.log_likelihood(points)
-    inside = np.flatnonzero(np.isfinite(values))[rng.permutation(np.isfinite(values).sum())]
-    chosen = np.resize(inside, count)
-    points, values, power = points[chosen], values[chosen], 0.0
+def _sample(local: _Local, count: int, rng: np.random.Generator, power: float = 1.0) -> np.ndarray:
+    """Draw points in proportion to a power of the likelihood, hopeful if below 1, uniform beforehand.
+
+    Points of the design are moved by stretches while the power of the likelihood grows.
+    """
+
+    def log_likelihood(z: np.ndarray) -> np.ndarray:
+        return local.log_likelihood(z, power < 1)
+
+    values = log_likelihood(local.points)
+    chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)
+    points, values, reached = local.points[chosen], values[chosen], 0.0
     for _ in range(10):
-        points, values = _moved(local, points, values, power, rng)
-    while power < 1:
-        power, chosen = _tempered(values, power, rng)
+        points, values = _moved(log_likelihood, points, values, reached, rng)
+    while reached < power:
+        reached, chosen = _tempered(values, reached, power, rng)
         points, values = points[chosen], values[chosen]
-        for _ in range(8):
-            points, values = _moved(local, points, values, power, rng)
+        for _ in range(6):
+            points, values = _moved(log_likelihood, points, values, reached, rng)
     for _ in range(30):
-        points, values = _moved(local, points, values, 1.0, rng)
+        points, values = _moved(log_likelihood, points, values, power, rng)
     return points
 
 
-def _tempered(values: np.ndarray, power: float, rng: np.random.Generator) -> tuple[float, np.ndarray]:
-    """Return the next power of the likelihood, at which half of the points count, and points drawn by it."""
-    best, last = values.max(), 1.0
-    low, high = power, 1.0
+def _tempered(values: np.ndarray, power: float, end: float, rng: np.random.Generator) -> tuple[float, np.ndarray]:
+    """Return the next power of the likelihood, at most `end`, at which half of the points count, and points drawn by it."""
 
-    def share(power: float) -> tuple[float, np.ndarray]:
-        weights = np.exp((power - last_power) * (values - best))
-        return weights.sum() ** 2 / (weights**2).sum() / len(values), weights
+    def weights(above: float) -> np.ndarray:
+        likely: np.ndarray = np.exp((above - power) * (values - values.max()))
+        return likely
 
-    last_power = power
-    if share(1.0)[0] < 0.5:
+    def counts(above: float) -> bool:
+        likely = weights(above)
+        return bool(likely.sum() ** 2 > 0.5 * len(values) * (likely**2).sum())
+
+    low, high = power, end
+    if counts(end):
+        low = end
+    else:
         for _ in range(40):
-            last = (low + high) / 2
-            low, high = (last, high) if share(last)[0] > 0.5 else (low, last)
-        last = max(low, power + 1e-6)
-    weights = share(last)[1]
-    places = (np.arange(len(values)) + rng.random()) / len(values)
-    return last, np.minimum(np.searchsorted(np.cumsum(weights) / weights.sum(), places), len(values) - 1)
+            middle = (low + high) / 2
+            low, high = (middle, high) if counts(middle) else (low, middle)
+    cumulated = np.cumsum(weights(low))
+    places = (np.arange(len(values)) + rng.random()) / len(values) * cumulated[-1]
+    return max(low, power + 1e-6), np.minimum(np.searchsorted(cumulated, places), len(values) - 1)
 
 
 def _moved(
-    local: _Local, points: np.ndarray, values: np.ndarray, power: float, rng: np.random.Generator
+    log_likelihood: Callable[[np.ndarray], np.ndarray],
+    points: np.ndarray,
+    values: np.ndarray,
+    power: float,
+    rng: np.random.Generator,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Move one half of the points after the other along lines through points of the other half (Goodman and Weare 2010)."""
+    """Move one half of the points along lines through points of the other half and vice versa; redraw one parameter of each."""
     order = rng.permutation(len(points))
     points, values = points[order], values[order]
     half = len(points) // 2
@@ -351,15 +402,29 @@ def _moved(
         partners = points[others][rng.integers(len(points[others]), size=size)]
         stretch = (1 + rng.random(size)) ** 2 / 2
         proposal = partners + stretch[:, None] * (points[mine] - partners)
-        proposed = local.log_likelihood(proposal)
-        inside = np.isfinite(proposed)
-        gain = np.full(size, -np.inf)
-        gain[inside] = power * (proposed - values[mine])[inside]
-        gain += (points.shape[1] - 1) * np.log(stretch)
-        accept = np.log(rng.random(size)) < gain
-        points[mine][accept] = proposal[accept]
-        values[mine][accept] = proposed[accept]
-    return points, values
+        bonus = (points.shape[1] - 1) * np.log(stretch)
+        points[mine], values[mine] = _accepted(log_likelihood, points[mine], values[mine], proposal, bonus, power, rng)
+    proposal, rows = points.copy(), np.arange(len(points))
+    proposal[rows, rng.integers(points.shape[1], size=len(points))] = rng.uniform(-1, 1, len(points))
+    return _accepted(log_likelihood, points, values, proposal, np.zeros(len(points)), power, rng)
+
+
+def _accepted(
+    log_likelihood: Callable[[np.ndarray], np.ndarray],
+    points: np.ndarray,
+    values: np.ndarray,
+    proposal: np.ndarray,
+    bonus: np.ndarray,
+    power: float,
+    rng: np.random.Generator,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and values, or what is proposed instead, by the rule of Metropolis and Hastings."""
+    proposed = log_likelihood(proposal)
+    inside = np.isfinite(proposed)
+    gain = np.full(len(points), -np.inf)
+    gain[inside] = bonus[inside] + power * (proposed - values)[inside]
+    accept = np.log(rng.random(len(points))) < gain
+    return np.where(accept[:, None], proposal, points), np.where(accept, proposed, values)
 
 
 def _distance(
