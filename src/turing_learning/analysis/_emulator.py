@@ -58,15 +58,15 @@ class Emulator:
         return mean
 
 
-def conditioned(points: np.ndarray, outputs: np.ndarray, noise: np.ndarray, logs: np.ndarray) -> Emulator:
+def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Emulator:
     """Return the emulator with these length scales and variances; for the arguments see `learned_kernel`."""
     z = points / np.exp(logs[:-2])
     pivots = z[_pivots(z, logs)]
     factor = np.linalg.cholesky(_covariance(pivots, pivots, logs) + 1e-8 * CONSTANT * np.eye(len(pivots)))
     basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
     features = _covariance(z, pivots, logs) @ basis
-    values, vectors = np.linalg.eigh(features.T @ (features / noise[:, None]))
-    values, projected = np.maximum(values, 0)[:, None], vectors.T @ (features.T @ (outputs / noise[:, None]))
+    values, vectors = np.linalg.eigh(features.T @ features)
+    values, projected = np.maximum(values, 0)[:, None], vectors.T @ (features.T @ outputs)
     shrunk = [  # minus twice the logarithm of the marginal likelihood, but for a constant
         np.log1p(size * values).sum(axis=0) - (projected**2 * size / (1 + size * values)).sum(axis=0) for size in SIZES
     ]
@@ -97,7 +97,7 @@ def _pivots(z: np.ndarray, logs: np.ndarray) -> np.ndarray:
 
 
 def learned_kernel(
-    points: np.ndarray, outputs: np.ndarray, noise: np.ndarray, start: np.ndarray | None = None
+    points: np.ndarray, outputs: np.ndarray, start: np.ndarray | None = None, longer: float = np.inf
 ) -> np.ndarray:
     """Return `Emulator.logs` by the marginal likelihood.
 
@@ -106,20 +106,22 @@ def learned_kernel(
     points : (N, P)
         Parameters, on [-1, 1].
     outputs : (N, M)
-        With noise of about variance 1.
-    noise : (N,)
-        Variance of the noise of each point, in units of the outputs'.
+        With noise of variance 1.
     start : (P + 2,)
         `Emulator.logs` to start from.
+    longer
+        By how much length scales may be longer than those of `start`: nearby, what has an effect may seem to have none.
     """
     first = np.r_[np.full(points.shape[1], np.log(TYPICAL)), 0.0, 0.0] if start is None else start.copy()
-    first[:-2] = np.minimum(first[:-2], FARTHEST_START)
+    first_lengths = first[:-2].copy()
+    first[:-2] = np.minimum(first_lengths, FARTHEST_START)
     few = slice(None, None, -(-len(points) // ENOUGH))
-    bounds = [BOUNDS[0]] * points.shape[1] + [*BOUNDS[1:]]
+    most = [BOUNDS[0][1] if start is None else min(BOUNDS[0][1], log + np.log(longer)) for log in first_lengths]
+    bounds = [(BOUNDS[0][0], log) for log in most] + [*BOUNDS[1:]]
     logs: np.ndarray = minimize(
         _loss,
         first,
-        args=(points[few], outputs[few], noise[few]),
+        args=(points[few], outputs[few]),
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,
@@ -134,12 +136,12 @@ def _parts(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return inner, np.exp(-0.5 * np.maximum(squares, 0))
 
 
-def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray, noise: np.ndarray) -> tuple[float, np.ndarray]:
+def _loss(logs: np.ndarray, points: np.ndarray, outputs: np.ndarray) -> tuple[float, np.ndarray]:
     """Return minus the logarithm of the marginal likelihood and of what is expected of length scales, and its gradient."""
     lengths, (slopes, bends) = np.exp(logs[:-2]), np.exp(logs[-2:])
     z = points / lengths
     linear, bell = _parts(z, z)
-    factor = np.linalg.cholesky(slopes * linear + bends * bell + CONSTANT + np.diag(noise))
+    factor = np.linalg.cholesky(slopes * linear + bends * bell + CONSTANT + np.eye(len(z)))
     inverse = cho_solve((factor, True), np.eye(len(z)), check_finite=False)
     weights, count = inverse @ outputs, outputs.shape[1]
     short = np.minimum(logs[:-2] - np.log(TYPICAL), 0)

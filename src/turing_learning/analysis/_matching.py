@@ -25,16 +25,20 @@ WHOLE = 1.5
 TRUST = 0.7
 """Share of the samples at which the prediction is sure enough for draws."""
 
-FLOOR = 1.0
+LONGER = 2.5
+"""By how much length scales of the fine fit may be longer than those of the broad one."""
+
 FAR = 1 / 7
 """Share of the samples of a broad fit that are from anywhere: they rule out what is far."""
 
 RULED_OUT = 20.0
-"""Half the squared misses beyond which a broad fit rules models out: for twenty judgments, by chance in one of a thousand cases."""
-
+"""Half the squared misses beyond which a broad fit rules models out: twenty judgments do so by chance in one of a hundred cases."""
 
 PROPOSED = 0.16
 """Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
+
+LEAST_P, MOST_MOVED, LEAST_CANARY = 0.01, 3.0, 0.6
+"""Bounds within which `Matched.settled` is said of a solution."""
 
 ROUNDS = 4
 """How often samples near the solution are chosen anew."""
@@ -59,6 +63,9 @@ class Matched:
         little is known.
     identified : (P,) bool
         Whether the judgments say something of the parameter: whether its draws cover less than the range.
+    settled
+        Whether intervals can be given: classifiers do not tell the model from the agents, halves of the samples agree, and the
+        canary has its range.
     distance, p_value
         How far the classifiers still tell the model with the estimate from the agents, and how often they would by chance.
     leverage
@@ -66,6 +73,8 @@ class Matched:
         samples that it rests on.
     canary
         Share of its range that a parameter without any effect, added to all, was left.
+    moved
+        How far the solutions of two halves of the samples are apart, in standard deviations of the draws: the most of all.
     """
 
     estimate: np.ndarray
@@ -75,11 +84,12 @@ class Matched:
     draws: np.ndarray
     proposals: np.ndarray
     identified: np.ndarray
+    settled: bool
     distance: float
     p_value: float
     leverage: float
     canary: float
-    lengths: np.ndarray
+    moved: float
 
 
 def match(
@@ -117,7 +127,7 @@ def match(
     draws
         How many of them, D.
     size
-        How many of the nearest counterfeit samples the regression is fitted to; time goes with its cube.
+        How many of the nearest counterfeit samples the regression is fitted to.
 
     Notes
     -----
@@ -127,7 +137,8 @@ def match(
        single samples about them is that of the left-out residuals.
     3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the genuine samples, in units of
        the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it.
-    4. The samples nearest in judgment to the agents are chosen, and all is done again.
+    4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
+       the fit before, which knows samples from anywhere, does not rule out.
 
     Source
     ------
@@ -146,10 +157,13 @@ def match(
     require((spread > 0).all(), "spread", "be positive", spread)
     if recordings is not None:
         require(len(recordings) == len(g), "recordings", "be a label for each genuine sample", str(len(recordings)))
+        groups = len(np.unique(recordings))
+        require(groups > 1, "recordings", "tell at least 2 groups apart", str(groups))
+    require(len(g) > 1, "genuine_outputs", "be of at least 2 samples", str(len(g)))
     units = (high - low) / 2
     z, center, width = (parameters - low) / units - 1, (start - low) / units - 1, spread / units
-    fold, canary = _folds(z, rng)
-    z, center, width = np.c_[z, canary], np.append(center, 0.0), np.append(width, 1.0)
+    fold, inert = _folds(z, rng)
+    z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
     x, g = _standardized(x, g)
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
@@ -162,24 +176,30 @@ def match(
     proposals = _sample(broad, draws, rng, PROPOSED)
     local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, 0.0)
     local = replace(local, region=broad)
+    if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
+        local = broad
     points = _sample(local, draws, rng)
     middle = np.median(points, axis=0)
     low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
+    canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
+    middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
     known = high_z - low_z < WHOLE
-    distance, p_value = _distance(x, g, z, _widened(near, size), middle, rng)
+    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), rng)
+    settled = p_value >= LEAST_P and moved <= MOST_MOVED and canary >= LEAST_CANARY
     return Matched(
-        estimate=low + units * (middle[:-1] + 1),
-        covariance=np.atleast_2d(np.cov(points[:, :-1].T)) * np.outer(units, units),
-        interval_low=np.where(known[:-1], low + units * (low_z[:-1] + 1), low),
-        interval_high=np.where(known[:-1], low + units * (high_z[:-1] + 1), high),
-        draws=low + units * (points[:, :-1] + 1),
+        estimate=low + units * (middle + 1),
+        covariance=np.atleast_2d(np.cov(points.T)) * np.outer(units, units),
+        interval_low=np.where(known, low + units * (low_z + 1), low) if settled else np.full(len(low), np.nan),
+        interval_high=np.where(known, low + units * (high_z + 1), high) if settled else np.full(len(low), np.nan),
+        draws=low + units * (points + 1),
         proposals=low + units * (proposals[:, :-1] + 1),
-        identified=known[:-1],
+        identified=known,
+        settled=settled,
         distance=distance,
         p_value=p_value,
-        leverage=float(local.emulator.predict(middle[None])[1].mean()),
-        lengths=np.exp(local.emulator.logs),
-        canary=(high_z - low_z)[-1] / (2 - 4 * TAIL),
+        leverage=float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean()),
+        canary=canary,
+        moved=moved,
     )
 
 
@@ -189,6 +209,7 @@ class _Local:
 
     emulator: Emulator
     points: np.ndarray  # (N, P), that it was fitted to
+    outputs: np.ndarray  # (N, P), composite judgments there
     trust: float  # largest variance of a prediction that counts
     target: np.ndarray  # (P,), in units of the noise of one sample
     covariance: np.ndarray  # (P, P), of the target, likewise
@@ -271,7 +292,6 @@ def _fit(
     few = round(size * (1 - far))
     chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
     z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
-    noise = 1 / np.maximum(weights, FLOOR)
     expected = _linear(z, t, weights)
     misses = t - expected
     offset = np.average(t, axis=0, weights=weights)
@@ -282,14 +302,17 @@ def _fit(
         values, vectors = np.linalg.eigh(residual)
         whiten = vectors / np.sqrt(values)
         whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
-        found = learned_kernel(z, (t - offset) @ whiten, noise, logs) if found is None else found
-        emulator = conditioned(z, (t - offset) @ whiten, noise, found)
-        misses = _left_out(emulator, z, (t - offset) @ whiten, noise) @ np.linalg.inv(whiten)
+        if found is None:
+            longer = np.inf if far else LONGER
+            found = learned_kernel(z, (t - offset) @ whiten, logs, longer)
+        emulator = conditioned(z, (t - offset) @ whiten, found)
+        misses = _left_out(emulator, z, (t - offset) @ whiten) @ np.linalg.inv(whiten)
     assert found is not None
     residual = (misses * weights[:, None]).T @ misses / weights.sum()
     target, covariance = _target(target_samples, residual, recordings)
     trust = float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST))
-    return _Local(emulator, z, trust, (target - offset) @ whiten, whiten.T @ covariance @ whiten), found
+    outputs = (t - offset) @ whiten
+    return _Local(emulator, z, outputs, trust, (target - offset) @ whiten, whiten.T @ covariance @ whiten), found
 
 
 def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -297,10 +320,10 @@ def _linear(z: np.ndarray, t: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return f @ np.linalg.lstsq(root * f, root * t, rcond=None)[0]
 
 
-def _left_out(emulator: Emulator, z: np.ndarray, outputs: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def _left_out(emulator: Emulator, z: np.ndarray, outputs: np.ndarray) -> np.ndarray:
     """Return what the emulator misses, sized as noise alone: as if left out, less what it does not know."""
     mean, variance = emulator.predict(z)
-    known = np.maximum(1 - variance / noise[:, None], 0.2)
+    known = np.maximum(1 - variance, 0.2)
     misses: np.ndarray = (outputs - mean) / (known * np.sqrt(1 + variance / known))
     return misses
 
@@ -328,15 +351,19 @@ def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndar
 def _target(samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean composite judgment of genuine samples and its covariance.
 
-    Few recordings say little of their own covariance; that of the model's samples stands in for 2 P + 10 of them.
+    Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them. It knows nothing of
+    recordings that differ; where there are labels, it stands in for 2, and the rest is as uncertain as Student's t has it.
     """
-    groups = np.arange(len(samples)) if recordings is None else np.unique(recordings, return_inverse=True)[1]
-    mean = samples.mean(axis=0)
+    mean, count, expected = samples.mean(axis=0), len(samples), residual / len(samples)
+    if recordings is None:
+        prior = 2 * samples.shape[1] + 10
+        return mean, (prior * expected + np.atleast_2d(np.cov(samples.T))) / (prior + count)
+    groups = np.unique(recordings, return_inverse=True)[1]
     sums = np.zeros((groups.max() + 1, samples.shape[1]))
     np.add.at(sums, groups, samples - mean)
-    own = sums.T @ sums / len(samples) ** 2 * len(sums) / max(len(sums) - 1, 1)
-    expected, prior = residual / len(samples), 2 * samples.shape[1] + 10
-    return mean, (prior * expected + len(sums) * own) / (prior + len(sums))
+    few = len(sums)
+    own = sums.T @ sums / count**2 * few / max(few - 3, 1)
+    return mean, (2 * expected + few * own) / (2 + few)
 
 
 def _sample(local: _Local, count: int, rng: np.random.Generator, power: float = 1.0) -> np.ndarray:
@@ -427,27 +454,42 @@ def _accepted(
     return np.where(accept[:, None], proposal, points), np.where(accept, proposed, values)
 
 
+def _moved_by_halves(local: _Local, points: np.ndarray, rng: np.random.Generator) -> float:
+    """Return how far the solutions of two halves of the samples are apart: the most of all parameters, in standard deviations."""
+    order, means = rng.permutation(len(local.points)), []
+    before = local.log_likelihood(points)
+    for half in np.array_split(order, 2):
+        emulator = conditioned(local.points[half], local.outputs[half], local.emulator.logs)
+        after = replace(local, emulator=emulator, trust=np.inf, region=None).log_likelihood(points)
+        weights = np.exp(after - before - (after - before).max())
+        means.append(weights @ points / weights.sum())
+    return float((np.abs(means[0] - means[1]) / points.std(axis=0)).max())
+
+
 def _distance(
-    x: np.ndarray, g: np.ndarray, z: np.ndarray, weights: np.ndarray, middle: np.ndarray, rng: np.random.Generator
+    x: np.ndarray, g: np.ndarray, local: _Local, places: np.ndarray, weights: np.ndarray, rng: np.random.Generator
 ) -> tuple[float, float]:
-    """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it."""
-    near = weights > 1e-2 * weights.max()
-    x, z, weights = x[near], z[near], weights[near]
-    f = np.c_[np.ones(len(z)), z - middle]
-    root = np.sqrt(weights)[:, None]
-    inverse = np.linalg.pinv((f * weights[:, None]).T @ f)
-    coefficients = inverse @ (f * weights[:, None]).T @ x
+    """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
+
+    The model is the one that composite judgments (S, P), predicted for each sample, say; their misses are not counted.
+    """
+    near = np.argsort(-weights, kind="stable")[: int(weights.sum() ** 2 / (weights**2).sum())]
+    x, d = x[near], (places - local.target)[near]
+    d = d[:, d.std(axis=0) > 0.1]
+    first, second = np.triu_indices(d.shape[1])
+    f = np.c_[np.ones(len(d)), d, d[:, first] * d[:, second]]
+    penalty = np.repeat([1e-9, 1.0, 4.0], [1, d.shape[1], len(first)])  # slopes of about 1, bends of about 1/2
+    inverse = np.linalg.inv(f.T @ f + np.diag(penalty))
+    coefficients = inverse @ (f.T @ x)
     misses = x - f @ coefficients
-    scale = np.sqrt((root**2 * misses**2).sum(axis=0) / weights.sum()) + 1e-9
-    slopes = coefficients[1:] / scale
-    basis = np.linalg.qr(slopes.T)[0]
+    scale = misses.std(axis=0) + 1e-9
+    basis = np.linalg.qr((coefficients[1 : 1 + d.shape[1]] / scale).T)[0]
 
-    def statistic(mean: np.ndarray) -> np.ndarray:
+    def statistic(mean: np.ndarray) -> float:
         mean = mean / scale
-        return ((mean - mean @ basis @ basis.T) ** 2).mean(axis=-1) * len(g)
+        return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * len(g))
 
-    chance = rng.choice(len(x), (200, len(g)), p=weights / weights.sum())
-    simulated = np.array([statistic(misses[rows].mean(axis=0)) for rows in chance])
-    simulated *= 1 + len(g) * (weights**2).sum() / weights.sum() ** 2
-    observed = float(statistic(g.mean(axis=0) - coefficients[0]))
+    simulated = np.array([statistic(misses[rng.integers(len(x), size=len(g))].mean(axis=0)) for _ in range(200)])
+    simulated *= 1 + len(g) * inverse[0, 0]
+    observed = statistic(g.mean(axis=0) - coefficients[0])
     return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))

@@ -16,10 +16,14 @@ def outputs(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return 0.5 + (MIXING @ samples.T) / 4 + 0.002 * rng.normal(size=(12, len(parameters)))
 
 
-def matched(seed: int, genuine: int = 100, counterfeit: int = 600):
+def matched(seed: int, genuine: int = 100, counterfeit: int = 600, alien: float = 0.0, labels: int = 0):
+    """Match samples of the truth, with an output `alien` to all models, or of `labels` individuals that differ."""
     rng = np.random.default_rng(seed)
     parameters = rng.uniform(LOW, HIGH, (counterfeit, 3))
-    genuine_outputs = outputs(np.tile(TRUTH, (genuine, 1)), rng)
+    recordings = np.arange(genuine) * labels // genuine if labels else None
+    shifts = rng.normal(size=(labels, 3))[recordings] if labels else np.zeros((genuine, 3))
+    genuine_outputs = outputs(TRUTH + shifts, rng)
+    genuine_outputs[0] += alien
     return match(
         parameters,
         outputs(parameters, rng),
@@ -28,6 +32,7 @@ def matched(seed: int, genuine: int = 100, counterfeit: int = 600):
         high=HIGH,
         start=(LOW + HIGH) / 2,
         spread=(HIGH - LOW) / 2,
+        recordings=recordings,
         rng=rng,
     )
 
@@ -45,6 +50,24 @@ def test_a_parameter_without_effect_gets_its_whole_range():
     assert solution.interval_high[2] > 8.5
 
 
+def test_no_interval_is_given_where_the_classifiers_still_tell_the_model_from_the_agents():
+    solution = matched(4, alien=0.05)
+    assert solution.p_value < 0.01
+    assert not solution.settled
+    assert np.isnan(solution.interval_low).all()
+    assert np.isfinite(solution.estimate).all()
+
+
+def test_recordings_that_differ_make_the_interval_wider():
+    alike, differing = matched(5), matched(5, labels=6)
+    assert np.sqrt(differing.covariance[0, 0]) > 1.5 * np.sqrt(alike.covariance[0, 0])
+
+
+def test_proposals_are_wider_than_draws():
+    solution = matched(6)
+    assert solution.proposals[:, 0].std() > 1.3 * solution.draws[:, 0].std()
+
+
 def test_the_same_generator_gives_the_same_solution():
     assert np.array_equal(matched(3).draws, matched(3).draws)
 
@@ -57,6 +80,8 @@ def test_the_same_generator_gives_the_same_solution():
         ({"high": LOW}, "`low` must be below `high`"),
         ({"spread": np.zeros(3)}, "`spread` must be positive"),
         ({"recordings": np.zeros(3)}, "`recordings` must be a label for each genuine sample"),
+        ({"recordings": np.zeros(5)}, "`recordings` must tell at least 2 groups apart"),
+        ({"genuine_outputs": np.zeros((12, 1))}, "`genuine_outputs` must be of at least 2 samples"),
     ],
 )
 def test_what_does_not_fit_is_rejected(change, message):
