@@ -27,7 +27,8 @@ _NEAR_SHARE, _NEAR_LEAST, _NEAR_MOST = 0.5, 250, 3000  # trials that the moments
 _FAR = 100  # and others among them
 _WIDE_EVERY, _WIDE_TRIALS = 3, 500
 _WIDE_POINTS = 120
-_SLACK = 10.0
+_REPEATS = 4  # at the end, to average over the folds
+_SLACK, _HOPELESS = 10.0, 50.0
 _POOL = (500, 3000)  # genuine samples: as many as trials, within these bounds
 
 
@@ -146,6 +147,7 @@ class FewTrials:
         self._seen_genuine = np.empty((0, 0), np.float32)
         self._present = np.empty((0, classifier.parameters))
         self._density = _Density(None)
+        self._pooled = np.empty((0, len(low)))
 
     @property
     def complete(self) -> bool:
@@ -154,8 +156,11 @@ class FewTrials:
 
     @property
     def draws(self) -> np.ndarray:
-        """Draws (W, P) of the right model: the joint uncertainty as far as the moments tell."""
-        return self._middle + self._half * self._design.walkers
+        """Draws (W, P) of the right model: the joint uncertainty as far as the moments tell.
+
+        At the end of a run jurors are trained, and walkers moved, several times, to average over which trials fell into which fold.
+        """
+        return self._middle + self._half * (self._design.walkers if len(self._pooled) == 0 else self._pooled)
 
     @property
     def estimate(self) -> np.ndarray:
@@ -172,7 +177,10 @@ class FewTrials:
         with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
             self._try(self._models())
             self._evolve()
-            explained = self._match()
+            explained, self._pooled = self._match(0), self._design.walkers
+            for k in range(_REPEATS if self.complete else 0):
+                self._match(k + 1)
+                self._pooled = np.concatenate((self._pooled, self._design.walkers))
         self._number += 1
         self.batch = self._known(explained)
         return self.batch
@@ -237,9 +245,9 @@ class FewTrials:
             self._archive.admit(genomes[best], float(accepted[best]))
         self._present = genomes[np.argsort(-fitness, kind="stable")[:_PRESENT]]
 
-    def _match(self) -> np.ndarray:
+    def _match(self, repeat: int) -> np.ndarray:
         """Map the moments and let the walkers follow; return how much of each parameter a trial tells (P,)."""
-        usable, rng = np.flatnonzero(self.buffer.usable), self._rng(MATCHING)
+        usable, rng = np.flatnonzero(self.buffer.usable), generation_rng((MATCHING, self._seed, repeat), self._number)
         near = self._nearest(usable, rng)
         field, explained = self._mapped(near, rng)
         wide, reference = self._density.wide, 0.0
@@ -296,6 +304,7 @@ class FewTrials:
             "number": np.array(self._number, dtype=np.int64),
             "drawn": self._drawn.copy(),
             "present": self._present.copy(),
+            "pooled": self._pooled.copy(),
             **batch,
             **{f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()},
         }
@@ -305,6 +314,7 @@ class FewTrials:
         require("number" in state, "state", "be that of an estimate from few trials", str(sorted(state)))
         self._number = int(state["number"])
         self._drawn, self._present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
+        self._pooled = np.array(state["pooled"], dtype=np.float64)
         self.buffer.restore(_part(state, "buffer/"))
         self._classifiers.restore(_part(state, "classifiers/"))
         self._archive.restore(_part(state, "archive/"))
@@ -328,7 +338,8 @@ class _Density:
         assert self.near is not None
         density = self.near.log_density(models)
         if self.wide is not None:
-            density += np.minimum(self.wide.log_density(models) - self._reference + _SLACK, 0)
+            open_ = density > density.max() - _HOPELESS
+            density[open_] += np.minimum(self.wide.log_density(models[open_]) - self._reference + _SLACK, 0)
         return density
 
     def state(self) -> dict[str, np.ndarray]:

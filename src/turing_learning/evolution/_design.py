@@ -14,6 +14,7 @@ Density = Callable[[np.ndarray], np.ndarray]
 WALKERS = 150
 _NEAREST = 2  # a walker's companions are the nearest 1 / 2 of all
 _SCATTER = 1e-4
+_LOST = 20.0  # a walker so far below the best, in the logarithm of the density, starts again beside another
 
 
 class TrialDesign:
@@ -109,6 +110,9 @@ class TrialDesign:
         """Let all walkers follow a density."""
         rng = generation_rng(self._seed, 2 * self._step + 3)
         place, height = self.walkers.copy(), self._height(self.walkers, density)
+        lost = np.flatnonzero(height < height.max() - _LOST)
+        found = np.setdiff1d(np.arange(len(place)), lost)[rng.integers(len(place) - len(lost), size=len(lost))]
+        place[lost], height[lost] = place[found], height[found]
         count = self._moves if self._step else 3 * self._moves
         for k in range(count):
             moved = self._moved(place, k, rng)
