@@ -41,6 +41,13 @@ def test_two_centers_stay_alive():
     assert 0.2 < (walkers[:, 0] > 0).mean() < 0.8
 
 
+def test_lost_walkers_start_again_beside_others():
+    design, center = TrialDesign(6, seed=1), np.full(6, 0.3)
+    design.walkers[:140], design.walkers[140:] = 0.9, center
+    design.move(normal(center, 0.03))
+    assert np.abs(design.walkers - center).max() < 0.3
+
+
 def test_proposals_lie_wider_than_walkers():
     design = TrialDesign(2, seed=1, walkers=400, widening=3.0)
     walkers = follow(design, normal(np.zeros(2), 0.05))
