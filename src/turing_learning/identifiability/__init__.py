@@ -12,6 +12,8 @@
     The same test where a single parameter is moved across its range.
 `Recovery`, `PinnedDown`, `Check`
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
+`sides_rejected`, `fault`, `FINE`, `FAILED_SEARCH`, `WRONG_MODEL`
+    What may be claimed: that both sides of an estimate are told apart; that the model, or the search, is at fault.
 `Quantity`, `compare_quantities`, `signal_quantities`, `swarm_quantities`, `recorded_quantities`
     Distributions of speed, turning, neighbor distance and polarization, genuine beside simulated.
 
@@ -23,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ._check import Check, PinnedDown, Recovery
+    from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, fault, sides_rejected
     from ._evidence import Effort, Evidence, evidence_of
     from ._permutation import Permutation, permutation_test
     from ._profile import Profile, profile
@@ -30,6 +33,9 @@ if TYPE_CHECKING:
     from ._two_sample import TwoSampleTest, two_sample_test
 
 __all__ = [
+    "FAILED_SEARCH",
+    "FINE",
+    "WRONG_MODEL",
     "Check",
     "Effort",
     "Evidence",
@@ -41,9 +47,11 @@ __all__ = [
     "TwoSampleTest",
     "compare_quantities",
     "evidence_of",
+    "fault",
     "permutation_test",
     "profile",
     "recorded_quantities",
+    "sides_rejected",
     "signal_quantities",
     "swarm_quantities",
     "two_sample_test",
@@ -51,6 +59,7 @@ __all__ = [
 
 _HOMES = {
     "_check": ("Check", "PinnedDown", "Recovery"),
+    "_claims": ("FAILED_SEARCH", "FINE", "WRONG_MODEL", "fault", "sides_rejected"),
     "_evidence": ("Effort", "Evidence", "evidence_of"),
     "_permutation": ("Permutation", "permutation_test"),
     "_profile": ("Profile", "profile"),

@@ -1,0 +1,124 @@
+"""What a check may claim: which parameters the samples pin down, and whether the model or the search is at fault."""
+
+import numpy as np
+from scipy.special import stdtr
+
+from turing_learning.arrays import array
+from turing_learning.errors import require
+
+LEVEL = 0.05
+"""How often a claim may be wrong."""
+
+FLIPS = 2000
+"""Random signs that a claim is held against."""
+
+FEWEST = 6
+"""Groups below which no choice of signs is as rare as `LEVEL` on either side."""
+
+FINE, FAILED_SEARCH, WRONG_MODEL = "fine", "failed search", "wrong model"
+
+
+def sides_rejected(
+    differences: np.ndarray, above: np.ndarray, rng: np.random.Generator, *, level: float = LEVEL
+) -> tuple[bool, bool]:
+    """Say whether classifiers tell a parameter's values below the estimate, and those above it, better than the estimate.
+
+    Per side the largest t statistic over its values is held against the same for random signs of the groups, the same signs
+    for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
+    sides are rejected: beside an end of its range, where there is no value on one side, it never is.
+
+    Parameters
+    ----------
+    differences : (V, G)
+        For each of V values and each of G groups of samples: how much better classifiers of that value decide about the group than
+        those of the estimate do about the same group.
+    above : (V,) bool
+        Which values are above the estimate; the others are below.
+    rng
+        For the signs.
+    level
+        How often a side may be rejected where no value of it is told apart.
+
+    Returns
+    -------
+    (bool, bool)
+        Below, above.
+
+    Source
+    ------
+    Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and acceptance
+    sampling (1982), for two sides that both must be rejected.
+    """
+    differences = array("differences", differences, "V G")
+    above = array("above", above, "V", dtype=bool, V=len(differences))
+    if differences.shape[1] < FEWEST:
+        return False, False
+    signs = rng.choice([-1.0, 1.0], (FLIPS, differences.shape[1]))
+    found, chance = _t(differences, np.ones((1, signs.shape[1])))[0], _t(differences, signs)
+    sides = []
+    for side in (~above, above):
+        if not side.any():
+            sides.append(False)
+            continue
+        exceeded = (chance[:, side].max(axis=1) >= found[side].max() - 1e-9).sum()
+        sides.append(bool((1 + exceeded) / (1 + FLIPS) <= level))
+    return sides[0], sides[1]
+
+
+def _t(differences: np.ndarray, signs: np.ndarray) -> np.ndarray:
+    """Return t statistics (F, V) of the mean over groups with signs (F, G)."""
+    count = differences.shape[1]
+    means = signs @ differences.T / count
+    variances = np.maximum((differences**2).mean(axis=1) - means**2, 1e-12) / (count - 1)
+    t: np.ndarray = means / np.sqrt(variances)
+    return t
+
+
+def fault(
+    accuracy: float,
+    recovered: np.typing.ArrayLike,
+    attainable: np.typing.ArrayLike,
+    others: np.typing.ArrayLike = (),
+    *,
+    level: float = LEVEL,
+) -> str:
+    """Say whether an estimate is fine, its model is wrong, or its search has failed: a parametric bootstrap.
+
+    Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from a model that
+    a search has found where the model is right. Where they tell the run's own estimate better than that, it is the model if
+    searches find their truth and no other search on the same samples has found a better estimate; else it is the search.
+
+    Parameters
+    ----------
+    accuracy
+        Of fresh classifiers that tell the genuine samples from the estimate.
+    recovered : (B,)
+        The same for each of at least 2 recoveries and what it has found.
+    attainable : (B,)
+        The same for each recovery and its truth, so about 0.5.
+    others : (R,)
+        The same as `accuracy` for estimates of other searches on the genuine samples.
+    level
+        How often a right model with searches that succeed may be called something else.
+
+    Returns
+    -------
+    str
+        `FINE`, `FAILED_SEARCH` or `WRONG_MODEL`.
+    """
+    found = array("recovered", recovered, "B")
+    best = array("attainable", attainable, "B", B=len(found))
+    again = array("others", others, "R", empty=True)
+    require(len(found) >= 2, "recovered", "be of at least 2 recoveries", str(len(found)))
+    if _exceeds(float(found.mean()), best, level / 2, len(found)):
+        return FAILED_SEARCH
+    if not _exceeds(accuracy, found, level / 2):
+        return FINE
+    return FAILED_SEARCH if len(again) and not _exceeds(float(again.min()), found, level / 2) else WRONG_MODEL
+
+
+def _exceeds(value: float, sample: np.ndarray, level: float, size: int = 0) -> bool:
+    """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample (B,) makes likely."""
+    count = len(sample)
+    error = max(float(sample.std(ddof=1)), 1e-9) * np.sqrt(1 / count + (1 / size if size else 1))
+    return bool(stdtr(count - 1, (value - sample.mean()) / error) > 1 - level)
