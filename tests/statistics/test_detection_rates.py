@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._chance import p_values
-from turing_learning.detection._scan import Scan
+from turing_learning.detection._chance import Scan, p_values
 
 DETECTORS, INDIVIDUALS = 500, 8
 DRAWS = 10_000

@@ -19,6 +19,8 @@
 `steady_outputs`          What networks put out for each constant sensor reading, section 4.6.2.
 `dynamic_outputs`         The same for readings that change, `DYNAMIC_READINGS`.
 `response_error`          How far both are from the agents' parameters; `median_place`: of which network it is the median.
+`Jury`                    Classifiers with votes; `competence`: Youden's J of each.
+`area_under_curve`        How well scores separate two kinds.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
 ========================  ============================================================================
 """
@@ -36,6 +38,7 @@ from ._estimate import (
     pooled_interval,
     r_hat,
 )
+from ._jury import Jury, area_under_curve, competence
 from ._matching import Matched, match
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 from ._tests import Comparison, compare, decision_accuracy, polarization
@@ -45,9 +48,12 @@ __all__ = [
     "UNKNOWN",
     "WHY_UNKNOWN",
     "Comparison",
+    "Jury",
     "Matched",
     "absolute_error",
+    "area_under_curve",
     "compare",
+    "competence",
     "decision_accuracy",
     "dispersion",
     "dynamic_outputs",

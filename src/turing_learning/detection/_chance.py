@@ -1,15 +1,17 @@
-"""How often chance alone would make the scores of an individual as low as they are."""
+"""How often chance alone would make the scores of an individual, or of a stretch of its windows, as low as they are."""
 
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 from math import ceil, comb
 
 import numpy as np
+from scipy.special import ndtri
 
-from ._verdict import DIGITS
-
+DIGITS = 9
+"""Of a score; what comes after them depends on the order of summation."""
 DRAWS = 20_000
-MOST_DRAWN = 10_000_000  # samples in all draws
+MOST_DRAWN = 10_000_000  # samples, or scores, in all draws
 AT_ONCE = 64  # individuals
 
 
@@ -88,3 +90,167 @@ def _choices(known: int, samples: int) -> np.ndarray:
     rng = np.random.default_rng((known, samples))
     drawn = [rng.choice(total, samples, replace=False, shuffle=False) for _ in range(_draws(samples))]
     return np.array([np.arange(known, total), *drawn], dtype=np.int32)
+
+
+@dataclass(frozen=True, eq=False)
+class TimedVerdict:
+    """What a detector says about an individual over time.
+
+    Attributes
+    ----------
+    individual
+        Its name.
+    windows
+        Number of its windows W; with none there is no verdict, and it is not abnormal.
+    score
+        Mean score of its windows; 1 without windows.
+    strength
+        Of the evidence against it, see `Detector.timeline`.
+    threshold
+        Above it the individual is called abnormal.
+    abnormal
+        Whether it behaves abnormally at some time.
+    spells
+        Begin and end (s) of the times in which it does.
+    times : (W, 2)
+        Begin and end (s) of the windows.
+    scores : (W,)
+        Of the windows.
+    flagged : (W,) bool
+        Which windows belong to a spell.
+    """
+
+    individual: str
+    windows: int
+    score: float
+    strength: float
+    threshold: float
+    abnormal: bool
+    spells: tuple[tuple[float, float], ...]
+    times: np.ndarray
+    scores: np.ndarray
+    flagged: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Look for the stretch of consecutive windows whose scores lie lowest among those of genuine samples.
+
+    A score counts by its place among the n genuine ones, 0 if it is below all and n if above all. The evidence of a window is the
+    normal score of its place k, with the sign turned: the value above which a share (k + 1/2) / (n + 1) of a standard normal
+    distribution lies. A score that equals genuine ones has the mean for the places before, between and after them.
+
+    Parameters
+    ----------
+    genuine_scores : (n,)
+        Of single genuine samples that had no part in the weights of the votes.
+
+    Source
+    ------
+    Van der Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
+    """
+
+    genuine_scores: np.ndarray
+
+    def strengths(self, scores: np.ndarray) -> np.ndarray:
+        """Return the strength (...,) of the evidence in scores (..., W), the largest of stretches of 1, 2, 4, ... and all windows.
+
+        It is the mean evidence of the w windows of a stretch over its standard error, sqrt(1 / w + 1 / n): what is known of genuine
+        samples has an error, too. All windows share it, and in long recordings it would hide short stretches otherwise.
+        """
+        return self._strongest(self._evidence(scores))
+
+    def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
+        """Return the strength above which genuine individuals with so many windows lie as often as stated.
+
+        Genuine samples and an individual's windows are drawn anew, alike and independent. All orders of them are then equally
+        frequent, whatever the distribution of scores, and if no two are equal nothing else enters the evidence: but for the number
+        of draws the rate is exact, over all detectors and individuals. Places between equal genuine scores have their evidence.
+
+        Source
+        ------
+        Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
+        """
+        known, evidence = len(self.genuine_scores), self._evidence_of_places()
+        draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))
+        rng = np.random.default_rng(windows)
+        parts = np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000))
+        drawn = [self._strongest(evidence[_places(len(part), windows, known, rng)]) for part in parts]
+        return float(np.sort(np.concatenate(drawn))[-int(false_alarms * draws) - 1])
+
+    def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
+        """Return the stretches of scores (W,) above the threshold: the strongest of any length, then those before and after it."""
+        if not len(scores):
+            return []
+        sums = np.append(0.0, np.cumsum(self._evidence(scores)))
+        best, found = threshold, None
+        for n in range(1, len(scores) + 1):
+            strengths = (sums[n:] - sums[:-n]) / self._error(n)
+            begin = int(np.argmax(strengths))
+            if strengths[begin] > best:
+                best, found = strengths[begin], slice(begin, begin + n)
+        if found is None:
+            return []
+        later = self.spells(scores[found.stop :], threshold)
+        moved = [slice(spell.start + found.stop, spell.stop + found.stop) for spell in later]
+        return [*self.spells(scores[: found.start], threshold), found, *moved]
+
+    def verdict(self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float) -> TimedVerdict:
+        """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""
+        flagged = np.zeros(len(scores), dtype=bool)
+        if not len(scores):
+            return TimedVerdict(name, 0, 1.0, 0.0, threshold, False, (), times, scores, flagged)
+        strength = float(self.strengths(scores))
+        spells = self.spells(scores, threshold) if strength > threshold else []
+        for spell in spells:
+            flagged[spell] = True
+        return TimedVerdict(
+            individual=name,
+            windows=len(scores),
+            score=float(scores.mean()),
+            strength=strength,
+            threshold=threshold,
+            abnormal=strength > threshold,
+            spells=tuple((float(times[spell.start, 0]), float(times[spell.stop - 1, 1])) for spell in spells),
+            times=times,
+            scores=scores,
+            flagged=flagged,
+        )
+
+    def _evidence(self, scores: np.ndarray) -> np.ndarray:
+        ordered = np.sort(self.genuine_scores)
+        first, last = (np.searchsorted(ordered, scores, side) for side in ("left", "right"))
+        sums = np.append(0.0, np.cumsum(_normal_scores(len(ordered))))
+        return (sums[last + 1] - sums[first]) / (last + 1 - first)
+
+    def _evidence_of_places(self) -> np.ndarray:
+        """Return the evidence (n + 1,) of the places among the genuine scores, the lowest first."""
+        ordered = np.sort(self.genuine_scores)
+        evidence = _normal_scores(len(ordered))
+        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
+        evidence[equal] = self._evidence(ordered[equal])
+        return evidence
+
+    def _strongest(self, evidence: np.ndarray) -> np.ndarray:
+        windows = evidence.shape[-1]
+        sums = np.concatenate((np.zeros((*evidence.shape[:-1], 1)), np.cumsum(evidence, axis=-1)), axis=-1)
+        spans = [*(2**k for k in range(windows.bit_length()) if 2**k < windows), windows]
+        strengths = [(sums[..., n:] - sums[..., :-n]).max(axis=-1) / self._error(n) for n in spans]
+        return np.round(np.max(strengths, axis=0), DIGITS)
+
+    def _error(self, windows: int) -> float:
+        """Return the standard error of the sum of the evidence of so many windows."""
+        return float(np.sqrt(windows * (1 + windows / len(self.genuine_scores))))
+
+
+def _normal_scores(known: int) -> np.ndarray:
+    """Return the evidence (known + 1,) of the places among so many genuine scores of which no two are equal."""
+    return -ndtri((np.arange(known + 1) + 0.5) / (known + 1))
+
+
+def _places(count: int, windows: int, known: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw the places (count, windows) of windows among so many genuine samples; each row has samples of its own."""
+    rows = np.arange(count)[:, None]
+    ordered = np.sort(rng.random((count, known)), axis=1) + rows  # one row behind the other: one search does for all
+    places = np.searchsorted(ordered.ravel(), (rng.random((count, windows)) + rows).ravel())
+    return places.reshape(count, windows) - rows * known

@@ -1,20 +1,43 @@
-"""Motion samples of named individuals, and the files they come from."""
+"""Motion of named individuals: samples, the files they come from, and recordings cut into windows."""
 
 import csv
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.config import ConfigurationError
+from turing_learning.errors import refuse, require
+from turing_learning.systems import same_time_step
+from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._checks import checked_motion
+if TYPE_CHECKING:
+    from ._run import RunClassifiers
 
 SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
+
+
+def checked_motion(
+    name: str, motion: Any, *, signals: int, steps: int | None = None, where: Callable[[int], str] = str
+) -> np.ndarray:
+    """Return motion (individuals, samples, T, D) as floats; reject what is not that, is empty, or not finite."""
+    motion = np.asarray(motion)
+    fits = motion.ndim == 4 and motion.size and motion.shape[3] == signals and steps in (None, motion.shape[2])
+    rule = f"be real numbers of shape (individuals, samples, T, D) = (any, any, {steps or 'any'}, {signals}), not empty"
+    got = f"{motion.dtype} of shape {motion.shape}"
+    remedy = "A classifier is calibrated for samples of one length."
+    require(fits and motion.dtype.kind in "fiu", name, rule, got, remedy, error=ConfigurationError)
+    if not np.isfinite(motion).all():
+        individual, *rest = (int(k) for k in np.argwhere(~np.isfinite(motion))[0])
+        place = "individual {}, sample {}, step {}, signal {}".format(where(individual), *rest)
+        got = str(motion[individual, *rest])
+        refuse(name, "be finite", got, "Leave such samples out.", place=place, error=ConfigurationError)
+    return motion.astype(np.float64, copy=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,32 +58,13 @@ class Motion:
 
 
 def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
-    """Cut long recordings into consecutive samples; what is left at the end is not used.
-
-    Parameters
-    ----------
-    recordings : (individuals, L, D)
-        L steps each.
-    steps
-        Steps T of a sample, from 1 to L.
-
-    Returns
-    -------
-    (individuals, L // T, T, D)
-
-    Raises
-    ------
-    ConfigurationError
-        If the shape does not fit or the recordings are shorter than one sample.
-    """
+    """Cut recordings (individuals, L, D) into consecutive samples (individuals, L // T, T, D) of T steps, L at least T."""
     recordings = np.asarray(recordings)
-    if recordings.ndim != 3:
-        raise ConfigurationError(f"`recordings` must have the shape (individuals, L, D); got {recordings.shape}.")
+    rule = "have the shape (individuals, L, D)"
+    require(recordings.ndim == 3, "recordings", rule, recordings.shape, error=ConfigurationError)
     individuals, length, signals = recordings.shape
-    if not 1 <= steps <= length:
-        raise ConfigurationError(
-            f"`recordings` must be at least one sample of {steps} steps long; got {length} steps. Record for longer."
-        )
+    rule = f"be at least one sample of {steps} steps long"
+    require(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.", error=ConfigurationError)
     count = length // steps
     return recordings[:, : count * steps].reshape(individuals, count, steps, signals)
 
@@ -83,7 +87,7 @@ def holds_motion(path: str | Path) -> bool:
                     return "samples.npy" in archive.namelist()
             case ".csv":
                 with path.open(encoding="utf-8-sig", newline="") as file:
-                    return bool(_keys(_heading(csv.reader(file))))
+                    return bool(_keys([name.strip() for name in next(csv.reader(file), [])]))
     except (OSError, ValueError, zipfile.BadZipFile, csv.Error):
         return False
     return False
@@ -105,65 +109,48 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
         Steps T and signals D of a sample, as the detector needs them.
     names
         Of the D signals: the columns of a table are brought into this order. None takes them as they are.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read, or does not hold that.
     """
     path = Path(path)
-    if path.suffix.lower() not in SUFFIXES:
-        raise ConfigurationError(f"`motion` must be a file that ends with one of {', '.join(SUFFIXES)}; got {path}.")
+    suffix = path.suffix.lower()
+    rule = f"be a file that ends with one of {', '.join(SUFFIXES)}"
+    require(suffix in SUFFIXES, "motion", rule, str(path), error=ConfigurationError)
     try:
-        individuals, values = _read_csv(path, names) if path.suffix.lower() == ".csv" else _read_arrays(path)
+        individuals, values = _read_csv(path, names) if suffix == ".csv" else _read_arrays(path)
     except OSError as error:
-        raise ConfigurationError(
-            f"`motion` must be a file that can be read; got {path} ({error.strerror or error})."
-        ) from error
+        got = f"{path} ({error.strerror or error})"
+        refuse("motion", "be a file that can be read", got, error=ConfigurationError)
     if values.ndim == 3:
         values = cut_recordings(values, steps)
-    if values.ndim == 4 and len(individuals) != len(values):
-        raise ConfigurationError(
-            f"`individuals` must be one name for each of the {len(values)} individuals; got {len(individuals)} [{path}]."
-        )
-    return Motion(
-        individuals, checked_motion("motion", values, signals=signals, steps=steps, where=lambda k: individuals[k])
-    )
+    if values.ndim == 4:
+        rule = f"be one name for each of the {len(values)} individuals"
+        fits = len(individuals) == len(values)
+        require(fits, "individuals", rule, len(individuals), place=str(path), error=ConfigurationError)
+    where = individuals.__getitem__
+    return Motion(individuals, checked_motion("motion", values, signals=signals, steps=steps, where=where))
 
 
 def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
+    names = None
     try:
         if path.suffix.lower() == ".npz":
-            return _read_archive(path)
-        # mapped, so that a shape that the file is too short for is refused before any memory is taken
-        values = np.array(np.lib.format.open_memmap(path, mode="r"))
+            with path.open("rb") as file, zipfile.ZipFile(file):  # np.load takes other files, too
+                file.seek(0)
+                with np.load(file, allow_pickle=False) as archive:
+                    found = sorted(archive.files)
+                    rule = "hold an array `samples`"
+                    require("samples" in found, "motion", rule, found, place=str(path), error=ConfigurationError)
+                    values = archive["samples"]
+                    names = archive["individuals"] if "individuals" in found else None
+        else:  # mapped, so that a shape that the file is too short for is rejected before any memory is taken
+            values = np.array(np.lib.format.open_memmap(path, mode="r"))
     except ConfigurationError:
         raise
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise ConfigurationError(
-            f"`motion` must be a file of numbers in NumPy's format; got {path} ({error})."
-        ) from error
-    return _numbered(values), values
-
-
-def _read_archive(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
-    with path.open("rb") as file, zipfile.ZipFile(file):  # np.load takes other files, too
-        file.seek(0)
-        with np.load(file, allow_pickle=False) as archive:
-            return _from_archive(path, {name: archive[name] for name in archive.files})
-
-
-def _from_archive(path: Path, arrays: dict[str, np.ndarray]) -> tuple[tuple[str, ...], np.ndarray]:
-    if "samples" not in arrays:
-        raise ConfigurationError(f"`motion` must hold an array `samples`; got {sorted(arrays)} [{path}].")
-    samples = arrays["samples"]
-    if "individuals" not in arrays:
-        return _numbered(samples), samples
-    return tuple(str(name) for name in np.ravel(arrays["individuals"])), samples
-
-
-def _numbered(values: np.ndarray) -> tuple[str, ...]:
-    return tuple(str(k + 1) for k in range(len(values) if values.ndim else 0))
+        rule = "be a file of numbers in NumPy's format"
+        refuse("motion", rule, f"{path} ({error})", error=ConfigurationError)
+    if names is None:
+        names = np.arange(1, 1 + (len(values) if values.ndim else 0))
+    return tuple(str(name) for name in np.ravel(names)), values
 
 
 def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
@@ -171,35 +158,55 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
         with path.open(encoding="utf-8-sig", newline="") as file:
             return _from_rows(path, csv.reader(file), signals)
     except UnicodeDecodeError as error:
-        raise ConfigurationError(
-            f"`motion` must be text in UTF-8; got byte {error.object[error.start]:#04x} [{path}]. It may be in UTF-16, "
-            "Latin-1 or another encoding: save it as UTF-8."
-        ) from error
+        remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
+        got = f"byte {error.object[error.start]:#04x}"
+        refuse("motion", "be text in UTF-8", got, remedy, place=str(path), error=ConfigurationError)
     except csv.Error as error:
-        raise ConfigurationError(f"`motion` must be a text file with commas; got {path} ({error}).") from error
+        refuse("motion", "be a text file with commas", f"{path} ({error})", error=ConfigurationError)
 
 
 def _from_rows(
     path: Path, rows: Iterable[Sequence[str]], signals: Sequence[str] | None
 ) -> tuple[tuple[str, ...], np.ndarray]:
+    def check(holds: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
+        place = str(path) if line is None else f"{path}:{line}"
+        require(holds, "motion", rule, got, remedy, place=place, error=ConfigurationError)
+
     lines = iter(rows)
-    heading = _heading(lines)
+    heading = [name.strip() for name in next(lines, [])]
     keys = _keys(heading)
-    if not keys or len(heading) == len(keys):
-        raise ConfigurationError(
-            f"`motion` must begin with individual,step or individual,sample,step and the names of signals; "
-            f"got {','.join(heading)!r} [{path}:1]."
-        )
+    rule = "begin with individual,step or individual,sample,step and the names of signals"
+    check(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
     cells: dict[tuple[str, int, int], list[float]] = {}
     for line, row in enumerate(lines, start=2):
-        if row:
-            _take(cells, row, keys, len(heading), f"{path}:{line}")
-    names, values = _assembled(cells, path, cut="sample" not in keys)
-    return names, values if signals is None else values[..., _columns(heading[len(keys) :], signals, path)]
-
-
-def _heading(lines: Iterator[Sequence[str]]) -> list[str]:
-    return [name.strip() for name in next(lines, [])]
+        if not row:
+            continue
+        try:
+            counts, values = [int(text) for text in row[1 : len(keys)]], [float(text) for text in row[len(keys) :]]
+        except ValueError:
+            check(False, "hold numbers", repr(",".join(row)), line)
+        check(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
+        sample, step = (0, *counts)[-2:]
+        place = (row[0].strip(), sample, step)
+        got = "individual {!r}, sample {}, step {} again".format(*place)
+        check(place not in cells, "hold each step once", got, line)
+        cells[place] = values
+    check(cells, "hold at least one step", "none")
+    names = tuple(dict.fromkeys(name for name, _, _ in cells))  # in the order in which they appear
+    samples, steps = sorted({sample for _, sample, _ in cells}), sorted({step for _, _, step in cells})
+    for axis, found in (("sample", samples), ("step", steps)):
+        for before, after in pairwise(found):
+            check(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
+    for place in ((name, sample, step) for name in names for sample in samples for step in steps):
+        got = "no row for individual {!r}, sample {}, step {}".format(*place)
+        check(place in cells, "hold the same samples and steps for each individual", got)
+    motion = np.array([[[cells[name, s, t] for t in steps] for s in samples] for name in names])
+    columns = heading[len(keys) :]
+    if signals is not None:
+        rule = f"have the signals of the run, {', '.join(signals)}, in any order"
+        check(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
+        motion = motion[..., [columns.index(name) for name in signals]]
+    return names, motion if "sample" in keys else motion[:, 0]
 
 
 def _keys(heading: list[str]) -> list[str]:
@@ -208,56 +215,77 @@ def _keys(heading: list[str]) -> list[str]:
     return keys if heading[: len(keys)] == keys and {"individual", "step"} <= set(keys) else []
 
 
-def _columns(found: list[str], signals: Sequence[str], path: Path) -> list[int]:
-    """Return where each signal is among those found."""
-    if sorted(found) != sorted(signals):
-        raise ConfigurationError(
-            f"`motion` must have the signals of the run, {', '.join(signals)}, in any order; got {', '.join(found)} "
-            f"[{path}:1]. Name its columns so."
-        )
-    return [found.index(name) for name in signals]
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """Windows of the motion of individuals, in order of time.
+
+    Attributes
+    ----------
+    individuals
+        Names (A,).
+    samples : A arrays (W, T, D)
+        Windows of each individual, without gaps and jumps; W differs, and may be 0.
+    times : A arrays (W, 2)
+        When each window begins and ends, from the first frame of the recording (s).
+    duration_s
+        Of the recording (s).
+    recording
+        Where the windows are from; None if that is not known.
+    """
+
+    individuals: tuple[str, ...]
+    samples: tuple[np.ndarray, ...]
+    times: tuple[np.ndarray, ...]
+    duration_s: float
+    recording: Trajectories | None = None
 
 
-def _take(
-    cells: dict[tuple[str, int, int], list[float]], row: Sequence[str], keys: list[str], width: int, where: str
-) -> None:
+def recorded_motion(recording: Trajectories, run: "RunClassifiers") -> RecordedMotion:
+    """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
+
+    For a run without headings, those of the recording are left out of account.
+
+    Parameters
+    ----------
+    recording
+        What a tracker wrote, at the frame rate of the run.
+    run
+        From `run_classifiers`.
+    """
+
+    def check(holds: object, name: str, rule: str, got: object, remedy: str) -> None:
+        require(holds, name, rule, got, remedy, error=ConfigurationError)
+
+    files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
+    unknown = [name for name in run.names if name not in SIGNALS]
+    check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)
+    headings = run.headings != "with" or recording.headings is not None
+    rule = "have headings, as the run has, whose speeds are negative backwards"
+    remedy = "Give one with headings, or motion in a .npy, .npz or .csv file, see docs/detection.md."
+    check(headings, "motion", rule, "a recording without", remedy)
+    check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
+    rule = "know its time step, as runs on windows of recorded motion do"
+    check(run.interval_s != 0, "run", rule, "one on samples alone", files)
+    remedy = "Speeds and turns of another frame rate have other noise. Thin the faster recording, and infer again if that is "
+    remedy += "the run's."
+    same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"
+    check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
+    if run.headings == "without":
+        recording = replace(recording, headings=None)
     try:
-        counts = [int(text) for text in row[1 : len(keys)]]
-        values = [float(text) for text in row[len(keys) :]]
+        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
     except ValueError as error:
-        raise ConfigurationError(f"`motion` must hold numbers; got {','.join(row)!r} [{where}].") from error
-    if len(row) != width:
-        raise ConfigurationError(f"`motion` must have {width} entries in each row; got {len(row)} [{where}].")
-    sample, step = (0, *counts)[-2:]
-    place = (row[0].strip(), sample, step)
-    if place in cells:
-        raise ConfigurationError(
-            f"`motion` must hold each step once; got individual {place[0]!r}, sample {sample}, step {step} "
-            f"again [{where}]."
-        )
-    cells[place] = values
-
-
-def _assembled(
-    cells: dict[tuple[str, int, int], list[float]], path: Path, *, cut: bool
-) -> tuple[tuple[str, ...], np.ndarray]:
-    if not cells:
-        raise ConfigurationError(f"`motion` must hold at least one step; got none [{path}].")
-    names = tuple(dict.fromkeys(name for name, _, _ in cells))  # in the order in which they appear
-    samples, steps = sorted({sample for _, sample, _ in cells}), sorted({step for _, _, step in cells})
-    for axis, found in (("sample", samples), ("step", steps)):
-        for before, after in pairwise(found):
-            if after != before + 1:
-                raise ConfigurationError(
-                    f"`motion` must count each {axis} consecutively; got {after} after {before} [{path}]."
-                )
-    for name in names:
-        for sample in samples:
-            for step in steps:
-                if (name, sample, step) not in cells:
-                    raise ConfigurationError(
-                        f"`motion` must hold the same samples and steps for each individual; got no row for "
-                        f"individual {name!r}, sample {sample}, step {step} [{path}]."
-                    )
-    values = np.array([[[cells[name, s, t] for t in steps] for s in samples] for name in names])
-    return names, values[:, 0] if cut else values
+        if recording.every > 1:
+            raise ConfigurationError(str(error)) from error
+        rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
+        got = f"{len(recording.positions)} frames, of which none does"
+        refuse("motion", rule, got, "Record for longer, or bridge gaps.", error=ConfigurationError)
+    who, first = windows.learning_index.T
+    places = [np.flatnonzero(who == k) for k in range(len(recording.individuals))]
+    return RecordedMotion(
+        individuals=recording.individuals,
+        samples=tuple(windows.learning[place] for place in places),
+        times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
+        duration_s=recording.duration_s,
+        recording=recording,
+    )

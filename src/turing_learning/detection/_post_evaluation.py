@@ -1,17 +1,18 @@
 """Decision accuracy of classifiers over a wide range of models."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from turing_learning.coevolution import THRESHOLD, Classifier
-from turing_learning.config import ConfigurationError, require_at_least
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import integer, require
 from turing_learning.models import Behavior
 from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
-from ._checks import checked_models
-from ._simulated import POST_EVALUATION, stream
+from ._simulated import POST_EVALUATION, checked_models, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
 GENOMES = 500  # that judge a block at once
@@ -62,23 +63,16 @@ def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: f
     (points^P, P)
         The last parameter changes fastest.
 
-    Raises
-    ------
-    ConfigurationError
-        If a number breaks its rule.
-
     Source
     ------
     Paper, section 4.4.
     """
     parameters = len(scenario.controller)
-    require_at_least(2, points=points)
-    if points**parameters > MOST_GRID_MODELS:
-        raise ConfigurationError(
-            f"`points` must give at most {MOST_GRID_MODELS} models; got {points}, which gives {points}^{parameters}."
-        )
-    if not (np.isfinite([low, high]).all() and low < high):
-        raise ConfigurationError(f"`low` must be below `high`, both finite; got {low} and {high}.")
+    integer("points", points, 2, error=ConfigurationError)
+    fits, got = points**parameters <= MOST_GRID_MODELS, f"{points}, which gives {points}^{parameters}"
+    require(fits, "points", f"give at most {MOST_GRID_MODELS} models", got, error=ConfigurationError)
+    fits = bool(np.isfinite([low, high]).all()) and low < high
+    require(fits, "low", "be below `high`, both finite", f"{low} and {high}", error=ConfigurationError)
     axes = np.meshgrid(*[np.linspace(low, high, points)] * parameters, indexing="ij")
     return np.stack(axes, axis=-1).reshape(-1, parameters)
 
@@ -133,11 +127,6 @@ def post_evaluate(
     threads
         Number of threads of the simulation; None takes every processor.
 
-    Raises
-    ------
-    ConfigurationError
-        If a shape or number does not fit.
-
     Source
     ------
     Paper, section 4.4.
@@ -174,17 +163,12 @@ def count_agents(
     -------
     (N, 2) or None
         Numbers of agents, and of replicas; None if it was stopped.
-
-    Raises
-    ------
-    ConfigurationError
-        If a shape or number does not fit.
     """
-    require_at_least(1, trials=trials)
+    integer("trials", trials, 1, error=ConfigurationError)
     models = checked_models("models", models, scenario)
     genomes = np.asarray(genomes)
-    if genomes.ndim != 2 or not len(genomes):
-        raise ConfigurationError(f"`genomes` must have the shape (N, Q), N >= 1; got {genomes.shape}.")
+    fits = genomes.ndim == 2 and len(genomes)
+    require(fits, "genomes", "have the shape (N, Q), N >= 1", genomes.shape, error=ConfigurationError)
     counts = np.zeros((len(genomes), 2), dtype=np.int64)
     for samples in _blocks(scenario, models, part, trials, seed, threads):
         for start in range(0, len(genomes), GENOMES):
@@ -242,3 +226,106 @@ def _decide_in_turn(
             undecided = np.flatnonzero(~agent[n])
             agent[n, undecided] = classifier.judge(genomes[n : n + 1], samples[undecided])[0] >= THRESHOLD
     return agent
+
+
+@dataclass(frozen=True, eq=False)
+class GenerationAccuracies:
+    """Decision accuracies of the classifiers of some generations.
+
+    Attributes
+    ----------
+    generations : (G,)
+        Numbers of the generations, from 0.
+    accuracy : (G, N)
+        Of every classifier.
+    subjective : (G,)
+        Of the classifier with the highest subjective fitness in its generation, the first of equals.
+    """
+
+    generations: np.ndarray
+    accuracy: np.ndarray
+    subjective: np.ndarray
+
+    @property
+    def objective(self) -> np.ndarray:
+        """Highest accuracy of a single classifier in each generation (G,)."""
+        return self.accuracy.max(axis=1)
+
+
+def sampled_generations(generations: int, points: int = 16) -> np.ndarray:
+    """Return generations that show a run on a nonlinear scale: the first, the last, and about even ratios between.
+
+    Parameters
+    ----------
+    generations
+        Number of generations of the run, >= 1.
+    points
+        Number of generations, >= 2; fewer where they would coincide.
+
+    Returns
+    -------
+    (about points,)
+        Ascending, from 0 to `generations` - 1.
+    """
+    integer("generations", generations, 1, error=ConfigurationError)
+    integer("points", points, 2, error=ConfigurationError)
+    if generations == 1:
+        return np.zeros(1, dtype=np.int64)
+    between = np.geomspace(1, generations - 1, points - 1)
+    return np.unique(np.concatenate(([0], np.rint(between)))).astype(np.int64)
+
+
+def accuracy_over_generations(
+    classifier: Classifier,
+    populations: Any,
+    fitness: Any,
+    scenario: Scenario,
+    *,
+    models: np.ndarray | None = None,
+    generations: Sequence[int] | np.ndarray | None = None,
+    trials: int = 10,
+    seed: int = 0,
+    threads: int | None = None,
+) -> GenerationAccuracies:
+    """Post-evaluate the classifiers of some generations of a run, all in the same trials.
+
+    Parameters
+    ----------
+    classifier
+        Judges.
+    populations : (G, N, Q)
+        All classifiers of all generations: ``result.history["classifier"]`` of a run with a full history.
+    fitness : (G, N)
+        Their subjective fitness: ``result.history["classifier_fitness"]``.
+    models : (M, P)
+        What replicas execute; None takes `grid_models`, 11 settings of each parameter.
+    generations
+        Which generations; None takes `sampled_generations`.
+    trials, seed, threads
+        As in `post_evaluate`.
+
+    Source
+    ------
+    Paper, section 4.4, figure 7.
+    """
+    total = len(populations)
+    chosen = sampled_generations(total) if generations is None else np.asarray(generations, dtype=np.int64)
+    fits = chosen.ndim == 1 and chosen.size and ((chosen >= 0) & (chosen < total)).all()
+    rule = f"be numbers from 0 to {total - 1}"
+    require(fits, "generations", rule, chosen.tolist(), error=ConfigurationError)
+    genomes = np.stack([np.asarray(populations[int(g)]) for g in chosen])
+    scores = np.stack([np.asarray(fitness[int(g)]) for g in chosen])
+    rule = "have the shape (G, N), as populations"
+    require(
+        scores.shape == genomes.shape[:2],
+        "fitness",
+        rule,
+        f"{scores.shape} and {genomes.shape}",
+        error=ConfigurationError,
+    )
+    models = grid_models(scenario) if models is None else models
+    evaluation = post_evaluate(
+        classifier, genomes.reshape(-1, genomes.shape[2]), scenario, models, trials=trials, seed=seed, threads=threads
+    )
+    accuracy = evaluation.accuracy.reshape(scores.shape)
+    return GenerationAccuracies(chosen, accuracy, accuracy[np.arange(len(chosen)), scores.argmax(axis=1)])

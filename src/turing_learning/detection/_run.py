@@ -12,14 +12,16 @@ from turing_learning.config import (
     classifier_of,
     load_configuration,
 )
-from turing_learning.errors import refuse
+from turing_learning.errors import refuse, require
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System
 
-from ._kept import stored_calibration
-from ._simulated import CALIBRATION, random_controllers, simulate_behaviors, stream
+from ._calibration import stored_calibration
+from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
+JURY = 300
+FITTEST = 20
 
 
 class StoredRun(Protocol):
@@ -54,6 +56,8 @@ class RunClassifiers:
         The last generation.
     best : (up to 100, Q)
         The subjectively best of generations that are evenly spread over the run, the last included.
+    jurors : (up to 300, Q)
+        One of the 20 fittest of each of as many generations, drawn at random from the whole run.
     steps, signals
         Steps T and signals D of a sample.
     scenario
@@ -67,7 +71,7 @@ class RunClassifiers:
     headings
         Whether samples are measured "with" headings or "without"; empty if that is not known, or makes no difference.
     calibration
-        Genuine and abnormal motion (individuals, 1, T, D) that the run has kept; None if there is none.
+        Genuine and abnormal motion (individuals, 1, T, D) that the run has stored; None if there is none.
     complete
         Whether the run has come to its end.
     in_laboratory
@@ -77,6 +81,7 @@ class RunClassifiers:
     classifier: Classifier
     last: np.ndarray
     best: np.ndarray
+    jurors: np.ndarray
     steps: int
     signals: int
     scenario: Scenario | None
@@ -91,40 +96,21 @@ class RunClassifiers:
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
         both = (self.last, self.best)
-        pools = {"fittest": (self.best[-1:],), "archive": (self.best,), "jury": both, "discriminant": both}
-        return np.concatenate(pools.get(rule, (self.last,)))
+        return {"fittest": self.best[-1:], "unanimous": self.last, "discriminant": np.concatenate(both)}[rule]
 
     def simulated_scenario(self) -> Scenario:
-        """Return the scenario.
-
-        Raises
-        ------
-        ConfigurationError
-            If the run has none.
-        """
-        if self.scenario is None:
-            raise ConfigurationError(
-                f"`run` must be on simulated robots for individuals to be simulated; got {self.kind}. Give motion that was "
-                "observed."
-            )
+        """Return the scenario; reject a run that has none."""
+        rule, remedy = "be on simulated robots for individuals to be simulated", "Give motion that was observed."
+        require(self.scenario is not None, "run", rule, self.kind, remedy, error=ConfigurationError)
+        assert self.scenario is not None
         return self.scenario
 
 
 def run_classifiers(result: StoredRun) -> RunClassifiers:
-    """Return the classifiers of a stored run.
-
-    Parameters
-    ----------
-    result
-        A run in a folder, with its full history: ``turing_learning.load_run(path)``.
-
-    Raises
-    ------
-    ConfigurationError
-        If the run is kept in memory or its history is thin.
-    """
-    if result.path is None:
-        raise ConfigurationError("`run` must be stored in a folder; got one that is kept in memory. Run it with `out`.")
+    """Return the classifiers of a run that is stored in a folder with its full history: ``turing_learning.load_run(path)``."""
+    rule, got = "be stored in a folder", "one that is kept in memory"
+    require(result.path is not None, "run", rule, got, "Run it with `out`.", error=ConfigurationError)
+    assert result.path is not None
     path, history = result.path / "config.toml", result.history
     configuration = load_configuration(path)
     if "classifier" not in history:
@@ -132,10 +118,14 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
     system = result.system
     network = classifier_of(configuration)
+    populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
+    total = len(fitness)
+    archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
     return RunClassifiers(
         classifier=system.classifier(network),
-        last=np.asarray(history["classifier"][-1]),
-        best=_best_of_generations(history["classifier"], history["classifier_fitness"]),
+        last=np.asarray(populations[-1]),
+        best=_chosen(populations, archived, fitness[archived].argmax(axis=1)),
+        jurors=_jurors(populations, fitness),
         steps=system.steps,
         signals=network.inputs,
         scenario=system.simulated,
@@ -143,37 +133,25 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         interval_s=system.interval_s,
         headings=system.headings,
         calibration=stored_calibration(result.path),
-        complete=len(history["classifier"]) == configuration.run.generations,
+        complete=total == configuration.run.generations,
         in_laboratory=result.in_laboratory,
         kind=system.kind,
     )
 
 
-def _best_of_generations(populations: Any, fitness: Any) -> np.ndarray:
-    total = len(populations)
-    chosen = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
-    return np.stack([np.asarray(populations[g])[np.argmax(np.asarray(fitness[g]))] for g in chosen.tolist()])
+def _jurors(populations: Any, fitness: np.ndarray) -> np.ndarray:
+    """Draw one of the fittest of each of many generations (up to 300, Q), at random over the whole run."""
+    rng = stream(0, JURORS)
+    chosen = np.sort(rng.permutation(len(fitness))[:JURY])
+    ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(chosen))
+    order = np.argsort(-fitness[chosen], axis=1, kind="stable")
+    return _chosen(populations, chosen, order[np.arange(len(chosen)), ranks])
 
 
-def _refuse_uncalibrated(run: RunClassifiers) -> None:
-    """Raise ConfigurationError if a run, which has kept no motion, cannot be simulated either."""
-    if run.scenario is not None:
-        return
-    if not run.complete:
-        raise ConfigurationError(
-            "`run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
-            "first, or give `genuine` and `abnormal`."
-        )
-    if run.in_laboratory:
-        raise ConfigurationError(
-            "`run` must have kept motion to calibrate with; got one in a laboratory that has not. It does once its last models "
-            "have been observed again: resume it, with `evaluation.repeats` of at least 1 in its laboratory.json, or give "
-            "`genuine` and `abnormal`."
-        )
-    raise ConfigurationError(
-        "`genuine` and `abnormal` must be given for a run on a custom system; got one without. "
-        "Give motion (individuals, samples, T, D) of both kinds."
-    )
+def _chosen(populations: Any, generations: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Return one classifier (any, Q) of each of some generations."""
+    some = np.asarray(populations[generations])
+    return some[np.arange(len(generations)), places]
 
 
 def calibration_motion(
@@ -186,19 +164,34 @@ def calibration_motion(
     seed: int,
     threads: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return genuine and abnormal motion: what is given, the rest kept by the run or simulated."""
+    """Return genuine and abnormal motion: what is given, the rest stored by the run or simulated."""
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
     if run.calibration is not None:
-        return (
-            run.calibration[0] if genuine is None else genuine,
-            run.calibration[1] if abnormal is None else abnormal,
+        found = run.calibration
+    else:
+        _refuse_uncalibrated(run)
+        scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
+        controllers = random_controllers(scenario, behaviors, rng)
+        simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)
+        found = (simulated.genuine, simulated.abnormal)
+    return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
+
+
+def _refuse_uncalibrated(run: RunClassifiers) -> None:
+    """Reject a run that has stored no motion and cannot be simulated either."""
+    if run.scenario is not None:
+        return
+    stored, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
+    if not run.complete:
+        got = "one that was stopped before its end"
+        refuse("run", stored, got, f"Resume it first, or {given}", error=ConfigurationError)
+    if run.in_laboratory:
+        remedy = (
+            "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 in its "
+            f"laboratory.json, or {given}"
         )
-    _refuse_uncalibrated(run)
-    scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
-    controllers = random_controllers(scenario, behaviors, rng)
-    simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)
-    return (
-        simulated.genuine if genuine is None else genuine,
-        simulated.abnormal if abnormal is None else abnormal,
-    )
+        refuse("run", stored, "one in a laboratory that has not", remedy, error=ConfigurationError)
+    rule, got = "be given for a run on a custom system", "one without"
+    remedy = "Give motion (individuals, samples, T, D) of both kinds."
+    refuse("genuine", rule, got, remedy, error=ConfigurationError)

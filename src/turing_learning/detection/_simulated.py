@@ -1,22 +1,24 @@
 """Motion of a scenario's agents beside individuals that do something else."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from turing_learning.analysis import mean_absolute_error
-from turing_learning.config import ConfigurationError, is_integer, require_at_least
+from turing_learning.arrays import array
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import integer, number
 from turing_learning.models import Behavior
 from turing_learning.purposes import DETECTION
 from turing_learning.swarm import Scenario, Trials, mixed
 from turing_learning.swarm._trials import AGENT
 
-from ._checks import checked_models
 from ._motion import Motion
 
 NEAR = 0.2
 """Controllers whose mean absolute difference from the agents' is below this are not called abnormal."""
-CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION, OWN_CALIBRATION = range(5)
+CALIBRATION, COMPARISON, PLANTING, POST_EVALUATION, OWN_CALIBRATION, JURORS, ALIKE, CASES = range(8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +37,14 @@ class SimulatedBehaviors:
     abnormal: np.ndarray
 
 
+def checked_models(name: str, models: Any, scenario: Scenario) -> np.ndarray:
+    """Return models (M, P) of a scenario, M >= 1, as floats; reject what is not that."""
+    return array(name, models, "M P", error=ConfigurationError, P=len(scenario.controller))
+
+
 def stream(seed: int, use: int) -> np.random.Generator:
     """Return the random numbers of one use."""
-    require_at_least(0, seed=seed)
+    integer("seed", seed, 0, error=ConfigurationError)
     return np.random.default_rng((DETECTION, seed, use))
 
 
@@ -57,15 +64,9 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     -------
     (M, P)
         Wheel speeds for each sensor state, as fractions of the maximum.
-
-    Raises
-    ------
-    ConfigurationError
-        If `count` or `near` breaks its rule.
     """
-    require_at_least(1, count=count)
-    if not 0 <= near <= 0.5:
-        raise ConfigurationError(f"`near` must be in [0, 0.5]; got {near}.")
+    integer("count", count, 1, error=ConfigurationError)
+    number("near", near, least=0, most=0.5, error=ConfigurationError)
     found = np.empty((0, len(scenario.controller)))
     while len(found) < count:
         drawn = rng.uniform(-1, 1, (count, len(scenario.controller)))
@@ -92,16 +93,11 @@ def simulate_behaviors(
     threads
         Number of threads; None takes every processor. It does not change the motion.
 
-    Raises
-    ------
-    ConfigurationError
-        If a shape or number does not fit.
-
     Source
     ------
     Paper, sections 4.2 and 4.4.
     """
-    require_at_least(1, trials=trials)
+    integer("trials", trials, 1, error=ConfigurationError)
     controllers = checked_models("controllers", controllers, scenario)
     drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
     speeds = drawn.observe(Behavior(controllers), threads)
@@ -129,18 +125,11 @@ def plant_abnormal(
     -------
     Motion
         Individuals in random order, named "agent 1", ..., "planted 1", ...
-
-    Raises
-    ------
-    ConfigurationError
-        If a number breaks its rule.
     """
-    require_at_least(1, samples=samples)
+    integer("samples", samples, 1, error=ConfigurationError)
     size = scenario.individuals
-    if not is_integer(count) or not 1 <= count < size:
-        raise ConfigurationError(
-            f"`simulate` must be an integer from 1 to {size - 1}, in a swarm of {size}; got {count!r}."
-        )
+    remedy = f"The swarm has {size} individuals."
+    integer("simulate", count, 1, size - 1, remedy=remedy, error=ConfigurationError)
     rng = stream(seed, PLANTING)
     controllers = random_controllers(scenario, count, rng)
     executed = np.repeat(np.append(np.full(size - count, AGENT), np.arange(count))[None], samples, axis=0)

@@ -7,6 +7,7 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError, classifier_of
+from turing_learning.errors import integer, require
 from turing_learning.models import Parameter
 from turing_learning.purposes import CHECK
 from turing_learning.systems import Source
@@ -32,11 +33,6 @@ class Effort:
         Values of each parameter in a profile, over its initial range, at least 6; 0 leaves profiles out.
     profile_generations, profile_population
         Of the fresh classifiers at each of these values.
-
-    Raises
-    ------
-    ConfigurationError
-        If a number is too small.
     """
 
     samples: int = 200
@@ -47,16 +43,14 @@ class Effort:
     profile_population: int = 40
 
     def __post_init__(self) -> None:
-        least = {"samples": 10, "generations": 1, "population": 4, "points": 0, "profile_generations": 1}
-        for name, lowest in (least | {"profile_population": 4}).items():
-            value = getattr(self, name)
-            if type(value) is not int or value < lowest:
-                raise ConfigurationError(f"`{name}` must be an integer of at least {lowest}; got {value!r}.")
-        if 0 < self.points < LEAST_POINTS:
-            raise ConfigurationError(
-                f"`points` must be at least {LEAST_POINTS}, or 0 for no profiles; got {self.points}. With fewer, a profile leaves "
-                "half of the range open whatever the samples say."
-            )
+        least = {"samples": 10, "generations": 1, "population": 4, "points": 0}
+        for name, lowest in (least | {"profile_generations": 1, "profile_population": 4}).items():
+            integer(name, getattr(self, name), lowest, error=ConfigurationError)
+        rule, remedy = (
+            f"be at least {LEAST_POINTS}, or 0 for no profiles",
+            "With fewer, a profile leaves half of the range open.",
+        )
+        require(not 0 < self.points < LEAST_POINTS, "points", rule, self.points, remedy, error=ConfigurationError)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +73,6 @@ class Evidence:
         Judges samples as they were observed.
     parameters
         Name -> parameter with its initial range, P of them.
-
-    Raises
-    ------
-    ConfigurationError
-        If too few samples were kept out, or all of them are of one group.
     """
 
     learning: np.ndarray
@@ -95,17 +84,15 @@ class Evidence:
     parameters: Mapping[str, Parameter]
 
     def __post_init__(self) -> None:
-        if len(self.testing) < LEAST_TESTING:
-            raise ConfigurationError(
-                f"`held_out` must keep at least {LEAST_TESTING} samples for testing; got {len(self.testing)}. "
-                "Run again with a larger share, or shorter windows."
-            )
+        rule, remedy = (
+            f"keep at least {LEAST_TESTING} samples for testing",
+            "Run again with a larger share, or shorter windows.",
+        )
+        count = len(self.testing)
+        require(count >= LEAST_TESTING, "held_out", rule, count, remedy, error=ConfigurationError)
+        rule, remedy = "tell at least 2 groups of held-out samples apart", "Name other groups, such as blocks of time."
         groups = len(np.unique(self.groups))
-        if groups < 2:
-            raise ConfigurationError(
-                f"`groups` must tell at least 2 groups of kept-out samples apart; got {groups}. Name groups of another kind, "
-                "such as blocks of time."
-            )
+        require(groups >= 2, "groups", rule, groups, remedy, error=ConfigurationError)
 
 
 def stream(seed: int, *use: int) -> np.random.Generator:

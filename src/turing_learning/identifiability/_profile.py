@@ -74,11 +74,6 @@ def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort
         How much is simulated and trained, and at how many values.
     seed
         Of all random numbers.
-
-    Raises
-    ------
-    ConfigurationError
-        As `two_sample_test`.
     """
     name, parameter = list(evidence.parameters.items())[place]
     numbers = np.append(np.linspace(-1, 1, effort.points), parameter.to_numbers(estimate[place]))

@@ -166,8 +166,8 @@ def test_counting_stops_between_classifiers_when_it_is_asked_to(scenario, monkey
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"models": np.zeros((0, 4))}, r"^`models` must have the shape \(M, P\) = \(1 or more, 4\); got \(0, 4\)"),
-        ({"models": np.full((2, 4), np.inf)}, r"^`models` must be finite; got \[inf, inf, inf, inf\] at 0"),
+        ({"models": np.zeros((0, 4))}, r"^`models` must be of shape \(M, P\) = \(any, 4\) and not empty; got \(0, 4\)"),
+        ({"models": np.full((2, 4), np.inf)}, r"^`models` must be finite; got inf at \(0, 0\)"),
         ({"genomes": np.zeros(46)}, r"^`genomes` must have the shape \(N, Q\), N >= 1; got \(46,\)"),
         ({"trials": 0}, "^`trials` must be an integer of at least 1; got 0"),
         ({"seed": -1}, "^`seed` must be an integer of at least 0; got -1"),

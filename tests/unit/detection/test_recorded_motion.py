@@ -66,7 +66,7 @@ def test_who_is_never_there_for_long_has_no_window_and_no_verdict(fish):
     present[5:, 2] = False
     motion = recorded_motion(recording(60, present=present), run_classifiers(fish))
     assert len(motion.samples[2]) == 0
-    verdict = Detector.from_run(fish, rule="group").timeline(motion)[2]
+    verdict = Detector.from_run(fish).timeline(motion)[2]
     assert (verdict.windows, verdict.abnormal, verdict.spells) == (0, False, ())
 
 

@@ -7,7 +7,7 @@ from turing_learning.detection import RULES, Detector, compare_detectors, compar
 
 def test_detections_and_false_alarms_are_shares_of_individuals(speed_limits, motion_at):
     options = {"genuine": motion_at([[5, 5]] * 400), "abnormal": motion_at([[0, 0]])}
-    detector = Detector.calibrate(speed_limits, [[3.0]], rule="single", **options)
+    detector = Detector.calibrate(speed_limits, [[3.0]], rule="fittest", **options)
     (found,) = compare_detectors(
         {"mine": detector},
         genuine=motion_at([[5, 5], [6, 6], [1, 1], [7, 7]]),
@@ -22,9 +22,9 @@ def test_detections_and_false_alarms_are_shares_of_individuals(speed_limits, mot
 def test_all_rules_are_compared_in_the_scenario_of_a_run(run):
     found = compare_rules(run, samples=3, behaviors=10, threads=1)
     assert tuple(each.name for each in found) == RULES
-    group = found[RULES.index("group")]
-    assert group.curve.detections[-1] == 1.0
-    assert group.detections > group.false_alarms
+    found = found[RULES.index("discriminant")]
+    assert found.curve.detections[-1] == 1.0
+    assert found.detections > found.false_alarms
 
 
 def test_the_comparison_is_the_same_for_any_number_of_threads(run):
@@ -35,4 +35,4 @@ def test_the_comparison_is_the_same_for_any_number_of_threads(run):
 
 def test_an_unknown_rule_is_not_compared(run):
     with pytest.raises(ConfigurationError, match=r"^`rule` must be one of the rules; got 'all'"):
-        compare_rules(run, rules=["group", "all"])
+        compare_rules(run, rules=["fittest", "all"])

@@ -3,7 +3,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 
-from turing_learning.detection._scan import Scan
+from turing_learning.detection._chance import Scan
 
 RNG = np.random.default_rng(0)
 SCAN = Scan(np.clip(RNG.normal(0.7, 0.1, 2000), 0, 1))

@@ -71,9 +71,9 @@ def test_the_same_seed_plants_the_same(scenario):
 @pytest.mark.parametrize(
     ("count", "changes", "message"),
     [
-        (0, {}, "^`simulate` must be an integer from 1 to 2, in a swarm of 3; got 0"),
-        (3, {}, "^`simulate` must be an integer from 1 to 2, in a swarm of 3; got 3"),
-        (1.5, {}, r"^`simulate` must be an integer from 1 to 2, in a swarm of 3; got 1\.5"),
+        (0, {}, "^`simulate` must be an integer from 1 to 2; got 0"),
+        (3, {}, "^`simulate` must be an integer from 1 to 2; got 3"),
+        (1.5, {}, r"^`simulate` must be an integer from 1 to 2; got 1\.5"),
         (1, {"samples": 2.5}, r"^`samples` must be an integer of at least 1; got 2\.5"),
         (1, {"samples": 0}, "^`samples` must be an integer of at least 1; got 0"),
         (1, {"seed": -1}, "^`seed` must be an integer of at least 0; got -1"),
@@ -89,7 +89,7 @@ def test_what_cannot_be_planted_is_refused(count, changes, message, scenario):
     [
         (0, 0.2, "^`count` must be an integer of at least 1; got 0"),
         (2.5, 0.2, r"of at least 1; got 2\.5"),
-        (1, 0.6, r"^`near` must be in \[0, 0.5\]; got 0.6"),
+        (1, 0.6, "^`near` must be .* at most 0.5; got 0.6"),
     ],
 )
 def test_controllers_that_cannot_be_drawn_are_refused(count, near, message):
@@ -100,7 +100,7 @@ def test_controllers_that_cannot_be_drawn_are_refused(count, near, message):
 @pytest.mark.parametrize(
     ("controllers", "trials", "message"),
     [
-        (np.zeros((2, 3)), 1, r"^`controllers` must have the shape \(M, P\) = \(1 or more, 4\); got \(2, 3\)"),
+        (np.zeros((2, 3)), 1, r"^`controllers` must be of shape \(M, P\) = \(any, 4\); got \(2, 3\)"),
         (STILL, 0, "^`trials` must be an integer of at least 1; got 0"),
     ],
 )

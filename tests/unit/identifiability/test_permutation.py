@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.identifiability import permutation_test
-from turing_learning.identifiability._permutation import group_means
+from turing_learning.identifiability._two_sample import group_means
 
 
 def test_scores_that_differ_have_the_smallest_p_value():
@@ -63,7 +63,7 @@ def test_groups_have_the_mean_of_their_scores():
     ("genuine", "permutations", "message"),
     [
         (1, 99, "`genuine` must hold at least 2 groups; got 1."),
-        (3, 18, "`permutations` must be at least 19; got 18."),
+        (3, 18, "`permutations` must be an integer of at least 19; got 18."),
     ],
 )
 def test_too_little_is_refused(genuine, permutations, message):

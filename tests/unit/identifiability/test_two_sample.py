@@ -54,7 +54,7 @@ def test_samples_of_one_individual_are_one_group_and_simulated_ones_come_in_bund
 
 def test_a_single_group_is_refused(evidence, small):
     with pytest.raises(
-        ConfigurationError, match="`groups` must tell at least 2 groups of kept-out samples apart; got 1"
+        ConfigurationError, match="`groups` must tell at least 2 groups of held-out samples apart; got 1"
     ):
         two_sample_test(evidence(groups=np.zeros(40, dtype=int)), np.zeros(2), small, seed=1)
 

@@ -1,14 +1,59 @@
-"""How well rules of detection do on motion that had no part in them."""
+"""How well rules of detection do on motion that had no part in them: detections over false alarms."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from ._detector import RULES, Detector, check_rules
-from ._roc import RocCurve, roc_curve
+from turing_learning.arrays import array
+from turing_learning.config import ConfigurationError
+
 from ._run import StoredRun, calibration_motion, run_classifiers
 from ._simulated import COMPARISON, random_controllers, simulate_behaviors, stream
+from ._votes import RULES, Detector, check_rule
+
+
+@dataclass(frozen=True, eq=False)
+class RocCurve:
+    """Receiver operating characteristic: what each threshold would give.
+
+    Attributes
+    ----------
+    thresholds : (K,)
+        Individuals with a score below it are called abnormal; ascending, the last one infinite.
+    false_alarms : (K,)
+        Share of genuine individuals that are called abnormal; from 0 to 1.
+    detections : (K,)
+        Share of abnormal individuals that are called abnormal; from 0 to 1.
+    """
+
+    thresholds: np.ndarray
+    false_alarms: np.ndarray
+    detections: np.ndarray
+
+    @property
+    def area(self) -> float:
+        """Area under the curve: the probability that an abnormal individual scores below a genuine one, ties counted half."""
+        return float(np.trapezoid(self.detections, self.false_alarms))
+
+
+def roc_curve(genuine: np.ndarray, abnormal: np.ndarray) -> RocCurve:
+    """Compute detections and false alarms at every threshold.
+
+    Parameters
+    ----------
+    genuine, abnormal : (any,)
+        Scores of genuine and of abnormal individuals; lower is more abnormal.
+
+    Source
+    ------
+    Fawcett, An introduction to ROC analysis (2006).
+    """
+    genuine = array("genuine", genuine, "n", error=ConfigurationError)
+    abnormal = array("abnormal", abnormal, "n", error=ConfigurationError)
+    thresholds = np.append(np.unique(np.concatenate((genuine, abnormal))), np.inf)
+    shares = [np.searchsorted(np.sort(scores), thresholds) / len(scores) for scores in (genuine, abnormal)]
+    return RocCurve(thresholds, *shares)
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +87,13 @@ def compare_detectors(
         Name -> detector.
     genuine, abnormal : (individuals, samples, T, D)
         Motion that had no part in the detectors.
-
-    Raises
-    ------
-    ConfigurationError
-        If a shape does not fit a detector.
     """
-    return tuple(_compared(name, detector, genuine, abnormal) for name, detector in detectors.items())
-
-
-def _compared(name: str, detector: Detector, genuine: np.ndarray, abnormal: np.ndarray) -> RuleComparison:
-    scores = [detector.mean_scores(motion) for motion in (genuine, abnormal)]
-    false_alarms, detections = (float(np.mean(detector.called_abnormal(motion))) for motion in (genuine, abnormal))
-    return RuleComparison(name, detections, false_alarms, roc_curve(*scores))
+    found = []
+    for name, detector in detectors.items():
+        scores = [detector.mean_scores(motion) for motion in (genuine, abnormal)]
+        false_alarms, detections = (float(np.mean(detector.called_abnormal(motion))) for motion in (genuine, abnormal))
+        found.append(RuleComparison(name, detections, false_alarms, roc_curve(*scores)))
+    return tuple(found)
 
 
 def compare_rules(
@@ -87,13 +126,10 @@ def compare_rules(
         Of what is simulated, >= 0.
     threads
         Number of threads of the simulation; None takes every processor.
-
-    Raises
-    ------
-    ConfigurationError
-        If something does not fit.
     """
-    rules = check_rules(rules)
+    rules = tuple(rules)
+    for rule in rules:
+        check_rule(rule)
     run = run_classifiers(result)
     scenario = run.simulated_scenario()
     genuine, abnormal = calibration_motion(run, None, None, behaviors=100, trials=10, seed=seed, threads=threads)

@@ -1,39 +1,75 @@
-"""Classifiers with votes, and what these say of an individual."""
+"""Rules of detection by votes: who decides, how much a vote counts, and what the votes say of an individual."""
 
 import logging
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from turing_learning.coevolution import THRESHOLD, Classifier
-from turing_learning.config import ConfigurationError, nearest
+from turing_learning.analysis import Jury, competence
+from turing_learning.coevolution import Classifier
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import nearest, number, require
 from turing_learning.report import counted
 
-from ._chance import DRAWS, known_needed, p_values
-from ._checks import checked_motion
-from ._motion import Motion
-from ._recorded import RecordedMotion
+from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
+from ._motion import Motion, RecordedMotion, checked_motion
+from ._post_evaluation import decide
 from ._run import StoredRun, calibration_motion, run_classifiers
-from ._scan import Scan, TimedVerdict
-from ._verdict import DIGITS, Verdict, decide_verdict, mean_score
-from ._weights import weigh
 
-RULES = ("fittest", "unanimous", "single", "majority", "group", "archive", "jury", "discriminant")
+RULES = ("fittest", "unanimous", "discriminant")
 """Names of the rules; see `Detector`."""
 DEFAULT_RULE = "discriminant"
+GONE = {
+    "single": "unanimous",
+    "majority": "discriminant",
+    "group": "discriminant",
+    "archive": "discriminant",
+    "jury": "discriminant",
+}
+"""Rules of version 0.1.0, and the nearest one that remains."""
+SHRINKAGE = 0.5  # of covariances towards none between classifiers: many votes are nearly the same
+FLOOR = 1e-3  # of variances: a classifier that never erred may err yet
 _ANY = 10.0**-DIGITS
 _LOGGER = logging.getLogger("turing_learning")
 
 
+@dataclass(frozen=True)
+class Verdict:
+    """What a detector says about an individual.
+
+    Attributes
+    ----------
+    individual
+        Its name.
+    score
+        Mean over its samples of the weighted share of votes that say genuine; 0 to 1.
+    p_value
+        How often chance makes a score as low, see `Detector.p_values`.
+    genuine_share
+        Share of its samples that are judged genuine: whose score is nearer to the mean score of genuine samples than to
+        that of abnormal ones.
+    abnormal
+        Whether it behaves abnormally.
+    since
+        Number, from 1, of the sample at which abnormal motion most likely begins; None for a normal individual.
+    """
+
+    individual: str
+    score: float
+    p_value: float
+    genuine_share: float
+    abnormal: bool
+    since: int | None
+
+
 @dataclass(frozen=True, eq=False)
 class Detector:
-    """Tell from motion which individuals behave abnormally.
+    """Tell from motion which individuals behave abnormally, by votes of classifiers.
 
     Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual is
     called abnormal if the mean score of its samples is so low that chance makes it so in the stated share of cases
-    at most. Eight rules choose the voters:
+    at most. Three rules choose the voters:
 
     ==============  =============================================  ==========================================
     rule            voters                                         abnormal if
@@ -41,28 +77,18 @@ class Detector:
     "fittest"       the subjectively best of the last generation   low mean score
     "unanimous"     the one of the last generation that decides    all samples are judged counterfeit: with
                     best by this rule                              ten, the rule of the paper
-    "single"        the one of the last generation with the        low mean score
-                    largest Youden's J
-    "majority"      all of the last generation, with equal votes   low mean score
-    "group"         all of the last generation                     low mean score
-    "archive"       the best of up to 100 generations              low mean score
-    "jury"          both of these                                  low mean score
-    "discriminant"  the same, weighted together                    low mean score
+    "discriminant"  all of the last generation, and the best of    low mean score
+                    up to 100 generations, weighted together
     ==============  =============================================  ==========================================
 
-    A vote weighs Youden's J = specificity + sensitivity - 1 where that is positive, measured on genuine and on abnormal
-    motion; one that guesses has no vote. "discriminant" weighs those that have one by Fisher's linear discriminant: who says
-    the same as others counts for less, and who hardly ever errs for more. Chance is measured on genuine individuals that had no
-    part in the weights, see `p_values`.
+    "discriminant" gives a vote to classifiers whose Youden's J = specificity + sensitivity - 1 is positive on genuine and on
+    abnormal motion, and weighs them by Fisher's linear discriminant: who says the same as others counts for less, and who hardly
+    ever errs for more. Chance is measured on genuine individuals that had no part in the weights, see `p_values`.
 
     Parameters
     ----------
-    classifier
-        Judges.
-    genomes : (N, Q)
-        The voters.
-    weights : (N,)
-        Of their votes, above 0; they sum to 1.
+    jury
+        The voters and the weights of their votes.
     rule
         One of `RULES`.
     false_alarms
@@ -74,12 +100,10 @@ class Detector:
 
     Source
     ------
-    Paper, section 4.4; Youden, Index for rating diagnostic tests (1950); docs/decisions/0014 and 0019.
+    Paper, section 4.4; docs/decisions/0014, 0019 and 0031.
     """
 
-    classifier: Classifier
-    genomes: np.ndarray
-    weights: np.ndarray
+    jury: Jury
     rule: str
     false_alarms: float
     genuine_scores: np.ndarray
@@ -113,36 +137,25 @@ class Detector:
             Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
         rule, false_alarms
             As for the class.
-
-        Raises
-        ------
-        ConfigurationError
-            If a shape or number does not fit, or no classifier can tell the two kinds of motion apart.
         """
         check_rule(rule)
-        _check_rate(false_alarms)
-        genomes = np.asarray(genomes)
+        number("false_alarms", false_alarms, above=0, below=1, error=ConfigurationError)
         signals = np.shape(genuine)[-1] if np.ndim(genuine) else 0
         genuine = checked_motion("genuine", genuine, signals=signals)
         abnormal = checked_motion("abnormal", abnormal, signals=signals, steps=genuine.shape[2])
-        if len(genuine) < 2:
-            raise ConfigurationError(f"`genuine` must hold at least 2 individuals; got {len(genuine)}.")
-        _refuse_same(genuine, abnormal)
-        votes, abnormal_votes = _votes(classifier, genomes, genuine), _votes(classifier, genomes, abnormal)
-        half = len(genuine) // 2
-        weights = weigh(rule, votes[:, :half], abnormal_votes)
-        voters = weights > 0
-        return cls(
-            classifier=classifier,
-            genomes=genomes[voters],
-            weights=weights[voters],
-            rule=rule,
-            false_alarms=false_alarms,
-            genuine_scores=_scores(weights, votes[:, half:]).ravel(),
-            abnormal_scores=_scores(weights, abnormal_votes).ravel(),
-            steps=genuine.shape[2],
-            signals=signals,
+        require(len(genuine) >= 2, "genuine", "hold at least 2 individuals", len(genuine), error=ConfigurationError)
+        known, others = ({one.tobytes() for one in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
+        got = f"{abnormal.shape[0] * abnormal.shape[1]} samples that are all in `genuine`, too"
+        remedy = "Give motion of individuals that behave otherwise."
+        require(
+            not others <= known, "abnormal", "be other motion than `genuine`", got, remedy, error=ConfigurationError
         )
+        everybody = Jury(classifier, np.asarray(genomes), np.ones(len(genomes)))
+        half = len(genuine) // 2
+        weights = weigh(rule, everybody.votes(genuine[:half]), everybody.votes(abnormal))
+        jury = Jury(classifier, everybody.genomes[weights > 0], weights[weights > 0])
+        scores = [np.round(jury.score(each), DIGITS).ravel() for each in (genuine[half:], abnormal)]
+        return cls(jury, rule, false_alarms, scores[0], scores[1], steps=genuine.shape[2], signals=signals)
 
     @classmethod
     def from_run(
@@ -167,7 +180,7 @@ class Detector:
         rule, false_alarms
             As for the class.
         genuine, abnormal : (individuals, samples, T, D)
-            Motion for `calibrate`. None takes what the run has kept, as runs in a laboratory and on custom systems do,
+            Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and on custom systems do,
             or simulates the run's scenario, agents beside individuals with random controllers.
         behaviors, trials
             Number of random controllers that are simulated, >= 1, and of trials of each.
@@ -175,11 +188,6 @@ class Detector:
             Of what is simulated, >= 0.
         threads
             Number of threads of the simulation; None takes every processor.
-
-        Raises
-        ------
-        ConfigurationError
-            If the run does not hold what is needed, or something does not fit.
         """
         check_rule(rule)
         run = run_classifiers(result)
@@ -190,14 +198,18 @@ class Detector:
             run.classifier, run.voters(rule), genuine=genuine, abnormal=abnormal, rule=rule, false_alarms=false_alarms
         )
 
-    def judge(self, samples: np.ndarray) -> np.ndarray:
-        """Return the scores (S,) of samples (S, T, D): the weighted shares of the votes that say genuine, 0 to 1.
+    @property
+    def genomes(self) -> np.ndarray:
+        """The voters (N, Q)."""
+        return self.jury.genomes
 
-        Raises
-        ------
-        ConfigurationError
-            If the shape does not fit or a value is not finite.
-        """
+    @property
+    def weights(self) -> np.ndarray:
+        """Of their votes (N,), above 0; they sum to 1."""
+        return self.jury.weights
+
+    def judge(self, samples: np.ndarray) -> np.ndarray:
+        """Return the scores (S,) of samples (S, T, D): the weighted shares of the votes that say genuine, 0 to 1."""
         return self._judge_all(np.asarray(samples)[None], "samples")[0]
 
     def p_values(self, motion: np.ndarray) -> np.ndarray:
@@ -206,11 +218,6 @@ class Detector:
         The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the calibration, with a mean
         score that is as low or lower. If samples are independent, no more genuine individuals than q have a p-value of at most q,
         whatever the distribution of scores, and however many samples there are.
-
-        Raises
-        ------
-        ConfigurationError
-            If the shape does not fit or a value is not finite.
 
         Source
         ------
@@ -230,7 +237,7 @@ class Detector:
         """Return the p-values of individuals with the scores (individuals, S), and whether they are called abnormal."""
         found = p_values(self.genuine_scores, scores)
         if self.rule == "unanimous":
-            return found, mean_score(scores) < _ANY
+            return found, _mean(scores) < _ANY
         return found, found <= self.false_alarms
 
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
@@ -248,11 +255,6 @@ class Detector:
         ----------
         motion
             Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with names.
-
-        Raises
-        ------
-        ConfigurationError
-            If the shape does not fit or a value is not finite.
         """
         if not isinstance(motion, Motion):
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
@@ -262,7 +264,7 @@ class Detector:
         self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         return tuple(
-            decide_verdict(name, row, float(p_value), bool(called), middle)
+            _decide(name, row, float(p_value), bool(called), middle)
             for name, row, p_value, called in zip(motion.individuals, scores, found, abnormal, strict=True)
         )
 
@@ -278,11 +280,6 @@ class Detector:
         ----------
         motion
             From `recorded_motion`.
-
-        Raises
-        ------
-        ConfigurationError
-            If the windows do not fit the detector.
 
         Source
         ------
@@ -301,17 +298,11 @@ class Detector:
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:
         """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
-        return mean_score(self._judge_all(motion, "motion"))
+        return _mean(self._judge_all(motion, "motion"))
 
     def with_false_alarms(self, share: float) -> "Detector":
-        """Return a detector with another share of false alarms; nothing is judged again.
-
-        Raises
-        ------
-        ConfigurationError
-            If the share is not in (0, 1).
-        """
-        _check_rate(share)
+        """Return a detector with another share of false alarms; nothing is judged again."""
+        number("false_alarms", share, above=0, below=1, error=ConfigurationError)
         return replace(self, false_alarms=share)
 
     def _warn_if_blind(self) -> None:
@@ -343,7 +334,7 @@ class Detector:
             counted(samples, "sample"), least, self.false_alarms, reason, remedy,
         )  # fmt: skip
 
-    def _warn_if_none_can_be_above(self, scan: Scan, thresholds: Mapping[int, float], counts: list[int]) -> None:
+    def _warn_if_none_can_be_above(self, scan: Scan, thresholds: dict[int, float], counts: list[int]) -> None:
         """Log how many individuals cannot be called abnormal, because even with score 0 their windows are too few."""
         most = {count: float(scan.strengths(np.zeros(count))) for count in thresholds}
         blind = [count for count in counts if count and most[count] <= thresholds[count]]
@@ -359,44 +350,66 @@ class Detector:
     def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
         where = str if names is None else names.__getitem__
         motion = checked_motion(name, motion, signals=self.signals, steps=self.steps, where=where)
-        return _scores(self.weights, _votes(self.classifier, self.genomes, motion))
+        return np.round(self.jury.score(motion), DIGITS)
 
 
 def check_rule(rule: str) -> None:
-    """Refuse what is no rule."""
-    if rule not in RULES:
-        raise ConfigurationError(f"`rule` must be one of the rules; got {rule!r}. {nearest(rule, RULES)}")
+    """Reject what is no rule; one that is gone names the nearest that remains."""
+    remedy = f"Version 0.1.0 had it; the nearest is `{GONE[rule]}`." if rule in GONE else nearest(rule, RULES)
+    require(rule in RULES, "rule", "be one of the rules", repr(rule), remedy, error=ConfigurationError)
 
 
-def check_rules(rules: Iterable[str]) -> tuple[str, ...]:
-    """Return rules; refuse what is none."""
-    rules = tuple(rules)
-    for rule in rules:
-        check_rule(rule)
-    return rules
+def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
+    """Return the weights (N,) of classifiers, none below 0, with the sum 1.
+
+    Parameters
+    ----------
+    rule
+        One of `RULES`; which classifiers there are is not decided here.
+    genuine, abnormal : (N, individuals, samples) bool
+        Whether each classifier judges each sample genuine.
+
+    Source
+    ------
+    Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
+    """
+    if rule == "fittest" and len(genuine):
+        return np.full(len(genuine), 1 / len(genuine))
+    by_individual = rule == "unanimous"
+    found = competence(decide(genuine), decide(abnormal)) if by_individual else competence(genuine, abnormal)
+    rule_of = "hold a classifier that tells genuine from abnormal motion"
+    tells, got = found.max(initial=0.0) > 0, f"{len(genuine)} that cannot"
+    require(tells, "genomes", rule_of, got, "Run more generations.", error=ConfigurationError)
+    if by_individual:
+        return (np.arange(len(found)) == found.argmax()).astype(float)
+    weights, some = np.maximum(found, 0), found > 0
+    within = _covariance(genuine[some]) + _covariance(abnormal[some])
+    variances = np.diag(np.diag(within) + FLOOR)
+    shrunk = (1 - SHRINKAGE) * within + SHRINKAGE * variances + FLOOR * np.eye(len(within))
+    apart = genuine[some].mean(axis=(1, 2)) - abnormal[some].mean(axis=(1, 2))
+    weights[some] = np.maximum(np.round(np.linalg.solve(shrunk, apart), DIGITS), 0)
+    return weights / weights.sum()
 
 
-def _refuse_same(genuine: np.ndarray, abnormal: np.ndarray) -> None:
-    """Refuse samples as abnormal that are genuine, all of them."""
-    known, others = ({sample.tobytes() for sample in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
-    if others <= known:
-        raise ConfigurationError(
-            f"`abnormal` must be other motion than `genuine`; got {abnormal.shape[0] * abnormal.shape[1]} samples that are all in "
-            "`genuine`, too. Give motion of individuals that behave otherwise."
-        )
+def _covariance(votes: np.ndarray) -> np.ndarray:
+    """Return the covariances (N, N) between classifiers; the products are sums of integers, exact in any order."""
+    flat = votes.reshape(len(votes), -1).astype(float)
+    means = flat.mean(axis=1)
+    return flat @ flat.T / flat.shape[1] - np.outer(means, means)
 
 
-def _check_rate(share: float) -> None:
-    if not 0 < share < 1:
-        raise ConfigurationError(f"`false_alarms` must be above 0 and below 1; got {share}.")
+def _mean(scores: np.ndarray) -> np.ndarray:
+    return np.round(scores.mean(axis=-1), DIGITS)
 
 
-def _votes(classifier: Classifier, genomes: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return whether each of N classifiers judges each sample genuine (N, individuals, samples)."""
-    individuals, samples, *series = motion.shape
-    outputs = classifier.judge(genomes, motion.reshape(individuals * samples, *series))
-    return (outputs >= THRESHOLD).reshape(len(genomes), individuals, samples)
-
-
-def _scores(weights: np.ndarray, votes: np.ndarray) -> np.ndarray:
-    return np.round(np.tensordot(weights, votes, axes=1), DIGITS)
+def _decide(name: str, scores: np.ndarray, p_value: float, abnormal: bool, middle: float) -> Verdict:
+    """Return the verdict on an individual with the scores (S,); samples with a score below `middle` count as counterfeit."""
+    evidence = np.cumsum((middle - scores)[::-1])[::-1]
+    return Verdict(
+        individual=name,
+        score=float(_mean(scores)),
+        p_value=p_value,
+        genuine_share=float(np.mean(scores >= middle)),
+        abnormal=abnormal,
+        since=int(np.argmax(evidence)) + 1 if abnormal else None,
+    )

@@ -1,0 +1,468 @@
+"""Judged alike: whoever belongs is judged by every classifier as those who belong are.
+
+A classifier has a direction: genuine against the counterfeits that lived then. Many together, taken without a direction, describe
+an individual. The score of an individual is the Mahalanobis distance of its mean outputs from those of normal individuals; the
+same is done with window statistics instead of classifiers, and with a one-class support vector machine, as baselines.
+Source: docs/decisions/0031-judged-alike.md.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from turing_learning.analysis import area_under_curve
+from turing_learning.coevolution import Classifier
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import number, require
+
+FELLOWS = 3
+"""Individuals of a recording from which on their median is subtracted: what all share is no sign of anybody."""
+SHRINKAGE = 0.1
+"""Added to each variance, as a share of their mean."""
+LEAST_SPREAD = 1e-3
+"""Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
+FOLDS = 10
+WINDOWS = 2000  # that a support vector machine learns from, at most
+
+Windows = Sequence[np.ndarray]
+"""What is known of the individuals of one recording: of each its windows (W, T, D), in order of time."""
+Seen = list[np.ndarray]
+"""The same as features (W, F)."""
+
+
+class Scorer(Protocol):
+    """Says how unlike normal ones the individuals of a recording are."""
+
+    def __call__(self, seen: Seen) -> list[np.ndarray]:
+        """Return what each window (W,) of each individual adds; the mean over its windows is its score."""
+
+
+@dataclass(frozen=True, eq=False)
+class Eye:
+    """A way to look at windows, and to learn from normal individuals what is usual.
+
+    Attributes
+    ----------
+    name
+        For tables.
+    describe
+        Windows (K, T, D) -> features (K, F).
+    learn
+        (recordings, who of each counts, relative to fellows) -> `Scorer`.
+    """
+
+    name: str
+    describe: Callable[[np.ndarray], np.ndarray]
+    learn: Callable[[Sequence[Seen], Sequence[Sequence[int]], bool], Scorer]
+
+    def see(self, windows: Windows) -> Seen:
+        """Return the features of the windows of each individual."""
+        counts = [len(each) for each in windows]
+        return np.split(self.describe(np.concatenate(windows)), np.cumsum(counts)[:-1])
+
+
+def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
+    """Look with classifiers (J, Q): one raw output each."""
+    return Eye("judged alike", lambda windows: classifier.judge(genomes, windows).T.astype(np.float64), _distance)
+
+
+def statistics_eye() -> Eye:
+    """Look at seven statistics of each signal: a baseline that has learned nothing."""
+    return Eye("window statistics", window_statistics, _distance)
+
+
+def one_class_eye() -> Eye:
+    """Look at the same statistics by a one-class support vector machine, as scikit-learn has it."""
+    return Eye("one-class SVM", window_statistics, _one_class)
+
+
+def window_statistics(windows: np.ndarray) -> np.ndarray:
+    """Return mean, standard deviation, three quantiles, the spread of changes and the autocorrelation (K, 7 D) of each signal."""
+    steps = np.diff(windows, axis=1)
+    around = windows - windows.mean(axis=1, keepdims=True)
+    correlation = (around[:, 1:] * around[:, :-1]).mean(axis=1) / np.maximum((around**2).mean(axis=1), 1e-12)
+    quantiles = np.percentile(windows, (10, 50, 90), axis=1)
+    parts = (windows.mean(axis=1), windows.std(axis=1), *quantiles, steps.std(axis=1), correlation)
+    return np.concatenate(parts, axis=1)
+
+
+def _scaled(recordings: Sequence[Seen], who: Sequence[Sequence[int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and standard deviation (F,) of all windows of those who count."""
+    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
+    return windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
+
+
+def _fellows(seen: Seen, relative: bool) -> np.ndarray | float:
+    """Return what is subtracted from all individuals of a recording: the median (F,) of their means, or nothing."""
+    return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
+
+
+def _distance(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool) -> Scorer:
+    """Learn the covariance of the deviations of normal individuals; score by the Mahalanobis distance, whose square is a sum.
+
+    Features are in units of the standard deviations of windows.
+    """
+    spread = np.maximum(_scaled(recordings, who)[1], LEAST_SPREAD)
+    deviations = np.stack(
+        [
+            (seen[k].mean(axis=0) - _fellows(seen, relative)) / spread
+            for seen, some in zip(recordings, who, strict=True)
+            for k in some
+            if len(seen[k])
+        ]
+    )
+    center = 0.0 if relative else deviations.mean(axis=0)
+    around = deviations - center
+    covariance = around.T @ around / max(len(around) - 1, 1)
+    ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
+    inverse = np.linalg.inv(covariance + ridge * np.eye(len(covariance)))
+
+    def score(seen: Seen) -> list[np.ndarray]:
+        shared, found = _fellows(seen, relative), []
+        for each in seen:
+            unlike = (each - shared) / spread - center
+            mean = unlike.mean(axis=0) if len(each) else np.zeros(unlike.shape[1])
+            towards = inverse @ mean
+            found.append(unlike @ towards / max(float(np.sqrt(mean @ towards)), 1e-12))
+        return found
+
+    return score
+
+
+def _one_class(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool) -> Scorer:
+    from sklearn.svm import OneClassSVM
+
+    center, spread = _scaled(recordings, who)
+    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
+    chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
+    machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
+
+    def score(seen: Seen) -> list[np.ndarray]:
+        counts = [len(each) for each in seen]
+        outputs = -machine.decision_function((np.concatenate(seen) - center) / spread)
+        return np.split(outputs, np.cumsum(counts)[:-1])
+
+    return score
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How unlike normal ones an individual is.
+
+    Attributes
+    ----------
+    individual
+        Its name.
+    rank
+        1 for the most abnormal.
+    score
+        Mean of `shares`; NaN without windows.
+    p_value
+        Share of normal individuals with so high a score, the individual itself counted; NaN where none are known.
+    abnormal
+        Whether the p-value is at most the level; None where no level can be promised.
+    windows
+        Their number.
+    shares : (W,)
+        What each window adds to the score.
+    flagged : (W,) bool
+        The stretch of windows that makes an abnormal individual abnormal.
+    """
+
+    individual: str
+    rank: int
+    score: float
+    p_value: float
+    abnormal: bool | None
+    windows: int
+    shares: np.ndarray
+    flagged: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """What one way to look says.
+
+    Attributes
+    ----------
+    name
+        Of the way.
+    individuals
+        In the order of the motion.
+    area
+        Probability that a case that is known to be abnormal scores above a normal individual; None without such cases.
+    called
+        How many of the normal individuals would have been called abnormal, each by the recordings of the others; NaN for none.
+    """
+
+    name: str
+    individuals: tuple[Standing, ...]
+    area: float | None
+    called: float
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """What is said of the individuals of a recording.
+
+    Attributes
+    ----------
+    rankings
+        The first is the one to read: that which tells known cases best, `judged alike` only if it beats the baselines.
+    false_alarms
+        Share of normal individuals that may be called abnormal, as it was asked for.
+    level
+        The share that can be promised; None if none can.
+    normal, recordings
+        Number of normal individuals, and of recordings that they are from; 0 where all are of one pool.
+    cases
+        What abnormal cases are known, in words; empty for none.
+    """
+
+    rankings: tuple[Ranking, ...]
+    false_alarms: float
+    level: float | None
+    normal: int
+    recordings: int
+    cases: str
+
+    @property
+    def individuals(self) -> tuple[Standing, ...]:
+        """Of the ranking to read."""
+        return self.rankings[0].individuals
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What can be promised, what the normal individuals say, and how the ways to look compare; a sentence each."""
+        first, said = self.rankings[0], []
+        if self.level is None:
+            said.append(
+                "Nobody is called abnormal, as no recordings of normal individuals are given; the ranking stands. Give some."
+            )
+        elif self.level > self.false_alarms:
+            said.append(
+                f"{self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the least is 1 of "
+                f"{self.normal + 1}, {self.level:.2g}. An individual is called abnormal if its score is above all of theirs."
+            )
+        if self.level is not None:
+            where = {0: "Of the", 1: "On your normal recording"}.get(self.recordings, "On your normal recordings")
+            of = (
+                f"{first.called:.3g} of {self.normal} individuals"
+                if self.recordings
+                else f"{self.normal} normal individuals"
+            )
+            also = "" if self.recordings else f" {first.called:.3g}"
+            said.append(f"{where} {of}{also} would have been called abnormal.")
+        compared = ", ".join(
+            each.name if each.area is None else f"{each.name} {each.area:.3f}" for each in self.rankings
+        )
+        said.append(
+            f"Area under the curve by {self.cases}: {compared}." if self.cases else f"Also looked at: {compared}."
+        )
+        return tuple(said)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """An individual that is known to be abnormal: its windows (W, T, D), among the fellows of a recording, or alone (None)."""
+
+    windows: np.ndarray
+    recording: int | None = None
+    place: int = 0
+
+
+def judge_alike(
+    eyes: Sequence[Eye],
+    motion: Windows,
+    normal: Sequence[Windows],
+    *,
+    names: Sequence[str],
+    cases: Sequence[Case] = (),
+    said_of_cases: str = "",
+    false_alarms: float = 0.01,
+    relative: bool | None = None,
+    promised: bool = True,
+    recordings: int | None = None,
+) -> Detection:
+    """Rank individuals by how unlike normal ones they are.
+
+    Every normal individual is scored by what was learned without its recording (without itself, where there is one recording).
+    Where the recordings of normal individuals are longer than the motion, they are cut into pieces as long.
+
+    Parameters
+    ----------
+    eyes
+        Ways to look, the classifiers first.
+    motion
+        Of the individuals to be ranked, by their `names`.
+    normal
+        Recordings of normal individuals, at least two individuals in all.
+    cases, said_of_cases
+        What is known to be abnormal, by which the ways to look are compared; and what it is, in words.
+    false_alarms
+        Share of normal individuals that may be called abnormal, in (0, 1).
+    relative
+        Whether the median of the fellows is subtracted; None: if each recording has at least three individuals.
+    promised
+        Whether normal individuals stand for others, so that a rate can be promised.
+    recordings
+        How many recordings of the user's `normal` is; None takes their number, 0 says a pool.
+    """
+    number("false_alarms", false_alarms, above=0, below=1)
+    require(any(map(len, motion)), "motion", "hold a window", "none", error=ConfigurationError)
+    counted = sum(1 for windows in normal for each in windows if len(each))
+    rule = "hold at least 2 normal individuals with a window"
+    require(counted >= 2, "genuine", rule, counted, "Record more of them.", error=ConfigurationError)
+    enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
+    relative = enough if relative is None else relative
+    pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
+    rankings = [
+        _ranked(eye, motion, names, pieces, owners, cases, relative, false_alarms if promised else None) for eye in eyes
+    ]
+    best = sorted(rankings[1:], key=lambda ranking: -(ranking.area or 0.0))
+    if best and rankings[0].area is not None and not rankings[0].area > (best[0].area or 0.0):
+        rankings = [best[0], rankings[0], *best[1:]]
+    return Detection(
+        rankings=tuple(rankings),
+        false_alarms=false_alarms,
+        level=max(false_alarms, 1 / (counted + 1)) if promised else None,
+        normal=counted,
+        recordings=len(normal) if recordings is None else recordings,
+        cases=said_of_cases if cases else "",
+    )
+
+
+def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list[int]]:
+    """Cut recordings into pieces of about so many windows; return them, and of which recording each is."""
+    pieces: list[Windows] = []
+    owners: list[int] = []
+    for k, windows in enumerate(normal):
+        count = max(1, int(np.median([len(each) for each in windows if len(each)] or [0]) / max(length, 1) + 0.25))
+        for part in range(count):
+            pieces.append([each[part * len(each) // count : (part + 1) * len(each) // count] for each in windows])
+            owners.append(k)
+    return pieces, owners
+
+
+def _ranked(
+    eye: Eye,
+    motion: Windows,
+    names: Sequence[str],
+    pieces: Sequence[Windows],
+    owners: Sequence[int],
+    cases: Sequence[Case],
+    relative: bool,
+    false_alarms: float | None,
+) -> Ranking:
+    seen = [eye.see(windows) for windows in pieces]
+    everybody = [[k for k, each in enumerate(some) if len(each)] for some in seen]
+    scores, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative)
+    found = eye.learn(seen, everybody, relative)(eye.see(motion))
+    means = np.array([each.mean() if len(each) else np.nan for each in found])
+    order = np.argsort(np.where(np.isnan(means), -np.inf, means) * -1, kind="stable")
+    ranks = np.empty(len(means), dtype=int)
+    ranks[order] = np.arange(1, len(means) + 1)
+    total = weights.sum()
+
+    def p_values(values: np.ndarray, known: np.ndarray, of: np.ndarray) -> np.ndarray:
+        ordered = np.argsort(known)
+        above = np.append(np.cumsum(of[ordered][::-1])[::-1], 0.0)
+        return np.asarray((1 + above[np.searchsorted(known[ordered], values, "left")]) / (of.sum() + 1))
+
+    chances = np.where(np.isnan(means), np.nan, p_values(means, scores, weights))
+    level = None if false_alarms is None else max(false_alarms, 1 / (total + 1)) + 1e-9
+    called = np.nan
+    if false_alarms is not None:
+        called = 0.0
+        for one in np.unique(whose):
+            own = whose == one
+            if not own.all():
+                others = weights[~own]
+                limit = max(false_alarms, 1 / (others.sum() + 1)) + 1e-9
+                called += float(weights[own][p_values(scores[own], scores[~own], others) <= limit].sum())
+    individuals = []
+    for k, name in enumerate(names):
+        abnormal = None if level is None else bool(chances[k] <= level)
+        individuals.append(
+            Standing(
+                individual=name,
+                rank=int(ranks[k]),
+                score=float(means[k]),
+                p_value=float(chances[k]) if level is not None else float("nan"),
+                abnormal=abnormal,
+                windows=len(found[k]),
+                shares=found[k],
+                flagged=_stretch(found[k]) if abnormal else np.zeros(len(found[k]), dtype=bool),
+            )
+        )
+    area = _area(eye, cases, seen, owners, scores, weights, scorers) if cases else None
+    return Ranking(eye.name, tuple(individuals), area, called)
+
+
+def _held_out(
+    eye: Eye, seen: Sequence[Seen], everybody: Sequence[Sequence[int]], owners: Sequence[int], relative: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
+    """Score normal individuals by what was learned without them.
+
+    Returns their scores, whom they belong to (a recording, or an individual where there is one recording), weights that sum to 1
+    for each individual, and the scorer that has not seen each recording.
+    """
+    alone = len(set(owners)) == 1
+    keys = [
+        [(owner, k) if alone else owner for k in range(len(each))] for owner, each in zip(owners, seen, strict=True)
+    ]
+    held = sorted({key for row, who in zip(keys, everybody, strict=True) for k, key in enumerate(row) if k in who})
+    scores, whose, weights = [], [], []
+    scorers: dict[Any, Scorer] = {}
+    for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
+        out = {held[k] for k in fold}
+        kept = [[k for k in who if keys[p][k] not in out] for p, who in enumerate(everybody)]
+        known = [p for p, who in enumerate(kept) if who]
+        scorer = eye.learn([seen[p] for p in known], [kept[p] for p in known], relative)
+        scorers |= dict.fromkeys(out, scorer)
+        for p, row in enumerate(keys):
+            members = [k for k in everybody[p] if row[k] in out]
+            if members:
+                found = scorer(seen[p])
+                scores += [float(found[k].mean()) for k in members]
+                whose += [held.index(row[k]) for k in members]
+                weights += [
+                    1 / sum(q == owners[p] and k in everybody[i] for i, q in enumerate(owners)) for k in members
+                ]
+    return np.array(scores), np.array(whose), np.array(weights), scorers
+
+
+def _area(
+    eye: Eye,
+    cases: Sequence[Case],
+    seen: Sequence[Seen],
+    owners: Sequence[int],
+    scores: np.ndarray,
+    weights: np.ndarray,
+    scorers: dict[Any, Scorer],
+) -> float:
+    """Return the area under the curve of cases, each by what was learned without its recording, against normal individuals."""
+    found, first = [], next(iter(scorers.values()))
+    for case, features in zip(cases, eye.see([case.windows for case in cases]), strict=True):
+        if case.recording is None:
+            found.append(float(first([features])[0].mean()))
+            continue
+        place = owners.index(case.recording)
+        group = list(seen[place])
+        group[case.place] = features[: max(1, len(group[case.place]))]
+        scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
+        found.append(float(scorer(group)[case.place].mean()))
+    return area_under_curve(np.array(found), scores, weights)
+
+
+def _stretch(shares: np.ndarray) -> np.ndarray:
+    """Return the stretch of windows in which the shares above half of their mean sum to most."""
+    sums = np.concatenate(([0.0], np.cumsum(shares - shares.mean() / 2)))
+    lowest = np.minimum.accumulate(sums)
+    end = int(np.argmax(sums - lowest))
+    begin = int(np.flatnonzero(sums[: end + 1] == lowest[end])[-1]) if end else 0
+    flagged = np.zeros(len(shares), dtype=bool)
+    flagged[begin:end] = True
+    return flagged

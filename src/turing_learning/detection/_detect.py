@@ -1,0 +1,153 @@
+"""The door of detection: a run, motion, and recordings of normal individuals, to a ranking."""
+
+from collections.abc import Sequence
+from importlib.util import find_spec
+
+import numpy as np
+
+from turing_learning.config import ConfigurationError
+from turing_learning.errors import require
+from turing_learning.models import Behavior
+from turing_learning.swarm import Scenario, Trials, alone, mixed
+
+from ._alike import Case, Detection, Eye, Windows, classifiers_eye, judge_alike, one_class_eye, statistics_eye
+from ._motion import Motion, RecordedMotion
+from ._planted import KINDS, SOCIAL, plant
+from ._run import RunClassifiers
+from ._simulated import ALIKE, CASES, stream
+
+Moved = Motion | RecordedMotion
+TUNED = tuple(KINDS)[:4]
+PLANTED = 24  # individuals, at most
+NORMAL = 600  # simulated individuals, about
+UNLIKE = 0.2
+"""Standard deviation of the parameters of simulated cases around the agents'."""
+
+
+def detect(
+    run: RunClassifiers,
+    motion: Moved,
+    *,
+    genuine: Sequence[Moved] = (),
+    abnormal: Sequence[Moved] = (),
+    false_alarms: float = 0.01,
+    seed: int = 0,
+    threads: int | None = None,
+) -> Detection:
+    """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines.
+
+    Parameters
+    ----------
+    run
+        From `run_classifiers`.
+    motion
+        Of the individuals that are judged.
+    genuine
+        Recordings of normal individuals, several if possible: each is judged by what was learned from the others. None:
+        simulated robots are simulated; samples that a run has stored are taken; a recording is ranked and nobody called abnormal.
+    abnormal
+        Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants some.
+    false_alarms
+        Share of normal individuals that may be called abnormal, in (0, 1).
+    seed
+        Of all that is drawn or simulated, >= 0.
+    threads
+        Number of threads of a simulation; None takes every processor.
+
+    Returns
+    -------
+    Detection
+        The first of its rankings is the one to read.
+
+    Source
+    ------
+    docs/decisions/0031-judged-alike.md.
+    """
+    eyes: list[Eye] = [classifiers_eye(run.classifier, run.jurors), statistics_eye()]
+    if find_spec("sklearn") is not None:
+        eyes.append(one_class_eye())
+    windows = list(motion.samples)
+    lengths = [len(each) for each in windows if len(each)]
+    require(lengths, "motion", "hold a window", "none", "Record for longer.", error=ConfigurationError)
+    normal: list[Windows]
+    cases: list[Case] = []
+    said = ""
+    if genuine:
+        normal = [list(each.samples) for each in genuine]
+        cases, said = _planted(genuine, run, seed)
+        recordings, relative, promised = None, None, True
+    elif run.scenario is not None:
+        samples = int(np.median(lengths))
+        normal, cases = _simulated(run.scenario, samples, seed, threads)
+        said = f"{len(cases)} simulated robots with other parameters"
+        recordings, relative, promised = 0, False, True
+    else:
+        require(
+            run.calibration is not None, "genuine", "be given for a run that has stored no motion", "none",
+            "Give motion of normal individuals.", error=ConfigurationError,
+        )  # fmt: skip
+        assert run.calibration is not None
+        pool = run.calibration[0][:, 0]
+        promised = not isinstance(motion, RecordedMotion) and len(pool) >= 2 * int(np.median(lengths))
+        normal = _pooled(pool, int(np.median(lengths)) if promised else 1, seed)
+        recordings, relative = 0, False
+    if abnormal:
+        cases = [Case(each) for some in abnormal for each in some.samples if len(each)]
+        said, relative = f"{len(cases)} individuals that are known to be abnormal", False
+    return judge_alike(
+        eyes,
+        windows,
+        normal,
+        names=motion.individuals,
+        cases=cases,
+        said_of_cases=said,
+        false_alarms=false_alarms,
+        relative=relative,
+        promised=promised,
+        recordings=recordings,
+    )
+
+
+def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int) -> tuple[list[Case], str]:
+    """Plant individuals that behave otherwise into recordings of normal ones."""
+    rng = stream(seed, CASES)
+    places = [(r, k) for r, each in enumerate(genuine) for k, own in enumerate(each.samples) if len(own)]
+    some = [places[k] for k in rng.permutation(len(places))[: max(1, PLANTED // len(TUNED))]]
+    cases, kinds = [], set()
+    for recording, k in some:
+        one = genuine[recording]
+        if isinstance(one, RecordedMotion) and one.recording is not None:
+            alone = len(one.individuals) < 2
+            for kind in TUNED:
+                if not (alone and kind in SOCIAL):
+                    moved = plant(one.recording, k, kind, rng).windows(
+                        run.steps, signals=run.names, individuals=[one.individuals[k]], hold_out=0.0, jump_factor=None
+                    )
+                    cases.append(Case(moved.learning, recording, k))
+                    kinds.add(kind)
+        else:
+            mean = one.samples[k].mean(axis=(0, 1))
+            for change in (0.5, 2.0):
+                cases.append(Case(mean + change * (one.samples[k] - mean), recording, k))
+                cases.append(Case(one.samples[k] - (1 - change) * mean, recording, k))
+            kinds.add("signals halved or doubled")
+    return cases, f"{len(cases)} planted individuals ({', '.join(sorted(kinds))})"
+
+
+def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None) -> tuple[list[Windows], list[Case]]:
+    """Return swarms of agents, with as many samples of each, and replicas of models that are not quite the agents."""
+    rng = stream(seed, ALIKE)
+    swarms = -(-NORMAL // scenario.individuals)
+    speeds = Trials.draw(scenario, alone(scenario, swarms * samples), rng).observe(None, threads)
+    groups = speeds.reshape(swarms, samples, *speeds.shape[1:]).swapaxes(1, 2)
+    truth = np.asarray(scenario.controller)
+    models = truth + UNLIKE * rng.standard_normal((4 * PLANTED, len(truth)))
+    others = Trials.draw(scenario, mixed(scenario, len(models), samples), rng).observe(Behavior(models), threads)
+    planted = others[:, scenario.agents].reshape(len(models), samples, *others.shape[2:])
+    return [list(group) for group in groups], [Case(each) for each in planted]
+
+
+def _pooled(pool: np.ndarray, samples: int, seed: int) -> list[Windows]:
+    """Return individuals of as many samples each, drawn from a pool (S, T, D) of independent ones."""
+    order = stream(seed, ALIKE).permutation(len(pool))
+    return [[pool[order[k : k + samples]]] for k in range(0, len(pool) - samples + 1, samples)]
