@@ -4,7 +4,7 @@ import json
 import os
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -14,9 +14,21 @@ from ._options import Integer, Real, Tracks
 from ._runs import opened
 
 if TYPE_CHECKING:
-    from turing_learning.detection import Detector, Motion, RecordedMotion, RunClassifiers, TimedVerdict
+    import numpy as np
+
+    from turing_learning.detection import (
+        Detection,
+        Detector,
+        Motion,
+        RecordedMotion,
+        RunClassifiers,
+        Standing,
+        TimedVerdict,
+    )
 
 SAMPLES = 10
+ALIKE = "judged-alike"
+Files = Annotated[list[Path] | None, Parameter(negative="")]
 MOTION_FILES = (".npy", ".npz", ".csv")
 
 
@@ -27,9 +39,9 @@ def detect(
     *,
     simulate: Integer | None = None,
     samples: Integer | None = None,
-    genuine: Path | None = None,
-    abnormal: Path | None = None,
-    rule: str = "discriminant",
+    genuine: Files = None,
+    abnormal: Files = None,
+    rule: str = ALIKE,
     false_alarms: Real = 0.01,
     seed: Integer = 0,
     tracks: Tracks = Tracks(),  # noqa: B008 - frozen
@@ -46,11 +58,9 @@ def detect(
 
       turing-learning detect runs/mine motion.npy --rule fittest --false-alarms 0.001 --json
 
-      turing-learning detect runs/fish other_trial.txt --fps 25 --scale 12.3 --out other_trial.csv
+      turing-learning detect runs/fish trial.txt --genuine monday.txt --genuine tuesday.txt --fps 25 --scale 12.3 --out trial.csv
 
       turing-learning detect runs/mine --simulate 2
-
-      turing-learning detect runs/fish today.npy --genuine normal.npy --abnormal other.npy
 
     Parameters
     ----------
@@ -63,11 +73,12 @@ def detect(
     samples
         Samples of each simulated individual; 10 by default.
     genuine
-        Motion of normal individuals to calibrate with; simulated, or kept by the run, by default.
+        Motion of normal individuals, a file or several: each is judged by what was learned from the others. By default
+        simulated, or stored by the run.
     abnormal
-        Motion of others to calibrate with; as for --genuine by default.
+        Motion of individuals that are known to be abnormal, a file or several; by default some are planted or simulated.
     rule
-        fittest, unanimous, single, majority, group, archive, jury, or discriminant.
+        judged-alike, or one of the rules by votes: fittest, unanimous (the paper's), or discriminant.
     false_alarms
         Share of normal individuals that may be called abnormal; 0.01 by default.
     seed
@@ -77,7 +88,8 @@ def detect(
     as_json
         Print JSON.
     """
-    from turing_learning.detection import Detector, holds_motion, plant_abnormal, run_classifiers
+    from turing_learning.detection import Detector, RecordedMotion, holds_motion, plant_abnormal, run_classifiers
+    from turing_learning.detection import detect as judged_alike
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
@@ -94,34 +106,55 @@ def detect(
     _refuse_taken(out)
     result = opened(run)
     learned = run_classifiers(result)
-    timed = _recording(motion, tracks, learned) if recorded and motion is not None else None
-    observed, *calibration = (
-        None if path is None else _samples(path, option, learned)
-        for path, option in ((None if recorded else motion, "motion"), (genuine, "--genuine"), (abnormal, "--abnormal"))
-    )
-    if observed is None and timed is None:
+    given = _given(motion, "motion", tracks if recorded else None, learned) if motion is not None else None
+    if given is None:
         swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
-        observed = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
-    normal, others = [None if each is None else each.samples for each in calibration]
-    detector = Detector.from_run(
-        result, rule=rule, false_alarms=false_alarms, genuine=normal, abnormal=others, seed=seed
-    )
-    if timed is not None:
-        _show_timeline(detector, timed, out, as_json)
+        given = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
+    files = {"genuine": genuine or [], "abnormal": abnormal or []}
+    if rule == ALIKE:
+        calibration = {
+            name: [_given(path, f"--{name}", _tracks(path, tracks), learned) for path in paths]
+            for name, paths in files.items()
+        }
+        normal, others = calibration["genuine"], calibration["abnormal"]
+        found = judged_alike(learned, given, genuine=normal, abnormal=others, false_alarms=false_alarms, seed=seed)
+        _show_alike(found, given, learned.steps, out, as_json)
         return
-    assert observed is not None
-    verdicts = detector.verdicts(observed)
+    for name, paths in files.items():
+        require(
+            len(paths) <= 1, f"--{name}", f"be given once with the rule {rule}", len(paths), f"Take --rule {ALIKE}."
+        )
+    known: dict[str, Any] = {
+        name: _samples(paths[0], f"--{name}", learned).samples for name, paths in files.items() if paths
+    }
+    detector = Detector.from_run(result, rule=rule, false_alarms=false_alarms, seed=seed, **known)
+    if isinstance(given, RecordedMotion):
+        _show_timeline(detector, given, out, as_json)
+        return
+    verdicts = detector.verdicts(given)
     if as_json:
         limit = None if detector.rule == "unanimous" else detector.false_alarms
         head = {"rule": detector.rule, "false_alarms": limit, "classifiers": len(detector.genomes)}
-        head["samples"] = observed.samples.shape[1]
+        head["samples"] = given.samples.shape[1]
         print(json.dumps({**head, "individuals": [asdict(verdict) for verdict in verdicts]}, indent=2))
         return
     from rich.console import Console
 
     from ._tables import print_verdicts
 
-    print_verdicts(Console(), detector, observed, verdicts)
+    print_verdicts(Console(), detector, given, verdicts)
+
+
+def _tracks(path: Path, tracks: Tracks) -> Tracks | None:
+    """Return how a file is read if a tracker wrote it; None if it holds samples."""
+    from turing_learning.detection import holds_motion
+
+    return tracks if path.suffix.lower() not in MOTION_FILES or (tracks.given and not holds_motion(path)) else None
+
+
+def _given(path: Path, option: str, tracks: Tracks | None, learned: "RunClassifiers") -> "Motion | RecordedMotion":
+    """Return the motion in a file: windows of a recording, or samples."""
+    return _samples(path, option, learned) if tracks is None else _recording(path, option, tracks, learned)
 
 
 def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
@@ -134,17 +167,16 @@ def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
     except ConfigurationError as error:
         remedy = ""
         if path.is_file() and not holds_motion(path):
-            cut = "give --fps and --scale" if option == "motion" else "cut it into samples, see docs/detection.md"
-            remedy = f" If a tracker wrote it, {cut}."
+            remedy = " If a tracker wrote it, give --fps and --scale."
         raise ConfigurationError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
-def _recording(path: Path, tracks: Tracks, learned: "RunClassifiers") -> "RecordedMotion":
+def _recording(path: Path, option: str, tracks: Tracks, learned: "RunClassifiers") -> "RecordedMotion":
     """Return the windows of a recording that fits the run."""
     from turing_learning.config import ConfigurationError
     from turing_learning.detection import recorded_motion
 
-    recording = tracks.read(path, "motion")
+    recording = tracks.read(path, option)
     with refusing_as(ConfigurationError, place=str(path)):
         return recorded_motion(recording, learned)
 
@@ -179,6 +211,78 @@ def _written(out: Path) -> tuple[Path, ...]:
     return (out, out.with_suffix(".png"), out.with_suffix(".svg"))
 
 
+def _show_alike(
+    found: "Detection", motion: "Motion | RecordedMotion", steps: int, out: Path | None, as_json: bool
+) -> None:
+    """Print who is unlike normal individuals, and write table and picture where that was asked for."""
+    import sys
+
+    import numpy as np
+    from rich.console import Console
+
+    from turing_learning.detection import RecordedMotion, TimedVerdict
+
+    from ._tables import print_standings
+
+    timed = []
+    for k, each in enumerate(found.individuals):
+        places = np.flatnonzero(each.flagged)
+        times = motion.times[k] if isinstance(motion, RecordedMotion) else np.arange(len(each.shares))[:, None] + [1, 1]
+        spells = ((float(times[places[0], 0]), float(times[places[-1], 1])),) if len(places) else ()
+        timed.append(
+            TimedVerdict(
+                individual=each.individual,
+                windows=each.windows,
+                score=each.score,
+                strength=each.score,
+                threshold=float("nan"),
+                abnormal=bool(each.abnormal),
+                spells=spells,
+                times=times,
+                scores=each.shares,
+                flagged=each.flagged,
+            )
+        )
+    when = "spells_s" if isinstance(motion, RecordedMotion) else "samples"
+    if as_json:
+        names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
+
+        def rows(standings: "tuple[Standing, ...]") -> list[dict[str, object]]:
+            values = ({name: getattr(each, name) for name in names} for each in standings)
+            return [{name: None if value != value else value for name, value in row.items()} for row in values]
+
+        first = found.rankings[0]
+        content = {
+            "rule": ALIKE,
+            "by": first.name,
+            "false_alarms": found.false_alarms,
+            "promised": found.level,
+            "steps": steps,
+            "normal": {"recordings": found.recordings, "individuals": found.normal},
+            "remarks": list(found.remarks),
+            "individuals": [
+                {**row, when: [list(spell) for spell in each.spells]}
+                for row, each in zip(rows(found.individuals), timed, strict=True)
+            ],
+            "rankings": [
+                {
+                    "by": each.name,
+                    "area": each.area,
+                    "called": None if each.called != each.called else each.called,
+                    "individuals": rows(each.individuals),
+                }
+                for each in found.rankings
+            ],
+        }
+        print(json.dumps(content, indent=2))
+    else:
+        print_standings(Console(), found, timed, seconds=when == "spells_s", steps=steps)
+    if out is not None and isinstance(motion, RecordedMotion):
+        _write(out, motion, tuple(timed))
+        for path in _written(out):
+            print(path, file=sys.stderr if as_json else sys.stdout)
+
+
 def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | None, as_json: bool) -> None:
     """Print verdicts on a recording, and write table and picture where that was asked for."""
     import sys
@@ -204,6 +308,13 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
             print(path, file=sys.stderr if as_json else sys.stdout)
 
 
+def _shown(scores: "np.ndarray") -> "np.ndarray":
+    """Return scores of windows from 0 to 1: as they are, or, of shares of a distance, the lower the more unlike."""
+    if not len(scores) or (scores.min() >= 0 and scores.max() <= 1):
+        return scores
+    return 1 - (scores / max(float(scores.max()), 1e-12)).clip(0, 1)
+
+
 def _write(out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, ...]") -> None:
     """Write table and picture, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
     import pandas as pd
@@ -215,7 +326,7 @@ def _write(out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, .
     figure = timeline_figure(
         [verdict.individual for verdict in judged],
         [verdict.times for verdict in judged],
-        [verdict.scores for verdict in judged],
+        [_shown(verdict.scores) for verdict in judged],
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
     )

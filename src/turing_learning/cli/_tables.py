@@ -12,7 +12,7 @@ from rich.text import Text
 from turing_learning.report import counted, describe_unknown, short_number, shown
 
 if TYPE_CHECKING:
-    from turing_learning.detection import Detector, Motion, TimedVerdict, Verdict
+    from turing_learning.detection import Detection, Detector, Motion, Ranking, TimedVerdict, Verdict
     from turing_learning.identifiability import Check
     from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
@@ -216,6 +216,45 @@ def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[T
     found = sum(verdict.abnormal for verdict in verdicts)
     by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
     console.print(f"{found} of {len(verdicts)} abnormal, {by}", highlight=False)
+
+
+def print_standings(
+    console: Console, found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool, steps: int
+) -> None:
+    """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
+    table = _headed("individual", ("rank", "windows", "score", "p-value"), ("verdict",))
+    table.add_column("when (s)" if seconds else "since sample")
+    for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
+        each, spells = found.individuals[k], timed[k].spells
+        when = (
+            f"{spells[0][0]:.1f} to {spells[0][1]:.1f}"
+            if seconds and spells
+            else f"{spells[0][0]:g}"
+            if spells
+            else "-"
+        )
+        said = Text("-") if each.abnormal is None else _abnormal(each.abnormal)
+        table.add_row(
+            Text(each.individual),
+            str(each.rank),
+            str(each.windows),
+            f"{each.score:.3g}" if each.windows else "-",
+            "-" if each.p_value != each.p_value else f"{each.p_value:.2g}",
+            said if each.windows else "no window",
+            when,
+        )
+    console.print(table)
+    called = sum(bool(each.abnormal) for each in found.individuals)
+    ways = [f"{each.individuals[k].individual} by {each.name}" for each in found.rankings[1:] for k in _first(each)]
+    by = f"ranked by {found.rankings[0].name} (first would be {', '.join(ways)})" if ways else "ranked by it alone"
+    console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}", highlight=False)
+    for remark in found.remarks:
+        console.print(remark, highlight=False)
+
+
+def _first(ranking: "Ranking") -> list[int]:
+    """Return who is most unlike."""
+    return [k for k, each in enumerate(ranking.individuals) if each.rank == 1]
 
 
 def _headed(first: str, numbers: Sequence[str], others: Sequence[str], caption: str | None = None) -> Table:

@@ -31,36 +31,68 @@ def run(tmp_path_factory):
     return _infer(tmp_path_factory.mktemp("runs") / "run")
 
 
-def test_a_demonstration_names_every_individual_and_its_verdict(run, call):
+def test_a_demonstration_ranks_every_individual(run, call):
     code, out, err = call("detect", run, "--simulate", 1, "--samples", 4)
     assert (code, err) == (0, "")
-    for text in ("individual", "judged genuine", "score", "p-value", "verdict", "since sample"):
+    for text in ("individual", "rank", "windows", "score", "p-value", "verdict", "since sample"):
         assert text in out
     rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
-    assert list(rows) == ["agent 1", "agent 2", "planted 1"]
-    count = list(rows.values()).count("abnormal")
-    assert f"{count} of 3 abnormal, by 4 samples each of 10 steps; rule discriminant, " in out
+    assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
+    assert f"{list(rows.values()).count('abnormal')} of 3 abnormal, by windows of 10 steps; ranked by " in out
+    assert re.search(r"Of the 600 normal individuals \d+ would have been called abnormal\.", out)
+    assert re.search(
+        r"Area under the curve by 96 simulated robots with other parameters: .*judged alike [01]\.\d{3}", out
+    )
 
 
-def test_motion_from_a_file_is_judged(run, call):
+def test_json_holds_every_ranking(run, call):
     np.savez("motion.npz", samples=np.zeros((2, 3, 10, 2)), individuals=np.array(["[red]", "Bo"]))
-    code, out, _ = call("detect", run, "motion.npz", "--rule", "group")
+    code, out, _ = call("detect", run, "motion.npz", "--false-alarms", "0.05", "--json")
+    content = json.loads(out)
     assert code == 0
-    assert "[red]" in out
-    assert "Bo" in out
-    assert "by 3 samples each of 10 steps; rule group" in out
+    assert (content["rule"], content["false_alarms"], content["promised"]) == ("judged-alike", 0.05, 0.05)
+    assert [entry["individual"] for entry in content["individuals"]] == ["[red]", "Bo"]
+    assert sorted(entry["rank"] for entry in content["individuals"]) == [1, 2]
+    for entry in content["individuals"]:
+        assert entry["abnormal"] == (entry["p_value"] <= 0.05)
+        assert bool(entry["samples"]) == entry["abnormal"]
+    assert {each["by"] for each in content["rankings"]} >= {"judged alike", "window statistics"}
+    assert content["by"] == content["rankings"][0]["by"]
+    best = max(each["area"] for each in content["rankings"])
+    assert content["rankings"][0]["area"] == best
 
 
-def test_json_holds_what_the_table_holds(run, call):
+def test_a_rule_by_votes_prints_what_it_did(run, call):
     np.save("motion.npy", np.zeros((2, 30, 2)))
-    code, out, _ = call("detect", run, "motion.npy", "--false-alarms", "0.05", "--json")
+    code, out, _ = call("detect", run, "motion.npy", "--rule", "discriminant", "--false-alarms", "0.05", "--json")
     content = json.loads(out)
     assert code == 0
     assert (content["rule"], content["false_alarms"], content["samples"]) == ("discriminant", 0.05, 3)
-    assert [entry["individual"] for entry in content["individuals"]] == ["1", "2"]
     for entry in content["individuals"]:
         assert entry["abnormal"] == (entry["p_value"] <= 0.05)
         assert (entry["since"] is None) != entry["abnormal"]
+    code, out, _ = call("detect", run, "motion.npy", "--rule", "fittest")
+    assert code == 0
+    assert "by 3 samples each of 10 steps; rule fittest" in out
+
+
+def test_several_files_of_normal_individuals_are_recordings(run, call):
+    rng = np.random.default_rng(0)
+    for name in ("one", "two", "three"):
+        np.save(f"{name}.npy", rng.normal(8, 3, (5, 4, 10, 2)))
+    strange = rng.normal(8, 3, (4, 4, 10, 2))
+    strange[2] *= 5
+    np.save("motion.npy", strange)
+    given = [each for name in ("one", "two", "three") for each in ("--genuine", f"{name}.npy")]
+    content = json.loads(call("detect", run, "motion.npy", *given, "--json")[1])
+    assert content["normal"] == {"recordings": 3, "individuals": 15}
+    assert content["promised"] == pytest.approx(1 / 16)
+    assert content["individuals"][2]["rank"] == 1
+    assert any("0.01 cannot be promised by 15 normal individuals" in remark for remark in content["remarks"])
+    assert any("On your normal recordings" in remark for remark in content["remarks"])
+    code, _, err = call("detect", run, "motion.npy", *given, "--rule", "discriminant")
+    assert code == 2
+    assert "`--genuine` must be given once with the rule discriminant; got 3. Take --rule judged-alike." in err
 
 
 def test_motion_to_calibrate_with_may_be_given(run, call):
@@ -69,24 +101,33 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
         np.save(f"{name}.npy", rng.normal(speed, 3, (9, 4, 10, 2)))
     np.save("motion.npy", np.zeros((1, 4, 10, 2)))
     code, out, _ = call(
-        "detect", run, "motion.npy", "--genuine", "normal.npy", "--abnormal", "other.npy", "--rule", "group", "--json"
+        "detect",
+        run,
+        "motion.npy",
+        "--genuine",
+        "normal.npy",
+        "--abnormal",
+        "other.npy",
+        "--rule",
+        "discriminant",
+        "--json",
     )
     expected = Detector.from_run(
-        load_run(run), rule="group", genuine=np.load("normal.npy"), abnormal=np.load("other.npy")
+        load_run(run), rule="discriminant", genuine=np.load("normal.npy"), abnormal=np.load("other.npy")
     )
     content = json.loads(out)
     assert code == 0
     (verdict,) = expected.verdicts(np.load("motion.npy"))
     found = content["individuals"][0]
     assert (found["score"], found["p_value"]) == (verdict.score, verdict.p_value)
-    kept = json.loads(call("detect", run, "motion.npy", "--rule", "group", "--json")[1])["individuals"][0]
+    kept = json.loads(call("detect", run, "motion.npy", "--rule", "discriminant", "--json")[1])["individuals"][0]
     assert found["p_value"] != kept["p_value"]
 
 
 def test_too_few_genuine_samples_to_calibrate_with_are_told(run, call, caplog):
     np.save("normal.npy", np.random.default_rng(0).normal(8, 3, (9, 1, 10, 2)))
     np.save("motion.npy", np.zeros((1, 1, 10, 2)))
-    assert call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "group")[0] == 0
+    assert call("detect", run, "motion.npy", "--genuine", "normal.npy", "--rule", "discriminant")[0] == 0
     assert (
         "99 genuine samples without a part in the weights (the second half of `genuine`) are needed, and there are 5"
         in caplog.text
@@ -95,7 +136,9 @@ def test_too_few_genuine_samples_to_calibrate_with_are_told(run, call, caplog):
 
 def test_the_same_motion_cannot_be_genuine_and_abnormal(run, call):
     np.save("motion.npy", np.random.default_rng(0).normal(8, 3, (9, 4, 10, 2)))
-    assert call("detect", run, "motion.npy", "--genuine", "motion.npy", "--abnormal", "motion.npy") == (
+    assert call(
+        "detect", run, "motion.npy", "--genuine", "motion.npy", "--abnormal", "motion.npy", "--rule", "discriminant"
+    ) == (
         *(2, ""),
         "error: `abnormal` must be other motion than `genuine`; got 36 samples that are all in `genuine`, too. Give motion of "
         "individuals that behave otherwise.\n",
@@ -122,10 +165,10 @@ def test_the_same_seed_gives_the_same_output(run, call):
         (["nothing.npy"], "`motion` must be a file that can be read; got nothing.npy"),
         (["motion.npy"], r"`motion` must be .* \(any, any, 10, 2\), not empty; got float64 of shape \(2, 3, 4, 2\)"),
         (["--simulate", "1", "--genuine", "motion.npy"], r"`--genuine` must be .* got float64 of shape \(2, 3, 4, 2\)"),
-        (["good.npy", "--rule", "grup"], "`rule` must be one of the rules; got 'grup'. Did you mean `group`?"),
-        (["good.npy", "--false-alarms", "1"], "`false_alarms` must be above 0 and below 1; got 1.0"),
+        (["good.npy", "--rule", "fitest"], "`rule` must be one of the rules; got 'fitest'. Did you mean `fittest`?"),
+        (["good.npy", "--false-alarms", "1"], "`false_alarms` must be .* above 0 and below 1; got 1.0"),
         (["good.npy", "--false-alarms", "few"], "must be a number; got 'few'"),
-        (["--simulate", "3"], "`simulate` must be an integer from 1 to 2, in a swarm of 3; got 3"),
+        (["--simulate", "3"], "`simulate` must be an integer from 1 to 2; got 3"),
         (["--simulate", "1", "--samples", "0"], "`samples` must be an integer of at least 1; got 0"),
         (["--simulate", "1", "--seed", "-1"], "`seed` must be an integer of at least 0; got -1"),
     ],

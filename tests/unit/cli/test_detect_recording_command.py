@@ -65,8 +65,11 @@ def trial():
     return write
 
 
+VOTES = ["--rule", "discriminant"]
+
+
 def test_the_table_names_everybody_and_the_files_hold_each_window(fish, trial, call):
-    code, out, err = call("detect", fish, trial(), *OPTIONS, "--out", "found.csv")
+    code, out, err = call("detect", fish, trial(), *OPTIONS, *VOTES, "--out", "found.csv")
     assert (code, err) == (0, "")
     for text in ("individual", "windows", "evidence", "threshold", "when (s)", "of 3 abnormal, by windows of 20 steps"):
         assert text in out
@@ -79,13 +82,49 @@ def test_the_table_names_everybody_and_the_files_hold_each_window(fish, trial, c
 
 
 def test_json_holds_what_the_table_holds(fish, trial, call):
-    code, out, _ = call("detect", fish, trial(), *OPTIONS, "--json", "--false-alarms", "0.05")
+    code, out, _ = call("detect", fish, trial(), *OPTIONS, *VOTES, "--json", "--false-alarms", "0.05")
     content = json.loads(out)
     assert (code, content["false_alarms"], content["steps"]) == (0, 0.05, 20)
     for each in content["individuals"]:
         assert each["windows"] == 14
         assert each["abnormal"] == (each["strength"] > each["threshold"])
         assert bool(each["spells_s"]) == each["abnormal"]
+
+
+def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish, call):
+    from turing_learning.detection import plant
+    from turing_learning.trajectories import load_trajectories
+
+    for k in range(4):
+        write_recording(f"{k}.csv", seed=10 + k)
+    whole = load_trajectories("3.csv", fps=10, pixels_per_cm=1, y_axis="up")
+    moved = plant(whole, 2, "too slow", np.random.default_rng(0)).positions
+    rows = [f"{f},{k},{x:.4f},{y:.4f}" for f in range(len(moved)) for k, (x, y) in enumerate(moved[f])]
+    Path("3.csv").write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
+    genuine = [each for k in range(3) for each in ("--genuine", f"{k}.csv")]
+    code, out, err = call("detect", fish, "3.csv", *genuine, *OPTIONS, "--y-axis", "up", "--json", "--out", "found.csv")
+    assert code == 0, err
+    content = json.loads(out)
+    assert content["normal"] == {"recordings": 3, "individuals": 18}
+    assert content["promised"] == pytest.approx(1 / 19)
+    ranks = {each["individual"]: each["rank"] for each in content["individuals"]}
+    assert ranks["2"] == 1
+    strange = content["individuals"][2]
+    assert strange["abnormal"]
+    assert len(strange["spells_s"]) == 1
+    found = list(csv.DictReader(Path("found.csv").read_text().splitlines()))
+    shares = [float(row["score"]) for row in found if row["individual"] == "2"]
+    assert np.mean(shares) == pytest.approx(strange["score"])
+
+
+def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial, call):
+    content = json.loads(call("detect", fish, trial(), *OPTIONS, "--json")[1])
+    assert content["promised"] is None
+    assert sorted(each["rank"] for each in content["individuals"]) == [1, 2, 3]
+    assert {each["abnormal"] for each in content["individuals"]} == {None}
+    assert content["remarks"][0].startswith(
+        "Nobody is called abnormal, as no recordings of normal individuals are given"
+    )
 
 
 @pytest.mark.parametrize(
@@ -133,20 +172,10 @@ def test_samples_have_neither_scale_nor_rate(fish, call, name, option, value):
 
 
 @pytest.mark.parametrize("option", ["--genuine", "--abnormal"])
-def test_a_recording_to_calibrate_with_has_to_be_cut_into_samples(fish, trial, call, option):
-    from turing_learning.trajectories import load_trajectories
-
-    recording = trial("half.txt")
-    assert call("detect", fish, trial(), *OPTIONS, option, recording) == (
-        *(2, ""),
-        f"error: `{option}` must be a file that ends with one of .npy, .npz, .csv; got half.txt. If a tracker wrote it, cut it "
-        "into samples, see docs/detection.md.\n",
-    )
-    windows = load_trajectories(recording, fps=10, pixels_per_cm=1).windows(20, hold_out=0).learning
-    np.save("genuine.npy", windows[:, None])
-    np.save("abnormal.npy", -windows[:, None])
-    both = ["--genuine", "genuine.npy", "--abnormal", "abnormal.npy"]
-    assert call("detect", fish, "trial.txt", *OPTIONS, *both)[0] == 0
+def test_by_votes_a_recording_to_calibrate_with_has_to_be_cut_into_samples(fish, trial, call, option):
+    code, out, err = call("detect", fish, trial(), *OPTIONS, *VOTES, option, trial("normal.txt"))
+    assert (code, out) == (2, "")
+    assert f"`{option}` must be a file that ends with one of .npy, .npz, .csv; got normal.txt." in err
 
 
 def test_a_table_of_a_tracker_without_options_is_told_of_them(fish, call):

@@ -27,7 +27,7 @@ def test_of_a_long_run_a_part_of_the_generations_is_kept_evenly(run, monkeypatch
 
 
 def test_jurors_are_among_the_fittest_of_the_whole_run(run):
-    populations, fitness = (run.history[name].to_numpy() for name in ("classifier", "classifier_fitness"))
+    populations = run.history["classifier"].to_numpy()
     jurors = run_classifiers(run).jurors
     assert jurors.shape == (7, populations.shape[2])  # one of each generation, as there are fewer than 300
     for juror, population in zip(jurors, populations, strict=True):

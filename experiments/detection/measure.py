@@ -1,0 +1,279 @@
+"""Measure detection: simulated swarms, planted individuals, recorded animals, and false alarms.
+
+``python experiments/detection/measure.py swarm|families|recordings|alarms --work FOLDER`` appends rows to a table beside this file,
+and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out.
+"""
+
+import argparse
+import csv
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import islice, pairwise
+from pathlib import Path
+
+import numpy as np
+
+import turing_learning as tl
+from turing_learning.analysis import area_under_curve
+from turing_learning.detection import (
+    KINDS,
+    Detector,
+    classifiers_eye,
+    detect,
+    one_class_eye,
+    plant,
+    recorded_motion,
+    run_classifiers,
+    statistics_eye,
+)
+from turing_learning.detection._alike import _held_out
+from turing_learning.families import FAMILIES
+from turing_learning.models import Behavior
+from turing_learning.swarm import Trials, alone, mixed
+
+HERE = Path(__file__).parent
+DATA = HERE.parents[1] / "tests" / "reference" / "data" / "tracktor"
+UNLIKE = (0.05, 0.1, 0.2, 0.4, 1.0)
+SIGNALS = {"own": ("speed", "turn"), "all": ("speed", "turn", "neighbor_distance", "neighbor_bearing")}
+FPS, INDIVIDUALS, FRAMES, TANK = 10.0, 6, 3600, (40.0, 30.0)
+NORMAL = {
+    "couzin": {
+        "speed": 6, "turning_rate": 2.5, "repulsion_radius": 1.5, "orientation_width": 4, "attraction_width": 8, "noise": 0.15,
+    },
+    "boids": {"speed": 8, "separation": 20, "alignment": 1.0, "cohesion": 0.5},
+    "burst-and-coast": {"speed": 12, "kick_interval": 0.5, "glide_time": 0.8, "turn": 0.4},
+}  # fmt: skip
+RECORDED = {
+    "zebrafish": ("zebrafish_video_idtracked.txt", 30.0, 20.0, 6),
+    "termites": ("termite_video_idtracked.txt", 25.0, 30.0, 4),
+}
+
+
+def main() -> None:
+    """Measure one thing."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("what", choices=MEASURED)
+    parser.add_argument("--work", type=Path, default=Path("runs/detection"))
+    asked = parser.parse_args()
+    columns, measure = MEASURED[asked.what]
+    path = HERE / f"{asked.what}.csv"
+    rows = list(csv.DictReader(path.open())) if path.exists() else []
+    known = {tuple(row.values())[:2] for row in rows}
+    with path.open("a", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not rows:
+            writer.writerow(columns)
+        for key, found in measure(asked.work):
+            if key not in known:
+                writer.writerows([*key, *row] for row in found())
+                file.flush()
+
+
+Measured = Iterator[tuple[tuple[str, str], Callable[[], list[list[object]]]]]
+
+
+def run_on(path: Path, **system: object) -> tl.runs.Result:
+    """Return the run in a folder, made if it is not there."""
+    return tl.load_run(path) if path.exists() else tl.infer(**system, out=path, threads=1)
+
+
+def swarm(work: Path) -> Measured:
+    """Robots whose controller differs by a normal amount, by single samples: area under the curve."""
+    for name in ("aggregation", "object-clustering"):
+        for seed in range(101, 104):
+            yield (name, str(seed)), lambda name=name, seed=seed: unlike(work / f"{name}-{seed}", name, seed)
+
+
+def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
+    """Return rows (way, difference, area)."""
+    result = run_on(path, scenario=name, seed=seed)
+    run, rng = run_classifiers(result), np.random.default_rng((31, seed))
+    scenario = run.simulated_scenario()
+    truth, agents = np.asarray(scenario.controller), scenario.agents
+    normal = Trials.draw(scenario, alone(scenario, 100), rng).observe(None, 1)
+    fresh = Trials.draw(scenario, alone(scenario, -(-2000 // scenario.individuals)), rng).observe(None, 1)
+    others = {}
+    for size in UNLIKE:
+        models = Behavior(truth + size * rng.standard_normal((300, len(truth))))
+        others[size] = Trials.draw(scenario, mixed(scenario, 300), rng).observe(models, 1)[:, agents]
+    rows: list[list[object]] = []
+    flat = fresh.reshape(-1, *fresh.shape[2:])
+    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
+        groups = [[each[None] for each in group] for group in normal]
+        score = eye.learn([eye.see(group) for group in groups], [range(len(group)) for group in groups], False)
+        usual = np.concatenate(score(eye.see([each[None] for each in flat])))
+        for size, motion in others.items():
+            found = np.concatenate(score(eye.see([each[None] for each in motion])))
+            rows.append([eye.name, size, f"{area_under_curve(found, usual):.4f}"])
+    for rule in ("discriminant", "fittest"):
+        detector = Detector.from_run(result, rule=rule, threads=1)
+        usual = -detector.judge(flat)
+        rows += [
+            [rule, size, f"{area_under_curve(-detector.judge(motion), usual):.4f}"] for size, motion in others.items()
+        ]
+    return rows
+
+
+def group(name: str, recordings: int, seed: int, change: tuple[str, float] | None = None) -> list[tl.Trajectories]:
+    """Simulate recordings whose individuals differ lastingly, by a tenth of each parameter; one of them more if asked for."""
+    truth, rng = NORMAL[name], np.random.default_rng(seed)
+    family = FAMILIES[name](individuals=INDIVIDUALS, steps=FRAMES - 2, interval_s=1 / FPS, tank_cm=TANK)
+    values = np.array(list(truth.values()))[:, None, None]
+    own, shared = (rng.standard_normal((len(truth), recordings, size)) for size in (INDIVIDUALS, 1))
+    values = values * np.exp(0.1 * own + 0.05 * shared)
+    if change is not None:
+        values[list(truth).index(change[0]), :, -1] *= change[1]
+    frames = np.stack(list(islice(family._move(values, rng.spawn(recordings)), FRAMES)), axis=1)
+    places = frames.view(float).reshape(*frames.shape, 2) + rng.normal(0, 0.01, (*frames.shape, 2))
+    names = tuple(str(k + 1) for k in range(INDIVIDUALS))
+    return [tl.Trajectories(each, np.ones(each.shape[:2], bool), FPS, names) for each in places]
+
+
+def learned(work: Path, recording: tl.Trajectories, model: str, signals: str, seed: int, label: str) -> tl.runs.Result:
+    """Return a run on one recording."""
+    windows = recording.windows(length_s=4, signals=SIGNALS[signals])
+    family = FAMILIES[model](
+        individuals=len(recording.individuals), steps=windows.learning.shape[1], interval_s=windows.interval_s,
+        signals=windows.names
+    )  # fmt: skip
+    given = {"genuine": windows, "simulate": family, "parameters": family.parameters, "name": model}
+    return run_on(work / f"{label}-{model}-{signals}-{seed}", **given, generations=500, seed=seed)
+
+
+def planted(
+    result: tl.runs.Result,
+    normal: list[tl.Trajectories],
+    cases: list[tuple[str, tl.Trajectories, tl.Trajectories, int]],
+) -> list[list[object]]:
+    """Return rows (kind, way, area, share in first place); cases are (kind, recording without, with, who)."""
+    run = run_classifiers(result)
+    genuine = [recorded_motion(each, run) for each in normal]
+    shown = detect(run, recorded_motion(cases[0][1], run), genuine=genuine).rankings[0].name
+    rows: list[list[object]] = []
+    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
+        seen = [eye.see(each.samples) for each in genuine]
+        score = eye.learn(seen, [[k for k, own in enumerate(each) if len(own)] for each in seen], True)
+        usual, known, found, first = {}, {}, {}, {}
+        for kind, before, after, who in cases:
+            if id(before) not in usual:
+                known[id(before)] = eye.see(recorded_motion(before, run).samples)
+                usual[id(before)] = np.array([own.mean() for own in score(known[id(before)])])
+            moved = list(known[id(before)])  # the fellows of a planted individual are looked at as they were
+            moved[who] = eye.see([recorded_motion(after, run).samples[who]])[0]
+            scores = np.array([own.mean() for own in score(moved)])
+            found.setdefault(kind, []).append(scores[who])
+            first.setdefault(kind, []).append(scores.argmax() == who)
+        everybody = np.concatenate(list(usual.values()))
+        ways = (eye.name, "shown first") if eye.name == shown else (eye.name,)
+        for way in ways:
+            rows += [
+                [kind, way, f"{area_under_curve(np.array(found[kind]), everybody):.4f}", f"{np.mean(first[kind]):.4f}"]
+                for kind in found
+            ]
+    return rows
+
+
+def families(work: Path) -> Measured:
+    """Individuals planted into simulated groups; seeds below 100 were tuned on."""
+    for seed in (1, 3001, 3002, 3003):
+        for name, signals, model in (
+            ("couzin", "all", "couzin"), ("couzin", "own", "burst-and-coast"), ("boids", "all", "boids"),
+            ("burst-and-coast", "own", "burst-and-coast"), ("burst-and-coast", "all", "couzin"),
+        ):  # fmt: skip
+            for count in (1, 5):
+                key = (f"{name} {signals} {model}", f"{seed} {count}")
+
+                def measure(
+                    name: str = name, signals: str = signals, model: str = model, count: int = count, seed: int = seed
+                ):
+                    normal, fresh = group(name, 5, 10 * seed), group(name, 8, 10 * seed + 1)
+                    result = learned(work, normal[0], model, signals, seed, name)
+                    rng, cases = np.random.default_rng((32, seed)), []
+                    for k, each in enumerate(fresh):
+                        who = k % INDIVIDUALS
+                        cases += [(kind, each, plant(each, who, kind, rng), who) for kind in KINDS]
+                    for parameter in NORMAL[name]:
+                        for factor in (0.3, 3.0):
+                            after = group(name, 8, 10 * seed + 1, (parameter, factor))
+                            last = INDIVIDUALS - 1
+                            cases += [
+                                (f"{parameter} x{factor:g}", one, other, last)
+                                for one, other in zip(fresh, after, strict=True)
+                            ]
+                    return planted(result, normal[:count], cases)
+
+                yield key, measure
+
+
+def recordings(work: Path) -> Measured:
+    """Individuals planted into parts of recordings of animals; the other parts are the normal recordings."""
+    for name, (file, fps, scale, parts) in RECORDED.items():
+        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        ends = np.linspace(0, len(whole.positions), parts + 1).astype(int)
+        pieces = [
+            replace(
+                whole, positions=whole.positions[a:b], present=whole.present[a:b], confidence=None, interpolated=None
+            )
+            for a, b in pairwise(ends)
+        ]
+        for signals, model in (("own", "burst-and-coast"), ("all", "couzin")):
+            for out in range(1, parts):
+
+                def measure(pieces=pieces, name=name, signals=signals, model=model, out=out):
+                    result = learned(work, pieces[0], model, signals, 1, name)
+                    rng, each = np.random.default_rng((33, out)), pieces[out]
+                    cases = [
+                        (kind, each, plant(each, who, kind, rng), who)
+                        for who in range(len(each.individuals))
+                        for kind in KINDS
+                    ]
+                    return planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
+
+                yield (f"{name} {signals} {model}", f"part {out + 1}"), measure
+
+
+def alarms(work: Path) -> Measured:
+    """False alarms on 200 normal recordings of each family, whose individuals differ lastingly."""
+    for name, signals, model in (
+        ("couzin", "all", "couzin"),
+        ("burst-and-coast", "own", "burst-and-coast"),
+        ("boids", "all", "boids"),
+    ):
+        for count in (5, 20):
+
+            def measure(name=name, signals=signals, model=model, count=count):
+                result = learned(work, group(name, 5, 30010)[0], model, signals, 3001, name)
+                run = run_classifiers(result)
+                called: dict[tuple[str, float], list[float]] = {}
+                for part in range(10):
+                    genuine = [recorded_motion(each, run) for each in group(name, count, 40000 + part)]
+                    fresh = [recorded_motion(each, run) for each in group(name, 20, 50000 + part)]
+                    shown = detect(run, fresh[0], genuine=genuine).rankings[0].name
+                    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
+                        seen = [eye.see(each.samples) for each in genuine]
+                        who = [range(INDIVIDUALS)] * count
+                        scores, _, _, _ = _held_out(eye, seen, who, list(range(count)), True)
+                        score = eye.learn(seen, who, True)
+                        for each in fresh:
+                            means = np.array([own.mean() for own in score(eye.see(each.samples))])
+                            chances = (1 + (scores >= means[:, None]).sum(axis=1)) / (len(scores) + 1)
+                            for share in (0.01, 0.05):
+                                rate = float(np.mean(chances <= max(share, 1 / (len(scores) + 1)) + 1e-9))
+                                for way in {eye.name, "shown first" if eye.name == shown else eye.name}:
+                                    called.setdefault((way, share), []).append(rate)
+                return [
+                    [way, share, max(share, 1 / (count * INDIVIDUALS + 1)), len(each), f"{np.mean(each):.4f}"]
+                    for (way, share), each in called.items()
+                ]
+
+            yield (f"{name} {signals} {model}", f"{count} recordings"), measure
+
+
+MEASURED: dict[str, tuple[list[str], Callable[[Path], Measured]]] = {
+    "swarm": (["scenario", "seed", "way", "difference", "area"], swarm),
+    "families": (["case", "seed and recordings", "kind", "way", "area", "first"], families),
+    "recordings": (["case", "part", "kind", "way", "area", "first"], recordings),
+    "alarms": (["case", "calibration", "way", "asked", "promised", "recordings", "false_alarms"], alarms),
+}
+if __name__ == "__main__":
+    main()
