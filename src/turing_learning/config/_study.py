@@ -8,6 +8,7 @@ from typing import Any
 
 from turing_learning.errors import Setting, Text, brief, refuse
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomSystem
 
 from ._errors import ConfigurationError
 from ._flat import dotted
@@ -46,7 +47,7 @@ def load_variants(
     preset: str = "default",
     overrides: Mapping[str, Any] | None = None,
     *,
-    scenario: str | Scenario | None = None,
+    scenario: str | Scenario | CustomSystem | None = None,
     labels: Mapping[str, str] | None = None,
     grid: Mapping[str, Sequence[Any]] | None = None,
 ) -> tuple[Variant, ...]:
@@ -85,7 +86,7 @@ def _variant(
     base: dict[str, Any],
     fixed: dict[str, Any],
     own: dict[str, Any],
-    scenario: str | Scenario | None,
+    scenario: str | Scenario | CustomSystem | None,
     origins: Origins,
     number: int,
 ) -> Variant:
@@ -96,12 +97,12 @@ def _variant(
     difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
     places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
     configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
-    if configuration.system.resuming:
+    if configuration.system.resuming and (scenario is None or isinstance(scenario, str)):
         refuse(
             "scenario",
-            "be one of simulated robots in a study",
+            "be one of simulated robots where nothing else is given",
             f"{configuration.scenario.name!r}, a custom system, whose simulator no file can hold",
-            "Infer with several seeds, and `pool` the runs.",
+            "From Python, give `genuine`, `parameters`, and `simulate` as a name that can be imported.",
             error=ConfigurationError,
         )
     return Variant(own, configuration)

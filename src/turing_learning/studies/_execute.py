@@ -5,10 +5,19 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
 
 from turing_learning.workers import asked_to_stop
 
-from ._folder import FAILURE, StudyFolder
+from ._custom import imported
+from ._folder import FAILURE, SAMPLES, StudyFolder
+
+if TYPE_CHECKING:
+    from turing_learning.config import Configuration
+    from turing_learning.runs import Result
+
+    from ._plan import Plan
 
 COMPLETE, STOPPED, FAILED, WAITING = "complete", "stopped", "failed", "waiting"
 LOOK_EVERY_S = 0.2  # between two looks for the file that asks workers to stop
@@ -63,7 +72,7 @@ def execute(task: Task, should_stop: Callable[[], bool] | None = None) -> Outcom
     should_stop
         Called after every generation, beside the look for the task's file.
     """
-    from turing_learning.runs import RunFolder, RunFolderError, resume, start
+    from turing_learning.runs import RunFolder, RunFolderError, resume
 
     asked = _StopFile(task.stop, should_stop)
     if asked():
@@ -71,19 +80,20 @@ def execute(task: Task, should_stop: Callable[[], bool] | None = None) -> Outcom
     study = StudyFolder(task.study)
     folder = study.run_path(task.number)
     try:
-        configuration = study.plan().configuration(task.number)
+        plan = study.plan()
+        configuration = plan.configuration(task.number)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / FAILURE).unlink(missing_ok=True)
         run = RunFolder(folder)
         _await_lock(run)
         if not run.is_run():
-            complete = start(configuration, folder, should_stop=asked).complete
+            complete = _start(study, plan, configuration, folder, asked).complete
         elif run.configuration() != configuration:
             raise RunFolderError(  # noqa: TRY301 - is written like everything that goes wrong
                 f"`run` must be that of the study; got {folder} with another configuration. Remove it."
             )
         else:
-            complete = resume(folder, should_stop=asked).complete
+            complete = resume(folder, **_given(study, plan), should_stop=asked).complete
     except Exception as error:
         return Outcome(task.number, FAILED, note_failure(folder, error))
     return Outcome(task.number, COMPLETE if complete else STOPPED)
@@ -93,12 +103,31 @@ def execute_in_worker(study: str, warm_up: Sequence[int], task: Task | None) -> 
     """Execute a task in a worker process; None runs one generation of some runs, so that all kernels are compiled and stored."""
     if task is not None:
         return execute(task, asked_to_stop)
-    from turing_learning.runs import infer
-
     for number in warm_up:
-        with contextlib.suppress(Exception):  # it fails again later, and is noted then
-            infer(config=StudyFolder(study).plan().configuration(number), generations=1)
+        # what fails here fails again later, and is noted then
+        with contextlib.suppress(Exception), TemporaryDirectory() as folder:
+            plan = StudyFolder(study).plan()
+            configuration = plan.configuration(number)
+            short = configuration.model_copy(update={"run": configuration.run.model_copy(update={"generations": 1})})
+            _start(StudyFolder(study), plan, short, Path(folder) / "run", lambda: False)
     return None
+
+
+def _start(
+    study: StudyFolder, plan: "Plan", configuration: "Configuration", folder: Path, should_stop: Callable[[], bool]
+) -> "Result":
+    from turing_learning.runs import start
+    from turing_learning.systems import Given
+
+    if not plan.simulate:
+        return start(configuration, folder, should_stop=should_stop)
+    with configuration.system.open(Given(**_given(study, plan))) as source:
+        return start(configuration, folder, should_stop=should_stop, source=source)
+
+
+def _given(study: StudyFolder, plan: "Plan") -> dict[str, Any]:
+    """Return samples and simulator of a custom system, nothing else."""
+    return {"genuine": study.read(SAMPLES), "simulate": imported(plan.simulate)} if plan.simulate else {}
 
 
 def note_failure(folder: Path, error: BaseException) -> str:

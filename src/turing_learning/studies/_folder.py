@@ -5,14 +5,30 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from turing_learning._seals import digest_of, file_digest
-from turing_learning.store import SEALS, Kind, RunFolderError, Store
+from turing_learning.store import SEALS, Kind, RunFolderError, Store, encoded
 
 if TYPE_CHECKING:
     from ._plan import Plan
 
-STUDY = Kind("study", "study.json", identity=("scenario", "configuration_sha256", "runs"), pieces=("config.toml",))
+STUDY = Kind(
+    "study",
+    "study.json",
+    identity=("scenario", "configuration_sha256", "runs", "simulate"),
+    pieces=("config.toml", "genuine.npy"),
+)
+SAMPLES = "genuine.npy"  # of a custom system
 FAILURE = "failure.json"  # in a run's folder: why it failed
-_RESULTS = ("runs", "figures", "report.html", "runs.csv", "summary.csv", "convergence.csv", SEALS, STUDY.head)
+_RESULTS = (
+    "runs",
+    "figures",
+    "report.html",
+    "runs.csv",
+    "summary.csv",
+    "convergence.csv",
+    "genuine.npy",
+    SEALS,
+    STUDY.head,
+)
 
 
 class ExecutorError(RuntimeError):
@@ -79,7 +95,8 @@ class StudyFolder(Store):
                     f"`config.toml` must be as it was when the study began; got a changed one "
                     f"[{self.configuration_path}]. Restore it, or start a new study."
                 )
-            return Plan(load_configuration(self.configuration_path), tuple(content["runs"]))
+            simulate = str(content.get("simulate", ""))
+            return Plan(load_configuration(self.configuration_path), tuple(content["runs"]), simulate)
         except (OSError, KeyError, TypeError, ConfigurationError) as error:
             raise RunFolderError(
                 f"`study` must be as it was when it began; got {self.path}, whose files cannot be read ({error}). "
@@ -130,7 +147,11 @@ class StudyFolder(Store):
             "configuration_sha256": digest_of(configuration),
             "runs": list(plan.settings),
         }
-        self.create(head, {self.configuration_path.name: configuration})
+        files = {self.configuration_path.name: configuration}
+        if plan.simulate:
+            head["simulate"] = plan.simulate
+            files[SAMPLES] = encoded(SAMPLES, plan.samples)
+        self.create(head, files)
 
 
 def _difference(old: "Plan", new: "Plan") -> str:
@@ -139,7 +160,7 @@ def _difference(old: "Plan", new: "Plan") -> str:
 
     before, after = flat_settings(old.base), flat_settings(new.base)
     pairs = [(key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE]
-    pairs.append(("runs", len(old), len(new), ""))
+    pairs += [("runs", len(old), len(new), ""), ("simulate", old.simulate, new.simulate, "")]
     for number, (one, other) in enumerate(zip(old.settings, new.settings, strict=False), start=1):
         pairs += [(key, one.get(key), other.get(key), f" in run {number}") for key in [*other, *one]]
     for key, was, wanted, where in pairs:

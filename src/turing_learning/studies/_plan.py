@@ -1,7 +1,7 @@
 """What a study will run: a configuration, and for each run the settings in which it differs."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,12 @@ from turing_learning.config import (
     require_seen,
     with_settings,
 )
-from turing_learning.errors import is_integer, require
+from turing_learning.errors import brief, is_integer, refusing_as, require
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
+from turing_learning.systems import CustomOptions, CustomSystem, Range, describe
+
+from ._custom import name_of
 
 BEHAVIORS = replace(
     AGGREGATION,
@@ -43,10 +46,16 @@ class Plan:
         The configuration of the first run.
     settings
         For each run the settings that are not the same in all runs: dotted key -> value, the same keys in all.
+    simulate
+        Of a custom system: the name of its simulator, "module:function".
+    samples : (K, T, D)
+        Of a custom system: its genuine samples; None once they are in the folder of the study.
     """
 
     base: Configuration
     settings: tuple[dict[str, Any], ...]
+    simulate: str = ""
+    samples: np.ndarray | None = field(default=None, compare=False)
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -81,6 +90,10 @@ def plan_study(
     settings: Mapping[str, Any] | None = None,
     labels: Mapping[str, str] | None = None,
     grid: Mapping[str, Sequence[Any]] | None = None,
+    genuine: Any = None,
+    simulate: Any = None,
+    parameters: Mapping[str, Range] | None = None,
+    options: CustomOptions | None = None,
 ) -> Plan:
     """Resolve all configurations of a study.
 
@@ -98,6 +111,10 @@ def plan_study(
         Dotted key -> value, over preset and file; dotted key -> where it comes from, for messages.
     grid
         Dotted key -> values: all combinations are run.
+    genuine, parameters, options
+        Of a custom system, as in `infer`; no live source.
+    simulate
+        Its simulator, "module:function" or a function that can be imported by that name.
 
     Raises
     ------
@@ -110,15 +127,28 @@ def plan_study(
             given.get(CONTROLLER), error=ConfigurationError)  # fmt: skip
     require(SEED not in given, SEED, "be left out of a study", given.get(SEED),
             "Give the seeds with `runs` and `first_seed`.", error=ConfigurationError)  # fmt: skip
-    variants = load_variants(
-        config, preset, settings, scenario=BEHAVIORS if behaviors else scenario, labels=labels, grid=grid
-    )
+    known: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
+    name, samples = "", None
+    if not (genuine is None and simulate is None and parameters is None):
+        for key, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
+            together = "It is given by `genuine`, `simulate` and `parameters` together."
+            require(value is not None, key, "be given for a custom system", None, together, error=ConfigurationError)
+        require(
+            scenario is None, "scenario", "be left out for a custom system", brief(scenario), error=ConfigurationError
+        )
+        name = name_of(simulate)
+        with refusing_as(ConfigurationError):
+            known, data = describe(genuine, parameters or {}, options or {})
+        require(data.live is None, "genuine", "be samples in a study, whose workers cannot share a live source", genuine,
+                error=ConfigurationError)  # fmt: skip
+        samples = data.samples
+    variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
         require_seen(variant.configuration)
-        own = variant.configuration.swarm
-        require(own.known, "scenario.known", "be true in a study, whose agents are simulated", False, "Leave it out.",
-                error=ConfigurationError)  # fmt: skip
+        own, rule = variant.configuration.scenario, "be true in a study, whose agents are simulated"
+        simulated = getattr(own, "known", True)
+        require(simulated, "scenario.known", rule, False, "Leave it out.", error=ConfigurationError)
         sizes = f"{len(names)} in configuration 1 and {len(own.parameter_names)} in configuration {number}"
         require(own.parameter_names == names, "scenario", "have the same model parameters in all configurations of a study",
                 sizes, "Make two studies.", error=ConfigurationError)  # fmt: skip
@@ -138,7 +168,8 @@ def plan_study(
     flat = [flat_settings(configuration) for configuration in configurations]
     keys = dict.fromkeys(key for one in flat for key in one)
     varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
-    return Plan(configurations[0], tuple({key: one.get(key) for key in varying} for one in flat))
+    runs_differ = tuple({key: one.get(key) for key in varying} for one in flat)
+    return Plan(configurations[0], runs_differ, name, samples)
 
 
 def random_controller(seed: int) -> tuple[float, ...]:

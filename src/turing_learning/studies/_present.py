@@ -30,10 +30,22 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     medians
         Of each configuration.
     """
-    if not result.maes:
+    models = np.array([list(run.result["best_model"].values()) for run in result.runs if run.result is not None])
+    if not len(models):
         return []
-    scenario = plan.base.scenario
+    scenario, truth = plan.base.scenario, plan.base.scenario.truth
     names, labels = scenario.parameter_names, scenario.parameter_labels
+    boxes = Picture(
+        "boxes",
+        "Inferred parameters",
+        f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
+        "interquartile ranges"
+        + ("." if truth is None else "; the truth is dashed (figure 4 of the paper).")
+        + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
+        box_figure(models, names=labels, truth=truth),
+    )
+    if not result.maes:
+        return [boxes]
     if len(result.groups) > 1:
         found = members(plan, result.runs)[:MOST_GROUPS]
         maes = [np.array([run.estimate_mae for run in own], dtype=float) for _, own in found]
@@ -62,20 +74,11 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
             convergence_figure(medians[0].best_error, names=names),
         )
         return [histogram, errors, convergence]
-    models = np.array([list(run.result["best_model"].values()) for run in result.runs if run.result is not None])
-    boxes = Picture(
-        "boxes",
-        "Inferred parameters",
-        f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
-        "interquartile ranges; the truth is dashed (figure 4 of the paper)."
-        + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
-        box_figure(models, names=labels, truth=scenario.truth),
-    )
     convergence = Picture(
         "convergence",
         "Convergence",
         "Median over the runs of the parameters of the subjectively best model; the truth is thin (figure 5 of the paper).",
-        convergence_figure(medians[0].best_model, names=labels, truth=scenario.truth),
+        convergence_figure(medians[0].best_model, names=labels, truth=truth),
     )
     return [boxes, convergence, histogram]
 
@@ -87,7 +90,8 @@ def label(group: Mapping[str, Any]) -> str:
 
 def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -> str:
     """Return the page of a study."""
-    listings = (*_summaries(result), _kinds(result), _runs(result))
+    errors = _summaries(result) or [_estimates(result)]
+    listings = (*errors, _kinds(result), _runs(result))
     return study_page(
         StudyReport(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
@@ -130,6 +134,16 @@ def _summaries(result: StudyResult) -> list[Listing]:
             )
         )  # fmt: skip
     return listings
+
+
+def _estimates(result: StudyResult) -> Listing:
+    """Return how much the estimates of runs differ whose truth nobody knows."""
+    found = [run.result["estimate"] for run in result.runs if run.result is not None]
+    rows = [
+        (name, *np.quantile([one[name] for one in found], (0.5, 0.25, 0.75)).tolist()) for name in (found or [{}])[0]
+    ]
+    columns = ("Parameter", "Estimate: median", "Lower quartile", "Upper quartile")
+    return Listing("estimates", "Estimates", columns, rows, "Over the complete runs. The truth is not known.")
 
 
 def _kinds(result: StudyResult) -> Listing:

@@ -6,18 +6,22 @@ from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
+from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from turing_learning.config import ConfigurationError, require_at_least, single_settings
+from turing_learning.errors import nearest, require
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import resume_command
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomOptions, Range
 from turing_learning.workers import Workers
 
 from ._backends import dask_backend, dask_cluster, require_visible
 from ._conduct import Backend, Conduct, StudyObserver
+from ._custom import imported
 from ._execute import Task, execute, execute_in_worker
 from ._folder import StudyFolder
 from ._plan import Plan, plan_study
@@ -66,6 +70,9 @@ def study(
     config: str | Path | None = None,
     settings: Mapping[str, Any] | None = None,
     grid: Mapping[str, Sequence[Any]] | None = None,
+    genuine: Any = None,
+    simulate: Any = None,
+    parameters: Mapping[str, Range] | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
     cluster: str | None = None,
@@ -73,6 +80,7 @@ def study(
     force: bool = False,
     observer: StudyObserver | None = None,
     should_stop: Callable[[], bool] | None = None,
+    **options: Any,
 ) -> StudyResult:
     """Execute many runs and summarize them.
 
@@ -95,6 +103,12 @@ def study(
         Dotted key -> value, over preset and file.
     grid
         Dotted key -> values: all combinations are run.
+    genuine, parameters
+        Of a custom system, as in `infer`; the samples are stored in the folder.
+    simulate
+        Its simulator: "module:function", or a function that can be imported by that name.
+    options
+        `systems.CustomOptions` of a custom system, as in `infer`.
     workers
         Number of worker processes; one for each processor by default.
     executor
@@ -134,6 +148,10 @@ def study(
     30
     """
     hands = Hands(workers, executor, cluster)
+    for name, value in options.items():
+        known = genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
+        require(known, name, "be a known option of a study", value, nearest(name, signature(study).parameters),
+                error=ConfigurationError)  # fmt: skip
     plan = plan_study(
         scenario,
         runs=runs,
@@ -143,6 +161,10 @@ def study(
         settings=single_settings(settings, generations=generations),
         labels={} if generations is None else {"run.generations": "argument generations"},
         grid=grid,
+        genuine=genuine,
+        simulate=simulate,
+        parameters=parameters,
+        options=cast(CustomOptions, options),
     )
     path = out or new_study_path(plan)
     return execute_study(plan, path, hands, force=force, observer=observer, should_stop=should_stop)
@@ -204,6 +226,8 @@ def resume_study(
     hands = Hands(workers, executor, cluster)
     folder = StudyFolder(path)
     plan = folder.plan()
+    if plan.simulate:
+        imported(plan.simulate)  # refuses before anything is done what no worker could load
     with ExitStack() as stack:
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
         with writable("study", folder.path):
