@@ -36,7 +36,7 @@ def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     replay
         What to show.
     path
-        The file, in an existing folder; one that exists is replaced. It appears whole or not at all.
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
     speed
         Seconds of the swarm's time in one second of film, > 0.
     frames_per_second
@@ -70,7 +70,7 @@ def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_pe
     replay
         What to show.
     path
-        The file, in an existing folder; one that exists is replaced. It appears whole or not at all.
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
     speed
         Seconds of the swarm's time in one second of film, > 0.
     frames_per_second

@@ -80,7 +80,7 @@ def replay_page(replay: Replay, title: str | None = None) -> str:
 
 
 def write_page(page: str, path: str | Path) -> Path:
-    """Write a page to a file, which appears whole or not at all.
+    """Write a page to a file, which appears complete or not at all.
 
     Parameters
     ----------

@@ -33,31 +33,15 @@ class Shown:
 
 @dataclass(frozen=True)
 class Results:
-    """What an experiment has left, as its folder holds it.
+    """What an experiment has left, as its folder holds it."""
 
-    Attributes
-    ----------
-    form
-        "full" or "fast".
-    verdicts
-        Claim by claim.
-    tables, pictures
-        Names and captions.
-    seconds
-        Computing time of all pieces of work (s).
-    provenance
-        Versions, machine and time; the commit that wrote the results, and those of the pieces of work with their numbers.
-    remarks
-        Sentences in Markdown.
-    """
-
-    form: str
+    form: str  # "full" or "fast"
     verdicts: tuple[Verdict, ...]
     tables: tuple[Shown, ...]
     pictures: tuple[Shown, ...]
-    seconds: float
-    provenance: dict[str, Any]
-    remarks: tuple[str, ...] = ()
+    seconds: float  # of computing, of all pieces of work
+    provenance: dict[str, Any]  # versions, machine and time; the commits of the results, and of how many pieces of work
+    remarks: tuple[str, ...] = ()  # sentences in Markdown
 
     def verdict(self, claim: str) -> Verdict | None:
         """Return the verdict that counts for a claim."""
@@ -66,13 +50,7 @@ class Results:
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """Where an experiment keeps its files.
-
-    Parameters
-    ----------
-    path
-        The folder.
-    """
+    """Where an experiment keeps its files."""
 
     path: Path
 
@@ -91,18 +69,8 @@ class ExperimentFolder:
         """The page of the experiment."""
         return self.path / "README.md"
 
-    @property
-    def _configuration_path(self) -> Path:
-        return self.path / "configuration.json"
-
     def begin(self, experiment: "Experiment", *, fast: bool) -> Store:
-        """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces.
-
-        Raises
-        ------
-        RunFolderError
-            If it holds another form, or sizes of another version of the package.
-        """
+        """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces."""
         sizes = json.loads(json.dumps(asdict(experiment.fast if fast else experiment.full)))
         content = {
             "format_version": FORMAT_VERSION,
@@ -110,10 +78,10 @@ class ExperimentFolder:
             "form": FAST if fast else FULL,
             "sizes": sizes,
         }
-        held = self._read(self._configuration_path)
+        held = self._read(self.path / "configuration.json")
         if held is None:
             self.path.mkdir(parents=True, exist_ok=True)
-            write_json(self._configuration_path, content)
+            write_json(self.path / "configuration.json", content)
             held = content
         for key in PIECES.identity:
             if held.get(key) != content[key]:
@@ -128,11 +96,22 @@ class ExperimentFolder:
 
     def write(self, findings: "Findings", *, fast: bool, seconds: float, commits: Mapping[str, int]) -> None:
         """Write tables, figures, and the results, in this order; see `Work` for seconds and commits."""
+        from turing_learning.runs import new_manifest
+
+        for name in ("tables", "figures"):
+            (self.path / name).mkdir(exist_ok=True)
         for table in findings.tables:
-            self._subfolder("tables")
             write_atomically(self.path / "tables" / f"{table.name}.csv", table.csv())
         for picture in findings.pictures:
-            picture.save(self._subfolder("figures"))
+            picture.save(self.path / "figures")
+        manifest = new_manifest("", 0)
+        provenance = {
+            "finished": manifest["started"],
+            "commit": manifest["commit"],
+            "machine": {key: manifest["machine"][key] for key in ("processor", "processors")},
+            "versions": manifest["versions"],
+            "commits": dict(sorted(commits.items())),
+        }
         write_json(
             self.results_path,
             {
@@ -143,23 +122,12 @@ class ExperimentFolder:
                 "pictures": [asdict(Shown(one.name, one.caption, one.title)) for one in findings.pictures],
                 "remarks": list(findings.remarks),
                 "seconds": round(seconds, 1),
-                "provenance": {**_provenance(), "commits": dict(sorted(commits.items()))},
+                "provenance": provenance,
             },
         )
 
-    def _subfolder(self, name: str) -> Path:
-        folder = self.path / name
-        folder.mkdir(exist_ok=True)
-        return folder
-
     def results(self) -> Results | None:
-        """Return what is there; None if the experiment has not been finished here.
-
-        Raises
-        ------
-        RunFolderError
-            If a later version of the package has written it.
-        """
+        """Return what is there; None if the experiment has not been finished here."""
         content = self._read(self.results_path)
         if content is None:
             return None
@@ -202,16 +170,3 @@ class ExperimentFolder:
                 place=str(path), error=RunFolderError)  # fmt: skip
         refuse_format(content.get("format_version"), FORMAT_VERSION, path, "experiment")
         return content
-
-
-def _provenance() -> dict[str, Any]:
-    from turing_learning.runs import new_manifest
-
-    manifest = new_manifest("", 0)
-    machine = {key: manifest["machine"][key] for key in ("processor", "processors")}
-    return {
-        "finished": manifest["started"],
-        "commit": manifest["commit"],
-        "machine": machine,
-        "versions": manifest["versions"],
-    }

@@ -77,9 +77,7 @@ class LaboratoryRuns:
 
     models: np.ndarray  # (R, G, M, P), wheel speeds as fractions of the maximum
     fitness: np.ndarray  # (R, G, M), subjective
-    again: (
-        np.ndarray
-    )  # (R, repeats, M), of the last models, observed again and judged by all classifiers of their generation
+    again: np.ndarray  # (R, repeats, M), of the last models, observed again and judged by the last classifiers
     classifiers: np.ndarray  # (R, K, N, Q), of K generations
     classifier_fitness: np.ndarray  # (R, K, N), subjective
 
@@ -107,14 +105,8 @@ def laboratory_file(work: Work, preset: str) -> Path:
     for k in range(1, AGENTS + 1):
         lines += ["[[robots]]", f'name = "agent-{k}"', 'role = "agent"', 'marker = "blue"', ""]
     for name, marker in REPLICAS.items():
-        lines += [
-            "[[robots]]",
-            f'name = "{name}"',
-            'role = "replica"',
-            f'marker = "{marker}"',
-            f'address = "{name}"',
-            "",
-        ]
+        lines += ["[[robots]]", f'name = "{name}"', 'role = "replica"', f'marker = "{marker}"']
+        lines += [f'address = "{name}"', ""]
     lines += ["[evaluation]", f"repeats = {work.sizes.runs.repeats}", ""]
     path = folder / "lab.toml"
     path.write_text("\n".join(lines), encoding="utf-8")
@@ -122,7 +114,7 @@ def laboratory_file(work: Work, preset: str) -> Path:
 
 
 def emulated_runs(work: Work) -> LaboratoryRuns:
-    """Conduct the runs in the emulated laboratory, a piece of work for each that can be gone on with."""
+    """Conduct the runs in the emulated laboratory, a piece of work for each that can be resumed."""
     sizes: LaboratoryRunSizes = work.sizes.runs
     path = laboratory_file(work, "default")
     given = {
@@ -212,9 +204,7 @@ def _simulated(
 class Gathering:
     """What R trials of A robots look like at K moments."""
 
-    seen: (
-        np.ndarray
-    )  # (R, K, A, 2), positions (cm) by the camera; where it has not seen all robots, those of the moment before
+    seen: np.ndarray  # (R, K, A, 2), positions (cm) by the camera; where it missed a robot, those of the moment before
     complete: np.ndarray  # (R, K), whether all robots were seen
     poses: np.ndarray  # (R, K, A, 3), where they were
     radius_cm: float  # of a robot

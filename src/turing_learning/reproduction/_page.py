@@ -31,7 +31,7 @@ _INTRODUCTION = (
     f"2016), what it prints, and what this implementation gives. {MADE}",
     "",
     "    turing-learning reproduce                  # lists the experiments, their cost and state",
-    "    turing-learning reproduce 4.5              # runs one, or goes on with it; --fast for a small form in seconds",
+    "    turing-learning reproduce 4.5              # runs one, or resumes it; --fast for a small form in seconds",
     "    turing-learning reproduce all              # all of them; ends with the table of verdicts",
     "    turing-learning reproduce --page docs/reproduction.md",
     "",

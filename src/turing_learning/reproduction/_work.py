@@ -3,9 +3,8 @@
 import os
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
-from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
@@ -30,15 +29,13 @@ _FOUND = "found/"
 _POLL_S = 0.5
 
 
-def _silent(text: str) -> None:
-    """Say nothing."""
-
-
 class Work:
     """Do pieces of work, or take them from the files that an earlier call has left.
 
     Attributes
     ----------
+    sizes
+        Sizes of the experiment's form.
     seconds
         Computing time of all pieces, and runs of studies, that have been asked for so far (s).
     commits
@@ -48,16 +45,14 @@ class Work:
     ----------
     folder
         Where the pieces are; or their store, if its lock is held.
-    sizes
-        Sizes of the experiment's form.
     fast
         Whether this is the fast form: its studies run in this process, which costs less than to start others.
     workers
         Number of worker processes of studies; None takes one for each processor.
     should_stop
-        Asked before every piece, and by whatever takes long.
+        Asked before every piece, and by whatever takes long: `Stopped` is raised then.
     say
-        Told when a piece has been done.
+        Gets a line when a piece has been done.
     """
 
     def __init__(
@@ -79,70 +74,31 @@ class Work:
         self._fast = fast
         self._workers = workers
         self._should_stop = should_stop or (lambda: False)
-        self._say = say or _silent
+        self._say = say or (lambda text: None)
 
     def should_stop(self) -> bool:
         """Return whether somebody has asked for a stop."""
         return self._should_stop()
 
     def piece(self, name: str, compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any]:
-        """Return what a piece of work has found, from its file if it is there.
+        """Return what a piece of work of that name has found, from its file if it is there.
 
-        Parameters
-        ----------
-        name
-            Name of the piece, one for each in the experiment.
-        compute
-            Returns an object that JSON can hold, or None if it was stopped.
-
-        Raises
-        ------
-        Stopped
-            If a stop was asked for.
-        OSError
-            If the file cannot be written.
+        `compute` returns an object that JSON can hold, or None if it was stopped.
         """
         return self._once(name, f"{name}.json", compute)
 
     def arrays(self, name: str, compute: Callable[[], Mapping[str, np.ndarray] | None]) -> dict[str, np.ndarray]:
-        """Return what a piece of work has found, as `piece`, where that is arrays.
-
-        Parameters
-        ----------
-        name
-            Name of the piece, one for each in the experiment.
-        compute
-            Returns name -> array, or None if it was stopped.
-
-        Raises
-        ------
-        Stopped
-            If a stop was asked for.
-        OSError
-            If the file cannot be written.
-        """
+        """Return what a piece of work has found, as `piece`, where that is arrays by name."""
         return self._once(name, f"{name}.npz", compute)
 
     def folder(self, name: str) -> Path:
-        """Return where a piece of work may keep what it can go on from; nothing is made yet."""
+        """Return where a piece of work may keep what it can be resumed from; nothing is made yet."""
         return self._folder / name
 
     def all_arrays(self, compute: Compute, given: Mapping[str, tuple[Any, ...]]) -> dict[str, dict[str, np.ndarray]]:
         """Return what many pieces of work have found, as `arrays`; what is missing is done side by side in worker processes.
 
-        Parameters
-        ----------
-        compute
-            A function of a module: `should_stop`, then its arguments -> name -> array, or None if it was stopped.
-        given
-            Name of the piece -> arguments.
-
-        Raises
-        ------
-        Stopped
-            If a stop was asked for.
-        OSError
-            If a file cannot be written.
+        `given` holds the arguments of each piece.
         """
         missing = {name: each for name, each in given.items() if self._find(f"{name}.npz") is None}
         workers = min(self._workers or os.cpu_count() or 1, len(missing))
@@ -209,26 +165,21 @@ class Work:
             self.commits.update(commit or "" for commit in commits)
 
     def study(self, name: str, scenario: str, **arguments: Any) -> "StudyResult":
-        """Return a study of many runs, executed or gone on with as far as it is not complete.
+        """Return a study of many runs, executed or resumed as far as it is not complete; see `turing_learning.study`."""
+        from turing_learning.studies import ExecutorError, StudyFolder, is_study, load_study, study
 
-        Parameters
-        ----------
-        name
-            Name of the study, one for each in the experiment.
-        scenario, arguments
-            As in `turing_learning.studies.study`.
-
-        Raises
-        ------
-        Stopped
-            If a stop was asked for.
-        ExecutorError
-            If runs have failed.
-        """
-        from turing_learning.studies import ExecutorError, StudyFolder
+        def observe(progress: "StudyProgress") -> None:
+            if progress.finished:
+                self._say(f"{name}: {progress.done} of {progress.total} runs")
 
         path = self._folder / name
-        result = _complete_study(path) or self._conducted(name, scenario, arguments)
+        written = is_study(path) and (path / "report.html").exists()  # the report comes last
+        result = load_study(path) if written else None
+        if result is None or not result.complete:
+            watch: dict[str, Any] = {"observer": observe, "should_stop": self._should_stop, "out": path}
+            with ThreadPoolExecutor(1) as executor:
+                hands: dict[str, Any] = {"executor": executor} if self._fast else {"workers": self._workers}
+                result = study(scenario, **arguments, **hands, **watch)
         if result.unfinished:
             raise Stopped(name)
         if result.failed:
@@ -242,23 +193,10 @@ class Work:
         return result
 
     def runs(
-        self,
-        name: str,
-        scenario: str,
-        preset: str,
-        *,
-        runs: int | None = None,
+        self, name: str, scenario: str, preset: str, *, runs: int | None = None,
         settings: Mapping[str, Any] = MappingProxyType({}),
-    ) -> "StudyResult":
-        """Return the study of as many runs and generations as the sizes say, from their first seed on; see `study`.
-
-        Parameters
-        ----------
-        runs
-            Another number of runs.
-        settings
-            Dotted keys with values, beside those of the sizes.
-        """
+    ) -> "StudyResult":  # fmt: skip
+        """Return the study of as many runs (or `runs`) and generations as the sizes say, with further settings; see `study`."""
         sizes = self.sizes
         return self.study(
             name,
@@ -270,40 +208,11 @@ class Work:
             settings={**sizes.settings, **settings},
         )
 
-    def _conducted(self, name: str, scenario: str, arguments: Mapping[str, Any]) -> "StudyResult":
-        from turing_learning.studies import study
-
-        def observe(progress: "StudyProgress") -> None:
-            if progress.finished:
-                self._say(f"{name}: {progress.done} of {progress.total} runs")
-
-        watch: dict[str, Any] = {"observer": observe, "should_stop": self._should_stop}
-        with self._hands() as hands:
-            return study(scenario, **arguments, **hands, **watch, out=self._folder / name)
-
-    @contextmanager
-    def _hands(self) -> Iterator[dict[str, Any]]:
-        if not self._fast:
-            yield {"workers": self._workers}
-            return
-        with ThreadPoolExecutor(1) as executor:
-            yield {"executor": executor}
-
 
 @cache
 def _present_commit() -> str:
     """Return the commit of the package, "" where it is not known."""
     return new_manifest("", 0)["commit"] or ""
-
-
-def _complete_study(path: Path) -> "StudyResult | None":
-    """Return the study of a folder if all of its runs and its tables are there; the report is written last."""
-    from turing_learning.studies import is_study, load_study
-
-    if not (is_study(path) and (path / "report.html").exists()):
-        return None
-    result = load_study(path)
-    return result if result.complete else None
 
 
 def _timed(compute: Callable[[], Mapping[str, Any] | None]) -> dict[str, Any] | None:

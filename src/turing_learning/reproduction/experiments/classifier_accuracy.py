@@ -88,9 +88,7 @@ class BestAccuracies:
     generations: np.ndarray  # (G,)
     subjective: np.ndarray  # (R, G), of the classifier with the highest subjective fitness
     objective: np.ndarray  # (R, G), the highest of the population
-    jury: (
-        np.ndarray
-    )  # (R, G), the highest of all that judge the models: the population, and its archive where it has one
+    jury: np.ndarray  # (R, G), the highest of all that judge models: the population, and its archive if it has one
 
     @classmethod
     def of(

@@ -46,11 +46,7 @@ class ComparisonSizes:
     seeds: int = 5
     first_seed: int = 2001
     trials: tuple[int, ...] = (1_000, 10_000, 100_000)  # simulated, of every method that simulates
-    observed: tuple[int, ...] = (
-        10,
-        100,
-        1_000,
-    )  # for the mixture; the summaries of the others are of the largest number
+    observed: tuple[int, ...] = (10, 100, 1_000)  # for the mixture; others have the summaries of the largest number
     group: int = 10  # trials with the same model
     rounds: int = 2  # of sequential neural posterior estimation
     population: int = 100  # models, and classifiers, of Turing Learning
@@ -70,9 +66,7 @@ class Outcome:
     trials: int  # simulated; of the mixture, observed
     seeds: tuple[int, ...]
     estimates: np.ndarray  # (R, P)
-    intervals: (
-        np.ndarray | None
-    )  # (R, 2, P), ends of the central 90 %, NaN where unknown; None where the method has none
+    intervals: np.ndarray | None  # (R, 2, P), ends of the central 90 %, NaN where unknown; None if there are none
     processor_seconds: np.ndarray  # (R,), of one core (s), without imports
 
     @classmethod
