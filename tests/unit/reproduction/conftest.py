@@ -1,9 +1,24 @@
+import csv
+
 import pytest
 
 from turing_learning.reproduction import reproduce
 
 
 @pytest.fixture(scope="session")
-def conducted(once):
+def conducted(tmp_path_factory):
     """All experiments in their fast form; the folder is not to be changed."""
-    return once("conducted", lambda folder: reproduce("all", fast=True, out=folder / "experiments")) / "experiments"
+    folder = tmp_path_factory.mktemp("conducted") / "experiments"
+    reproduce("all", fast=True, out=folder)
+    return folder
+
+
+@pytest.fixture
+def rows(conducted):
+    """Return the rows of a table of an experiment."""
+
+    def read(experiment, table):
+        with (conducted / experiment / "tables" / f"{table}.csv").open(newline="") as file:
+            return list(csv.DictReader(file))
+
+    return read

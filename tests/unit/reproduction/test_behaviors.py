@@ -1,7 +1,5 @@
 """Random behaviors: what is counted, and what is told of those that are not inferred."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -64,20 +62,16 @@ def test_a_few_runs_that_do_not_show_the_difference_are_told_with_how_often_as_f
 
 
 @pytest.mark.parametrize("preset", ["default", "paper"])
-def test_every_behavior_is_listed_with_its_estimate(conducted, preset):
-    path = conducted / "4.6.4" / "tables" / f"{preset}-runs.csv"
-    with path.open(newline="") as file:
-        found = list(csv.DictReader(file))
+def test_every_behavior_is_listed_with_its_estimate(rows, preset):
+    found = rows("4.6.4", f"{preset}-runs")
     for row in found:
         errors = [abs(float(row[name]) - float(row[f"estimate_{name}"])) for name in ("vl0", "vr0", "vl1", "vr1")]
         assert float(row["estimate_mae"]) == pytest.approx(np.mean(errors), abs=2e-4)
     assert len({row["vl0"] for row in found}) == len(found) == {"default": 4, "paper": 3}[preset]
 
 
-def test_those_that_fail_are_told_with_how_often_they_see_another_robot(conducted):
-    tables = conducted / "4.6.4" / "tables"
-    with (tables / "default-runs.csv").open(newline="") as runs, (tables / "failures.csv").open(newline="") as failures:
-        bad = [row["seed"] for row in csv.DictReader(runs) if float(row["estimate_mae"]) >= 0.05]
-        told = list(csv.DictReader(failures))
+def test_those_that_fail_are_told_with_how_often_they_see_another_robot(rows):
+    bad = [row["seed"] for row in rows("4.6.4", "default-runs") if float(row["estimate_mae"]) >= 0.05]
+    told = rows("4.6.4", "failures")
     assert [row["seed"] for row in told] == bad
     assert all(0 <= float(row["share_of_I_1"]) <= 1 and 1 <= int(row["rank"]) <= 4 for row in told)

@@ -1,7 +1,5 @@
 """Section 4.6.2 and 4.6.3: what is made of the runs."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -17,11 +15,6 @@ from turing_learning.reproduction.experiments.black_box import (
 )
 from turing_learning.reproduction.experiments.separated import separated_verdict
 from turing_learning.studies import load_study
-
-
-def rows(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
 
 
 def steady(*steps):
@@ -94,17 +87,16 @@ def test_the_errors_of_separated_runs_are_tested_against_those_of_mixed_ones(shi
     assert "p: vl0" in verdict.observed
 
 
-def test_the_network_whose_dynamics_are_shown_is_the_median_by_the_papers_metric(conducted):
-    folder = conducted / "4.6.2"
-    runs = load_study(folder / "pieces" / "study-3-hidden-default").runs
+def test_the_network_whose_dynamics_are_shown_is_the_median_by_the_papers_metric(conducted, rows):
+    runs = load_study(conducted / "4.6.2" / "pieces" / "study-3-hidden-default").runs
     networks = np.array([list(run.result["networks"]["best_model"].values()) for run in runs])
     model = ElmanModel(hidden=3)
     errors = response_error(model, networks, TRUTH)
     chosen = np.argsort(errors)[0]  # of two, the better one
-    stated = [row for row in rows(folder / "tables" / "steady-outputs.csv") if row["hidden"] == "3"]
+    stated = [row for row in rows("4.6.2", "steady-outputs") if row["hidden"] == "3"]
     assert [row["is_median"] for row in stated] == [str(k == chosen) for k in range(2)]
     np.testing.assert_allclose([float(row["metric"]) for row in stated], errors, rtol=1e-5)
-    shown = [row for row in rows(folder / "tables" / "dynamic-outputs.csv") if row["hidden"] == "3"]
+    shown = [row for row in rows("4.6.2", "dynamic-outputs") if row["hidden"] == "3"]
     np.testing.assert_allclose(
         [[float(row["left"]), float(row["right"])] for row in shown],
         dynamic_outputs(model, networks[chosen]),
@@ -112,8 +104,8 @@ def test_the_network_whose_dynamics_are_shown_is_the_median_by_the_papers_metric
     )
 
 
-def test_mixed_and_separated_runs_have_the_same_seeds_and_other_results(conducted):
-    found = rows(conducted / "4.6.3" / "tables" / "default-models.csv")
+def test_mixed_and_separated_runs_have_the_same_seeds_and_other_results(rows):
+    found = rows("4.6.3", "default-models")
     by_grouping = {
         name: [row for row in found if row["grouping"] == name and row["model"] == "best_model"]
         for name in ("mixed", "separated")

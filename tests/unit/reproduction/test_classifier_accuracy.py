@@ -1,7 +1,5 @@
 """Section 4.4: its verdicts, and that its pieces are what the whole would be."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -141,11 +139,10 @@ def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_accuracies_are_those_of_each_run_on_its_own(conducted):
+def test_accuracies_are_those_of_each_run_on_its_own(rows):
     experiment = EXPERIMENTS["4.4"]
     sizes = experiment.fast
-    with (conducted / "4.4" / "tables" / "accuracy-runs.csv").open(newline="") as file:
-        found = [row for row in csv.DictReader(file) if (row["preset"], row["seed"]) == ("paper", "2002")]
+    found = [row for row in rows("4.4", "accuracy-runs") if (row["preset"], row["seed"]) == ("paper", "2002")]
     configuration = sizes.runs.configuration("aggregation", "paper", 2002)
     history = infer(
         "aggregation", preset="paper", generations=12, seed=2002, settings=dict(sizes.runs.settings)

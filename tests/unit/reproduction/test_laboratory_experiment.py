@@ -1,6 +1,5 @@
 """Section 5: what is taken from the runs, the rules, and pieces that are done side by side."""
 
-import csv
 from types import SimpleNamespace
 
 import numpy as np
@@ -189,11 +188,10 @@ def test_a_run_that_was_stopped_is_gone_on_with(tmp_path, monkeypatch):
     assert found.classifiers.shape[:3] == (1, 1, 4)
 
 
-def test_the_fast_form_takes_its_numbers_from_the_run(conducted):
+def test_the_fast_form_takes_its_numbers_from_the_run(conducted, rows):
     if not (conducted / "5").exists():
         pytest.skip("the packages of section 5 are not installed")
     with np.load(conducted / "5" / "pieces" / "emulated-seed5001.npz") as piece:
         best = piece["found/models"][-1, piece["found/again"].mean(axis=0).argmax()]
-    with (conducted / "5" / "tables" / "models.csv").open(newline="") as file:
-        (row,) = (row for row in csv.DictReader(file) if row["runs"] == "emulated laboratory")
+    (row,) = (row for row in rows("5", "models") if row["runs"] == "emulated laboratory")
     np.testing.assert_allclose([float(row[name]) for name in NAMES], best, rtol=1e-5)

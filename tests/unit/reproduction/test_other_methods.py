@@ -1,6 +1,5 @@
 """Likelihood-free inference beside Turing Learning: what is counted, and what is said when packages are missing."""
 
-import csv
 import json
 from dataclasses import replace
 
@@ -228,7 +227,6 @@ def test_a_neural_posterior_can_be_stopped_and_refuses_too_few_models(still):
 
 
 @pytest.mark.skipif(bool(EXPERIMENTS[ID].missing), reason="needs the extra baselines")
-def test_every_method_is_in_the_tables_of_the_fast_form(conducted):
+def test_every_method_is_in_the_tables_of_the_fast_form(rows):
     for scenario in ("aggregation", "object-clustering"):
-        with (conducted / ID / "tables" / f"{scenario}.csv").open(newline="") as file:
-            assert [row["method"] for row in csv.DictReader(file)] == list(METHODS.values())
+        assert [row["method"] for row in rows(ID, scenario)] == list(METHODS.values())

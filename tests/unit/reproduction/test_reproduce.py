@@ -18,11 +18,6 @@ POSSIBLE = [name for name, one in EXPERIMENTS.items() if not one.missing]
 """Those whose packages are installed: the others are left out of all."""
 
 
-def rows(path):
-    with path.open(newline="") as file:
-        return list(csv.DictReader(file))
-
-
 def files(folder):
     """Return name -> content of what is committed, without the time and place of the run."""
     kept = [path for kind in ("tables", "figures") for path in sorted((folder / kind).iterdir())]
@@ -66,31 +61,32 @@ def test_an_experiment_that_is_stopped_goes_on_to_the_same_results(conducted, tm
     assert files(tmp_path / "4.5") == files(conducted / "4.5")
 
 
-def test_common_initial_configurations_and_other_noise_for_every_model(conducted):
-    found = rows(conducted / "4.3" / "tables" / "aggregation-dispersion.csv")
+def test_common_initial_configurations_and_other_noise_for_every_model(rows):
+    found = rows("4.3", "aggregation-dispersion")
     assert [row["preset"] for row in found] == ["", *["default"] * 6, *["paper"] * 6]
     assert [row["model"] for row in found] == ["agents", *(["best_model"] * 3 + ["estimate"] * 3) * 2]
     assert all(float(row["trial_1"]) > 0 for row in found)
 
 
-def test_the_models_that_are_judged_are_the_best_of_the_last_generation(conducted):
-    found = rows(conducted / "4.3" / "tables" / "aggregation-models.csv")
-    studied = rows(conducted / "4.3" / "pieces" / "study-aggregation-default" / "runs.csv")
+def test_the_models_that_are_judged_are_the_best_of_the_last_generation(conducted, rows):
+    found = rows("4.3", "aggregation-models")
+    with (conducted / "4.3" / "pieces" / "study-aggregation-default" / "runs.csv").open(newline="") as file:
+        studied = list(csv.DictReader(file))
     own = [row for row in found if row["preset"] == "default" and row["model"] == "best_model"]
     assert [float(row["vl1"]) for row in own] == pytest.approx(
         [float(row["best_model_vl1"]) for row in studied], rel=1e-5
     )
 
 
-def test_the_sensor_shares_are_between_those_of_the_paper_and_of_its_simulator(conducted):
-    found = rows(conducted / "4.3" / "tables" / "sensor-shares.csv")
+def test_the_sensor_shares_are_between_those_of_the_paper_and_of_its_simulator(rows):
+    found = rows("4.3", "sensor-shares")
     seeing_nothing = float(found[0]["share"])
     # 1000 trials give 0.935; the standard error over 5 trials is about 0.01
     assert seeing_nothing == pytest.approx(0.935, abs=0.04)
 
 
-def test_predictions_are_weighted_means_of_the_true_speeds(conducted):
-    found = {(row["scenario"], row["parameter"]): row for row in rows(conducted / "4.5" / "tables" / "predictions.csv")}
+def test_predictions_are_weighted_means_of_the_true_speeds(rows):
+    found = {(row["scenario"], row["parameter"]): row for row in rows("4.5", "predictions")}
     assert float(found["aggregation", "vr0"]["theorem_1"]) == pytest.approx(-1.0)
     assert found["aggregation", "vl0"]["theorem_1"] == found["aggregation", "vl1"]["theorem_1"]
     assert -0.7 < float(found["aggregation", "vl0"]["theorem_1"]) < -0.5

@@ -69,7 +69,7 @@ def test_what_may_be_replaced_is_the_page(call):
 
 
 def test_a_stop_has_exit_code_130_and_says_how_to_go_on(call, monkeypatch):
-    from turing_learning.cli._signals import StopRequest
+    from turing_learning.cli._stopping import StopRequest
 
     monkeypatch.setattr(StopRequest, "__call__", lambda self: True)
     code, _, err = call("reproduce", "3.2", "--fast")

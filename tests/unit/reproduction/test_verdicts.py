@@ -35,23 +35,20 @@ def test_a_single_run_has_no_spread():
     assert Spread.of([0.2]).standard_deviation == 0.0
 
 
-def test_a_smaller_error_agrees():
-    assert not_worse([Spread(0.0, 0.01, 30)], [PRINTED])
-
-
-def test_an_error_agrees_up_to_twice_the_standard_error_of_the_difference_and_rounding():
-    # both standard errors are 0.03 / sqrt(30) = 0.005477, that of the difference 0.007746: the limit is 0.1205
-    assert not_worse([Spread(0.120, 0.03, 30)], [PRINTED])
-    assert not not_worse([Spread(0.121, 0.03, 30)], [PRINTED])
-
-
-def test_runs_that_fail_do_not_widen_the_limit_that_they_are_held_against():
-    # one of 30 runs is off by 1000: mean 33.3, standard deviation 183
-    assert not not_worse([Spread.of([0.0] * 29 + [1000.0])], [PRINTED])
-
-
-def test_one_parameter_that_is_worse_makes_the_claim_differ():
-    assert not not_worse([Spread(0.0, 0.0, 30), Spread(0.9, 0.1, 30)], [PRINTED, PRINTED])
+@pytest.mark.parametrize(
+    ("observed", "agrees"),
+    [
+        ([Spread(0.0, 0.01, 30)], True),  # a smaller error
+        # both standard errors are 0.03 / sqrt(30) = 0.005477, that of the difference 0.007746: the limit is 0.1205
+        ([Spread(0.120, 0.03, 30)], True),
+        ([Spread(0.121, 0.03, 30)], False),
+        # one of 30 runs is off by 1000: a standard deviation of 183 does not widen the limit
+        ([Spread.of([0.0] * 29 + [1000.0])], False),
+        ([Spread(0.0, 0.0, 30), Spread(0.9, 0.1, 30)], False),  # one parameter that is worse
+    ],
+)
+def test_errors_agree_up_to_twice_the_printed_standard_error_of_the_difference(observed, agrees):
+    assert not_worse(observed, [PRINTED] * len(observed)) is agrees
 
 
 @pytest.mark.parametrize(("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)])

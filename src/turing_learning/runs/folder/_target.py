@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from turing_learning.config import ConfigurationError
+from turing_learning.errors import Setting, require
 
 from ._errors import told
 
@@ -44,10 +45,8 @@ def refuse_target(
         if path.is_dir():
             raise ConfigurationError(f"`{name}` must be a file; got {path}, a folder. Choose another name.")
         taken = path.exists() and not force and not replaceable(path)
-    if taken:
-        raise ConfigurationError(
-            f"`{name}` must be a file that does not exist; got {path}. Choose another name, or replace it with force=True."
-        )
+    remedy = "Choose another name, or replace it with ", Setting("force", True), "."
+    require(not taken, name, "be a file that does not exist", str(path), remedy, error=ConfigurationError)
 
 
 @contextmanager
