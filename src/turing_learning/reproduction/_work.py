@@ -16,8 +16,6 @@ from turing_learning.runs import RunFolder, new_manifest
 from turing_learning.store import Kind, Store
 from turing_learning.workers import Workers, asked_to_stop
 
-from ._errors import Stopped
-
 if TYPE_CHECKING:
     from turing_learning.studies import StudyProgress, StudyResult
 
@@ -27,6 +25,10 @@ Compute = Callable[..., Mapping[str, np.ndarray] | None]
 PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"), pieces=("*.json", "*.npz"))
 _FOUND = "found/"
 _POLL_S = 0.5
+
+
+class Stopped(Exception):
+    """An experiment was stopped between two pieces of work, and can be resumed."""
 
 
 class Work:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -14,6 +14,7 @@ from .._verdicts import Spread, printed_spreads, spreads_of
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyResult
+    from turing_learning.swarm import Simulation
 
 PRESETS = ("default", "paper")
 """The first one decides; the other stands beside it."""
@@ -106,9 +107,31 @@ def sensor_shares(scenario: Scenario, sizes: ShareSizes) -> np.ndarray:
     ------
     Paper, section 4.3.
     """
+    robots, steps, seed = scenario.individuals, scenario.control_steps, sizes.seed
+    sensors = moved(scenario, scenario.controller, sizes.trials, robots, steps, starts=seed, noise=seed).sensors
+    return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)
+
+
+def moved(
+    scenario: Scenario,
+    controller: np.typing.ArrayLike,
+    trials: int,
+    robots: int,
+    steps: int,
+    *,
+    starts: Any,
+    noise: int,
+) -> "Simulation":
+    """Simulate trials in which all robots execute one controller; `starts` seeds their initial configurations."""
     from turing_learning.swarm import initial_poses, simulate
 
-    start = initial_poses(scenario, sizes.trials, np.random.default_rng(sizes.seed))
-    controllers = np.broadcast_to(scenario.controller, (sizes.trials, scenario.individuals, len(scenario.controller)))
-    sensors = simulate(scenario, controllers, start, control_steps=scenario.control_steps, seed=sizes.seed).sensors
-    return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)
+    start = initial_poses(scenario, trials, np.random.default_rng(starts), robots=robots)
+    controllers = np.broadcast_to(controller, (trials, robots, len(scenario.controller)))
+    return simulate(scenario, controllers, start, control_steps=steps, seed=noise)
+
+
+def gathered(scenario: Scenario, poses: np.ndarray, robots: int) -> tuple[np.ndarray, float]:
+    """Return positions (..., S, 2) and radius (cm) of those that are to gather: the objects, or robots if there are none."""
+    if scenario.objects.count:
+        return poses[..., robots:, :2], scenario.objects.radius_cm
+    return poses[..., :robots, :2], scenario.robot.radius_cm

@@ -19,7 +19,17 @@ from .._claims import load_claims
 from .._experiment import Experiment, Findings, Table, stacked
 from .._verdicts import Spread, Verdict, errors_verdict, shares_not_worse, spreads_of
 from .._work import Work
-from ._shared import KINDS, PRESETS, Runs, ShareSizes, beside_the_paper, sensor_shares, variant_of
+from ._shared import (
+    KINDS,
+    PRESETS,
+    Runs,
+    ShareSizes,
+    beside_the_paper,
+    gathered,
+    moved,
+    sensor_shares,
+    variant_of,
+)
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyResult
@@ -186,18 +196,10 @@ def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergen
 
 def _dispersions(scenario: Scenario, controller: Any, sizes: EmergenceSizes, number: int) -> dict[str, list[float]]:
     """Return the dispersion at the end of each trial (R,): of the objects where there are any, otherwise of the robots."""
-    from turing_learning.swarm import initial_poses, simulate
-
-    rng = np.random.default_rng((EMERGENCE_STARTS, sizes.seed))
-    start = initial_poses(scenario, sizes.trials, rng, robots=sizes.robots)
-    controllers = np.broadcast_to(controller, (sizes.trials, sizes.robots, len(scenario.controller)))
-    steps = round(sizes.duration_s / scenario.trial.control_interval_s)
+    starts, steps = (EMERGENCE_STARTS, sizes.seed), round(sizes.duration_s / scenario.trial.control_interval_s)
     noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, sizes.seed)).generate_state(1)[0])
-    ends = simulate(scenario, controllers, start, control_steps=steps, seed=noise).poses[:, -1]
-    objects = ends.shape[1] > sizes.robots
-    gathered = ends[:, sizes.robots :, :2] if objects else ends[..., :2]
-    radius = scenario.objects.radius_cm if objects else scenario.robot.radius_cm
-    return {"dispersion": dispersion(gathered, radius).tolist()}
+    found = moved(scenario, controller, sizes.trials, sizes.robots, steps, starts=starts, noise=noise)
+    return {"dispersion": dispersion(*gathered(scenario, found.poses[:, -1], sizes.robots)).tolist()}
 
 
 def _shares(work: Work, scenario: Scenario) -> list[Spread]:

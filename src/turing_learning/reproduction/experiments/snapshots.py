@@ -16,6 +16,7 @@ from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 from .._experiment import Experiment, Findings, Table, stacked
 from .._verdicts import Verdict
 from .._work import Work
+from ._shared import gathered, moved
 
 CLAIM = "3.2-snapshots"
 SHARE = 0.9
@@ -72,22 +73,17 @@ def conduct(work: Work) -> Findings:
 
 
 def _simulated(row: _Row, trials: int, seed: int) -> dict[str, Any]:
-    from turing_learning.swarm import initial_poses, simulate
-
-    scenario, interval = row.scenario, row.scenario.trial.control_interval_s
-    start = initial_poses(scenario, trials, np.random.default_rng(seed), robots=row.robots)
-    controllers = np.broadcast_to(scenario.controller, (trials, row.robots, len(scenario.controller)))
-    steps = [round(time / interval) for time in row.measured_s]
-    poses = simulate(scenario, controllers, start, control_steps=steps[-1], seed=seed).poses[:, steps]
-    gathered, radius = poses[..., : row.robots, :2], scenario.robot.radius_cm
-    if row.gathers_objects:
-        gathered, radius = poses[..., row.robots :, :2], scenario.objects.radius_cm
-    spread, last = dispersion(gathered, radius), len(row.times_s) - 1
+    scenario, last = row.scenario, len(row.times_s) - 1
+    steps = [round(time / scenario.trial.control_interval_s) for time in row.measured_s]
+    found = moved(scenario, scenario.controller, trials, row.robots, steps[-1], starts=seed, noise=seed)
+    poses = found.poses[:, steps]
+    positions, radius = gathered(scenario, poses, row.robots)
+    spread = dispersion(positions, radius)
     shown = int(np.argsort(spread[:, last], kind="stable")[(trials - 1) // 2])
     return {
         "dispersion": spread.tolist(),
-        "largest_cluster": largest_cluster(gathered, radius).tolist(),
-        "gathering": gathered.shape[2],
+        "largest_cluster": largest_cluster(positions, radius).tolist(),
+        "gathering": positions.shape[2],
         "shown": shown,
         "poses": poses[shown, : last + 1].tolist(),
     }
