@@ -32,7 +32,7 @@ robots = App(
 
 
 @robots.command(sort_key=0)
-def check(*, config: Path = LABORATORY_FILE, emulated: bool = False) -> int | None:
+def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Path | None = None) -> int | None:
     """Look at links, batteries, camera, calibration and markers; nothing moves.
 
     Example: turing-learning robots check --config lab.toml
@@ -43,13 +43,19 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False) -> int | No
         The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
     emulated
         Rehearse with emulated robots, as fast as the computer can.
+    picture
+        File for an image from the camera with the markers that were found (.png or .jpg).
     """
     from rich.console import Console
 
     from turing_learning.robots import load_laboratory
 
+    if picture is not None:
+        fits = picture.suffix.lower() in (".png", ".jpg", ".jpeg") and picture.absolute().parent.is_dir()
+        require(fits, "picture", "be a .png or .jpg file in a folder that exists", str(picture))
+
     with _opened(load_laboratory(config), emulated) as (laboratory, equipment):
-        return None if _inspected(Console(), laboratory, equipment) else REFUSED
+        return None if _inspected(Console(), laboratory, equipment, picture) else REFUSED
 
 
 @robots.command(sort_key=1)
@@ -280,13 +286,15 @@ def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laborat
         yield rehearsed, rehearse(rehearsed)
 
 
-def _inspected(console: "Console", laboratory: "Laboratory", equipment: "Equipment") -> bool:
+def _inspected(
+    console: "Console", laboratory: "Laboratory", equipment: "Equipment", picture: Path | None = None
+) -> bool:
     """Print what a look at the laboratory shows; return whether a run can begin."""
     from turing_learning.robots import inspect, laboratory_tracker
 
     fine = True
     tracker = laboratory_tracker(laboratory.setup)
-    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker):
+    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker, picture):
         mark = "good" if finding.fine else "BAD "
         console.print(f"{mark}  {finding.what}: {finding.text}", highlight=False, markup=False, soft_wrap=True)
         fine &= finding.fine

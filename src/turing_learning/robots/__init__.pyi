@@ -54,6 +54,7 @@ from .tracking._calibration import place_camera as place_camera
 from .tracking._calibration import refuse_taken as refuse_taken
 from .tracking._images import CameraError as CameraError
 from .tracking._images import Capture as Capture
+from .tracking._images import LiveCapture as LiveCapture
 from .tracking._markers import ArucoMarkers as ArucoMarkers
 from .tracking._markers import Detections as Detections
 from .tracking._markers import Markers as Markers

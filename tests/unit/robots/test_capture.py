@@ -1,8 +1,12 @@
+import threading
+import time
+
 import cv2
 import numpy as np
 import pytest
 
-from turing_learning.robots import CameraError, Capture
+from turing_learning.robots import CameraError, Capture, LiveCapture, RealClock
+from turing_learning.robots.program._punctual import punctual_images
 
 
 @pytest.fixture
@@ -47,3 +51,116 @@ def test_a_file_that_is_no_video_is_refused(tmp_path):
 def test_a_camera_that_is_not_there_is_refused():
     with pytest.raises(CameraError, match=r"got camera 97\. Check its cable, and that no other program uses it"):
         Capture(97)
+
+
+class Device:
+    """A camera with a driver's buffer of images, each of which takes its time to be decoded."""
+
+    def __init__(self, interval_s=0.05, decoding_s=0.0, buffered=0, lost=(), images=200):
+        self.interval_s, self.decoding_s, self.buffered, self.lost, self.left = (
+            interval_s,
+            decoding_s,
+            buffered,
+            lost,
+            images,
+        )
+        self.begun, self.number, self.settings = time.monotonic(), -1, {}
+
+    def isOpened(self):
+        return True
+
+    def grab(self):
+        self.left -= 1
+        if self.left < 0:
+            return False
+        if self.buffered:
+            self.buffered -= 1
+            return True
+        self.number = max(self.number + 1, int((time.monotonic() - self.begun) / self.interval_s) - 8)  # 8 are buffered
+        while self.number in self.lost:
+            self.number += 1
+        time.sleep(max(self.begun + self.number * self.interval_s - time.monotonic(), 0.0))
+        return True
+
+    def retrieve(self):
+        time.sleep(self.decoding_s)
+        return True, np.full((2, 2, 3), 255 if self.buffered else self.number % 250, np.uint8)
+
+    def set(self, name, value):
+        self.settings[name] = value
+
+    def get(self, name):
+        return self.settings[name]
+
+    def release(self):
+        self.released = True
+
+
+@pytest.fixture
+def live(monkeypatch):
+    opened = []
+
+    def live(device, settings=None):
+        monkeypatch.setattr(cv2, "VideoCapture", lambda source: device)
+        opened.append(LiveCapture(0, settings))
+        return opened[-1]
+
+    yield live
+    for camera in opened:
+        camera.close()
+
+
+def seen(camera, clock, count=16, busy_s=0.0):
+    numbers = []
+    for image in punctual_images(camera, clock, clock.now() + 0.2, count, 0.05):
+        numbers.append(int(image[0, 0, 0]))
+        time.sleep(busy_s)
+    return numbers
+
+
+def test_images_that_take_long_to_decode_are_used_and_old_ones_are_not(live):
+    camera = live(Device(decoding_s=0.03, buffered=20))
+    assert np.diff(seen(camera, RealClock())).tolist() == [1] * 15
+
+
+def test_a_program_that_is_busy_meanwhile_misses_no_image(live):
+    camera, busy = live(Device()), iter([0.4])
+    numbers = []
+    for image in punctual_images(camera, RealClock(), 0.0, 16, 0.05):
+        numbers.append(int(image[0, 0, 0]))
+        time.sleep(next(busy, 0.0))
+    assert np.diff(numbers).tolist() == [1] * 15
+
+
+def test_an_image_that_was_lost_shows_in_the_time_stamps(live):
+    camera = live(Device(lost=range(15, 17)))
+    with pytest.raises(CameraError, match=r"must give an image every 0\.05 s; got one left out before image \d+"):
+        seen(camera, RealClock())
+
+
+def test_a_camera_that_gives_no_more_images_is_told_once_all_are_taken(live):
+    camera = live(Device(images=3))
+    assert len([camera.take() for _ in range(3)]) == 3
+    with pytest.raises(CameraError, match="`source` must give images; got none more from camera 0"):
+        camera.take()
+
+
+def test_images_that_nobody_takes_are_not_kept(live, monkeypatch):
+    monkeypatch.setattr("turing_learning.robots.tracking._images._WANTED_S", 0.05)
+    camera = live(Device(interval_s=0.01))
+    camera.take()
+    time.sleep(0.3)
+    begun = time.monotonic()
+    camera.take()
+    assert camera.taken_s > begun
+    assert threading.active_count() < 20
+
+
+def test_a_camera_is_asked_for_settings_and_says_what_it_grants(live):
+    device = Device()
+    asked = {"width": 1280, "height": 960, "fps": 10.0, "fourcc": "MJPG", "exposure": 156.0, "white_balance": None}
+    camera = live(device, asked)
+    assert camera.granted == "fourcc MJPG, width 1280, height 960, fps 10, exposure 156"
+    assert next(iter(device.settings)) == cv2.CAP_PROP_FOURCC
+    assert device.settings[cv2.CAP_PROP_AUTO_EXPOSURE] == 1
+    assert cv2.CAP_PROP_WB_TEMPERATURE not in device.settings

@@ -42,6 +42,14 @@ def test_check_says_what_is_good(laboratory, doors, call):
     assert "BAD" not in out
 
 
+def test_check_leaves_a_picture_with_the_markers_that_were_found(laboratory, doors, call):
+    assert "good  picture: seen.png" in call("robots", "check", "--picture", "seen.png")[1]
+    assert cv2.imread(str(laboratory / "seen.png")).shape == (384, 448, 3)
+    code, _, err = call("robots", "check", "--picture", "none/seen.png")
+    assert code == 2
+    assert "must be a .png or .jpg file in a folder that exists; got none/seen.png" in err
+
+
 def test_check_says_what_is_bad_and_refuses(laboratory, doors, call):
     doors.wires["r-orange"].cut = True
     code, out, _ = call("robots", "check", "--config", "lab.toml")

@@ -39,7 +39,7 @@ def test_a_laboratory_in_order_is_fine(look):
     assert list(found) == ["replica r1", "replica r2", "camera", "calibration", "markers"]
     assert all(finding.fine for finding in found.values())
     assert found["camera"].text == "448 x 384 pixels, 10.0 images per second"
-    assert found["markers"].text == "all 4 in sight"
+    assert found["markers"].text == "all 4 in sight, the smallest 42 pixels wide"
 
 
 def closed(lab):

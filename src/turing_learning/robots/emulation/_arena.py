@@ -85,7 +85,7 @@ class ArenaCamera:
     def __init__(self, clock: VirtualClock, render: Callable[[], np.ndarray], interval_s: float, lag_s: float) -> None:
         self._clock, self._render, self._interval_s, self._lag_s = clock, render, interval_s, lag_s
         self._last: np.ndarray | None = None
-        self._number = -1
+        self._number, self.taken_s = -1, 0.0
         self.frozen = self.unplugged = False
 
     def take(self) -> np.ndarray:
@@ -94,6 +94,7 @@ class ArenaCamera:
             raise CameraError("`source` must give images; got none more from the emulated camera. Check its cable.")
         self._number = max(self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - 1e-6))
         self._clock.sleep_until(self._lag_s + self._number * self._interval_s)
+        self.taken_s = self._clock.now()
         return self.snapshot()
 
     def snapshot(self) -> np.ndarray:

@@ -12,15 +12,15 @@ from turing_learning.errors import refuse, refusing_as
 from turing_learning.robots._clock import Clock, RealClock
 from turing_learning.robots.links._link import Link, open_link
 from turing_learning.robots.tracking._calibration import Calibration
-from turing_learning.robots.tracking._images import Capture
+from turing_learning.robots.tracking._images import Capture, LiveCapture
 from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import Tracker
 
-from ._setup import LaboratoryError, LaboratorySetup
+from ._setup import CAMERA_SETTINGS, LaboratoryError, LaboratorySetup
 
 
 class Camera(Protocol):
-    """A camera that waits for its next image."""
+    """A camera that waits for its next image. Where it has `taken_s`, that is the time stamp of the last one, by the clock."""
 
     def take(self) -> np.ndarray:
         """Return the next image (H, W, 3), blue, green, red; raise CameraError if there is none."""
@@ -72,7 +72,15 @@ class Equipment:
 def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> Equipment:
     """Return the equipment that a setup names; nothing is opened yet."""
     clock, operator = RealClock(), operator or TerminalOperator()
-    return Equipment(clock, partial(open_link, clock=clock), partial(Capture, setup.camera.source), operator)
+    camera = setup.camera
+    file = isinstance(camera.source, str) and "://" not in camera.source
+    settings = {name: getattr(camera, name) for name in CAMERA_SETTINGS}
+    if any(value is not None for value in settings.values()):
+        settings["fps"] = camera.fps
+    open_camera = (
+        partial(Capture, camera.source) if file else partial(LiveCapture, camera.source, settings, clock=clock)
+    )
+    return Equipment(clock, partial(open_link, clock=clock), open_camera, operator)
 
 
 def laboratory_tracker(setup: LaboratorySetup) -> Tracker:

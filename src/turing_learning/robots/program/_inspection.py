@@ -3,19 +3,21 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from turing_learning._files import whole
 from turing_learning.errors import require
 from turing_learning.robots.links._epuck import EPuck
 from turing_learning.robots.links._link import LinkError
 from turing_learning.robots.tracking._calibration import find_landmarks
-from turing_learning.robots.tracking._images import CameraError
+from turing_learning.robots.tracking._images import CameraError, vision
 from turing_learning.robots.tracking._tracker import Tracker, compare_labels
 from turing_learning.swarm import Scenario
 
 from ._equipment import Camera, Equipment
-from ._punctual import drop_old_images
+from ._punctual import drop_old_images, take_stamped
 from ._setup import LaboratorySetup, RobotSection
 
 IMAGES = 20
@@ -44,7 +46,9 @@ class Finding:
     fine: bool
 
 
-def inspect(setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, tracker: Tracker) -> Iterator[Finding]:
+def inspect(
+    setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, tracker: Tracker, picture: Path | None = None
+) -> Iterator[Finding]:
     """Yield what is found: links, versions and batteries of the replicas; images and rate; calibration; markers.
 
     No robot moves.
@@ -57,6 +61,8 @@ def inspect(setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, tr
         Its devices; what is opened is closed again.
     tracker
         Of all robots.
+    picture
+        File for an image from the camera, in which the markers that were found are circled.
     """
     for replica in setup.replicas:
         yield _look(f"replica {replica.name}", partial(_replica, replica, equipment))
@@ -72,6 +78,8 @@ def inspect(setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, tr
             image = camera.take()
             yield _look("calibration", partial(_calibration, image, setup, scenario, tracker))
             yield _look("markers", partial(_markers, image, setup, tracker))
+            if picture is not None:
+                yield _look("picture", partial(_picture, image, tracker, picture))
     finally:
         camera.close()
 
@@ -100,15 +108,16 @@ def _rate(camera: Camera, setup: LaboratorySetup, equipment: Equipment, tracker:
     expected = (tracker.image_size[1], tracker.image_size[0], 3)
     rule, remedy = f"give images {expected}, as its calibration says", "Calibrate it again, or set it to that size."
     require(first.shape == expected, "camera", rule, str(first.shape), remedy)
-    drop_old_images(camera, equipment.clock, 1 / setup.camera.fps)
-    begun = equipment.clock.now()
-    images = [camera.take() for _ in range(IMAGES)]
-    rate = IMAGES / max(equipment.clock.now() - begun, 1e-9)
+    begun = drop_old_images(camera, equipment.clock, 1 / setup.camera.fps)
+    images, stamps = zip(*(take_stamped(camera, equipment.clock) for _ in range(IMAGES)), strict=True)
+    rate = IMAGES / max(stamps[-1] - begun, 1e-9)
     got = f"{setup.camera.fps:g}, and images at {rate:.2f} per second"
     require(abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE, "camera.fps", "be the camera's rate", got)
     frozen = all(np.array_equal(first, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
-    return f"{expected[1]} x {expected[0]} pixels, {rate:.1f} images per second"
+    granted = getattr(camera, "granted", "")
+    text = f"{expected[1]} x {expected[0]} pixels, {rate:.1f} images per second"
+    return f"{text}; granted {granted}" if granted else text
 
 
 def _calibration(image: np.ndarray, setup: LaboratorySetup, scenario: Scenario, tracker: Tracker) -> str:
@@ -137,4 +146,28 @@ def _markers(image: np.ndarray, setup: LaboratorySetup, tracker: Tracker) -> str
     landmarks = setup.camera.landmarks if setup.camera.markers == "aruco" else {}
     wrong = compare_labels(setup.labels, [label for label in tracker.detect(image).labels if label not in landmarks])
     require(not wrong, "robots", "wear the markers of the file, each its own", "; ".join(wrong), "Check the markers.")
-    return f"all {len(setup.labels)} in sight"
+    smallest = min(width for _, width in _disks(image, tracker))
+    return f"all {len(setup.labels)} in sight, the smallest {smallest:.0f} pixels wide"
+
+
+def _disks(image: np.ndarray, tracker: Tracker) -> list[tuple[np.ndarray, float]]:
+    """Return centre (2,) and width (pixels) of each marker's disk that was found."""
+    markers, disks = tracker.markers, []
+    for x, y in tracker.detect(image).positions:
+        points = [(x + dx * markers.disk_radius_cm, y, markers.height_cm) for dx in (-1, 0, 1)]
+        left, center, right = tracker.calibration.project(np.array(points))
+        disks.append((center, float(np.hypot(*(right - left)))))
+    return disks
+
+
+def _picture(image: np.ndarray, tracker: Tracker, path: Path) -> str:
+    """Write an image with a circle around each marker, and its label."""
+    cv2, drawn, black = vision(), image.copy(), (0, 0, 0)
+    for label, (center, width) in zip(tracker.detect(image).labels, _disks(image, tracker), strict=True):
+        x, y = (round(float(value)) for value in center)
+        cv2.circle(drawn, (x, y), round(0.7 * width), black, 2)
+        cv2.putText(drawn, label, (x + round(width), y), cv2.FONT_HERSHEY_SIMPLEX, 0.5, black, 1, cv2.LINE_AA)
+    _, encoded = cv2.imencode(path.suffix, drawn)
+    with whole(path) as temporary:
+        temporary.write_bytes(encoded.tobytes())
+    return str(path)

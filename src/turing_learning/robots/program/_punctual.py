@@ -22,16 +22,14 @@ def punctual_images(
     are not. Raise CameraError if there is none; after the last one, if one was left out, or they came too fast.
     """
     clock.sleep(begin_s - interval_s - clock.now())
-    drop_old_images(camera, clock, interval_s)
+    begun = drop_old_images(camera, clock, interval_s)
     delays: list[float] = []  # of each image after the time at which a regular camera takes it
-    begun = clock.now()
     for number in range(count):
-        image = camera.take()
-        delays.append(clock.now() - begun - number * interval_s)
+        image, taken_s = take_stamped(camera, clock)
+        delays.append(taken_s - begun - number * interval_s)
         yield image
     while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
-        camera.take()
-        delays.append(clock.now() - begun - len(delays) * interval_s)
+        delays.append(take_stamped(camera, clock)[1] - begun - len(delays) * interval_s)
     _require_regular(np.array(delays), interval_s)
 
 
@@ -54,11 +52,21 @@ def _require_regular(delays: np.ndarray, interval_s: float) -> None:
     )
 
 
-def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> None:
-    """Take the images that a camera has buffered: until one has to be waited for. Raise CameraError if that never happens."""
+def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
+    """Return the next image and its time stamp: the camera's, else the time at which it was taken."""
+    image = camera.take()
+    return image, getattr(camera, "taken_s", clock.now())
+
+
+def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> float:
+    """Take the images that a camera has buffered, and the first new one; return its time stamp.
+
+    Raise CameraError if all are old.
+    """
+    begun, stamped = clock.now(), hasattr(camera, "taken_s")
     for _ in range(_MOST_OLD):
         asked = clock.now()
-        camera.take()
-        if clock.now() - asked >= interval_s / 4:
-            return
+        _, taken_s = take_stamped(camera, clock)
+        if taken_s - (begun if stamped else asked) >= interval_s / 4:
+            return taken_s
     raise CameraError(f"`camera` must give an image every {interval_s:.3g} s; got {_MOST_OLD} without a pause.")

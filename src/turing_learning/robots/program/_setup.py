@@ -25,6 +25,7 @@ from turing_learning.systems import SystemFailedError
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=0)]
+Pixels = Annotated[int, Field(ge=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
 
 RUN_SECTIONS = ("preset", "scenario", "models", "classifiers", "coevolution", "run")
@@ -62,6 +63,10 @@ class LaboratoryError(SystemFailedError):
     explained = True
 
 
+CAMERA_SETTINGS = ("fourcc", "width", "height", "exposure", "white_balance")
+"""Settings of a `CameraSection` that the camera is asked for, with `fps`; those left out are the camera's own."""
+
+
 class RobotSection(Section):
     """A robot: an agent, which the PC does not control, or a replica at an address."""
 
@@ -84,11 +89,17 @@ class RobotSection(Section):
 class CameraSection(Section):
     """The camera: its number, a video file or a URL; images per second; its calibration; what the robots wear.
 
+    It is asked for `width`, `height` (pixels), `fourcc` (its format), `exposure` and `white_balance` (units of the driver).
     `landmarks` are printed markers that stay on the floor: identity -> x, y (cm). They must not be among the robots' markers.
     """
 
     source: int | str = 0
     fps: Positive = 10.0
+    width: Pixels | None = None
+    height: Pixels | None = None
+    fourcc: Annotated[str, Field(pattern=r"^[\x20-\x7e]{4}$")] | None = None
+    exposure: float | None = None
+    white_balance: float | None = None
     calibration: str
     markers: Literal["triangles", "aruco"] = "triangles"
     marker_height_cm: Positive = 6.0
