@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots import CameraError, VirtualClock
-from turing_learning.robots.program._punctual import drop_old_images, punctual_images
+from turing_learning.robots.program._punctual import PunctualImages, drop_old_images
 
 
 class Camera:
@@ -32,7 +32,11 @@ class Camera:
 def numbers(**options):
     clock = VirtualClock()
     camera = Camera(clock, **options)
-    return [int(image[0, 0, 0]) for image in punctual_images(camera, clock, 0.2, 20, 0.1)]
+    images = PunctualImages(camera, clock, 0.2, 20, 0.1)
+    found = [int(image[0, 0, 0]) for image in images]
+    if images.fault:
+        raise CameraError(images.fault)
+    return found
 
 
 def test_images_come_one_after_the_other():

@@ -172,6 +172,11 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
         "generation-0000", "generation-0001", "generation-0002",
     ]  # fmt: skip
     told = " ".join(event["fault"] for event in events)
+    rejected = list((folder / "disturbed" / "trials").rglob("rejected-*.npz"))
+    reasons = " ".join(str(np.load(path)["faults"][0]) for path in rejected)
+    assert "1 blue markers in the first image, 2 expected" in reasons
+    for stage in ("generation-0000", "generation-0001", "generation-0002"):
+        assert len(read_trials(folder / "disturbed", stage).poses) == 2
     for words in (
         "the link to replica r1 is lost",
         "1 blue markers in the first image",

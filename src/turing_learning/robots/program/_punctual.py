@@ -13,43 +13,43 @@ _MOST_OLD = 200  # images that a camera may have kept for later
 _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
 
 
-def punctual_images(
-    camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float
-) -> Iterator[np.ndarray]:
-    """Yield `count` images (H, W, 3) that were taken at a regular interval, the first not before `begin_s`, by the clock.
+class PunctualImages:
+    """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
     A camera takes its images regularly, but they arrive when the computer has time: an image may be late if the next ones
-    are not. Raise CameraError if there is none; after the last one, if one was left out, or they came too fast.
+    are not. After the last of `count` images, `fault` says if one was left out, or they came too fast; it is empty otherwise.
+    Iterating raises CameraError if there are no images.
     """
-    clock.sleep(begin_s - interval_s - clock.now())
-    begun = drop_old_images(camera, clock, interval_s)
-    delays: list[float] = []  # of each image after the time at which a regular camera takes it
-    for number in range(count):
-        image, taken_s = take_stamped(camera, clock)
-        delays.append(taken_s - begun - number * interval_s)
-        yield image
-    while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
-        delays.append(take_stamped(camera, clock)[1] - begun - len(delays) * interval_s)
-    _require_regular(np.array(delays), interval_s)
+
+    def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:
+        self._camera, self._clock, self._begin_s, self._count = camera, clock, begin_s, count
+        self._interval_s = interval_s
+        self.fault = ""
+
+    def __iter__(self) -> Iterator[np.ndarray]:
+        interval_s = self._interval_s
+        self._clock.sleep(self._begin_s - interval_s - self._clock.now())
+        begun = drop_old_images(self._camera, self._clock, interval_s)
+        delays: list[float] = []  # of each image after the time at which a regular camera takes it
+        for number in range(self._count):
+            image, taken_s = take_stamped(self._camera, self._clock)
+            delays.append(taken_s - begun - number * interval_s)
+            yield image
+        while delays[-1] - min(delays) > interval_s / 2 and len(delays) < self._count + _MOST_MORE:
+            delays.append(take_stamped(self._camera, self._clock)[1] - begun - len(delays) * interval_s)
+        if found := _irregularity(np.array(delays), interval_s):
+            advice = "Check camera.fps, and that the PC has nothing else to do."
+            self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {found}. {advice}"
 
 
-def _require_regular(delays: np.ndarray, interval_s: float) -> None:
-    """Reject images that came too fast, and a step in the delays: after an image that was left out, all come later."""
+def _irregularity(delays: np.ndarray, interval_s: float) -> str:
+    """Return what is wrong: images came too fast, or one was left out, after which all come later; empty if nothing is."""
     before, after = np.minimum.accumulate(delays), np.minimum.accumulate(delays[::-1])[::-1]
-    lost = after - before
     third = max(len(delays) // 3, 1)
-    drift = float(np.median(delays[-third:]) - np.median(delays[:third]))
-    if lost.max() > interval_s / 2:
-        place = int(np.argmax(lost > interval_s / 2))
-        fault = f"one left out before image {place}, or more"
-    elif drift < -interval_s / 2:
-        fault = "them faster"
-    else:
-        return
-    raise CameraError(
-        f"`camera` must give an image every {interval_s:.3g} s; got {fault}. Check camera.fps, and that the PC has nothing "
-        "else to do."
-    )
+    if (after - before).max() > interval_s / 2:
+        return f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
+    too_fast = np.median(delays[-third:]) - np.median(delays[:third]) < -interval_s / 2
+    return "them faster" if too_fast else ""
 
 
 def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:

@@ -13,10 +13,8 @@ from ._equipment import Equipment
 from ._setup import LaboratorySetup
 from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
 
-ALONE = 2
-"""How often in a generation the program tries again alone, before it asks the operator."""
-PAUSE_S = 2.0
-"""Before links are reopened."""
+PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0
+"""Before links are reopened, twice as long each time; the longest pause."""
 
 
 @dataclass(frozen=True)
@@ -26,12 +24,12 @@ class Event:
     Attributes
     ----------
     kind
-        "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": the trials
-        are started again; "batteries": they are replaced; "complete": all trials are observed.
+        "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": a trial is
+        repeated; "batteries": they are replaced; "complete": all trials are observed.
     stage
         The generation, or which post-evaluation.
     attempt
-        At the trials of this stage, from 1.
+        At the first trial of this stage, from 1; a later trial that is repeated belongs to the same attempt.
     state
         "P1" to "P5" of the program, "P0" while connecting.
     fault
@@ -54,8 +52,8 @@ class Event:
 class LaboratorySource(Source):
     """Samples of real agents and of the replicas among them, observed in trials of all models.
 
-    A disturbed trial is not used: all trials of the generation are started again, after links and camera have been
-    reopened and the operator has intervened where needed. A context manager.
+    A disturbed trial is not used but repeated: at once where only images were lost; else after links and camera have been
+    reopened. The operator is asked where an intervention is needed, or what may pass does not. A context manager.
 
     Parameters
     ----------
@@ -121,30 +119,37 @@ class LaboratorySource(Source):
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`."""
         self._stage, self._attempt = stage, self._last_attempt(stage)
-        alone = 0
-        while True:
-            self._attempt += 1
+        trials, wanted = list[ObservedTrial](), len(speeds) // len(self._setup.replicas)
+        tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
+        while len(trials) < wanted:
+            self._attempt += not trials
             try:
                 if not self._program.connected:
                     self._program.connect()
-                trials = self._program.run(speeds)
+                self._program.run(speeds, trials)
             except Disturbance as disturbance:
-                alone = alone + 1 if disturbance.transient and alone < ALONE else 0
-                self._recover(disturbance, ask=alone == 0)
-            else:
-                self._tell("complete", self._program.state)
-                speeds_seen = np.array([trial.track.speeds() for trial in trials])
-                return trial_samples(speeds_seen, len(self._setup.replicas))
+                now_s = self._equipment.clock.now()
+                if not tries or len(trials) > before:
+                    tries, since_s, before = 0, now_s, len(trials)
+                tries += 1
+                ask = tries > disturbance.tries and now_s - since_s >= disturbance.patience_s
+                self._recover(disturbance, ask, pause_s=min(PAUSE_S * 2 ** (tries - 1), LONGEST_PAUSE_S))
+                tries = 0 if ask else tries
+        self._tell("complete", self._program.state)
+        speeds_seen = np.array([trial.track.speeds() for trial in trials])
+        return trial_samples(speeds_seen, len(self._setup.replicas))
 
-    def _recover(self, disturbance: Disturbance, *, ask: bool) -> None:
+    def _recover(self, disturbance: Disturbance, ask: bool, pause_s: float) -> None:
         remedy = f"{disturbance.remedy.rstrip('.')}."
         self._tell("disturbed", disturbance.state, disturbance.fault, remedy if ask else "")
+        if disturbance.connected and not ask:
+            return
         self._program.disconnect()
         if ask:
-            again = "" if disturbance.state == BEGIN else " The trials of this generation will be started again."
+            again = "" if disturbance.state == BEGIN else " The trial will be repeated."
             fault = f"{disturbance.fault[0].upper()}{disturbance.fault[1:]}".rstrip(".")
             self._equipment.operator.ask(f"{fault}.{again} {remedy}")
-        self._equipment.clock.sleep(PAUSE_S)
+        self._equipment.clock.sleep(PAUSE_S if ask else pause_s)
 
     def _replace_batteries(self) -> None:
         every = self._setup.interventions.batteries_every

@@ -1,7 +1,7 @@
 """The program of the PC: its five states, and what moves it from one to the next."""
 
-from collections import deque
-from collections.abc import Callable, Mapping
+from collections import Counter, deque
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -12,10 +12,10 @@ from turing_learning.robots.links._epuck import EPuck
 from turing_learning.robots.links._link import Link, LinkError
 from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Signal
 from turing_learning.robots.tracking._images import CameraError
-from turing_learning.robots.tracking._tracker import Fault, Track, Tracker
+from turing_learning.robots.tracking._tracker import CARRIED, MISSING, SURPLUS, Fault, Track, Tracker
 
 from ._equipment import Camera, Equipment
-from ._punctual import punctual_images
+from ._punctual import PunctualImages
 from ._setup import LaboratorySetup, RobotSection
 
 BEGIN = "P0"
@@ -27,6 +27,14 @@ SURE_TURN_RAD = 0.5
 """A model that must turn a robot so far in the time of the track, in every sensor state, cannot stand."""
 FULL_TURN_RAD_S = 12.8 / 5.1
 """Angular speed for a difference of 1 between the wheel speeds. Source: paper, section 4.1."""
+ALONE = 2
+"""How often the program tries again alone after a missed signal, or where the camera gives no images."""
+IMAGES_ALONE = 10
+"""How often a trial of which an image was lost is repeated: of 51 images, 1 % lost, two trials in five have a gap."""
+RECONNECT_S = 30.0
+"""How long a lost link is retried: as long as Bluetooth needs to reconnect."""
+MOST = 0.6
+"""Share of the robots that do not jump all at once: the camera has."""
 _POLL_S = 0.05
 _LISTED = 3
 """Faults of a trial that are listed for the operator."""
@@ -46,13 +54,18 @@ class Disturbance(Exception):
         What happened.
     remedy
         What the operator has to do.
-    transient
-        Whether it may pass by itself, so that the program tries again alone a few times.
+    tries, patience_s
+        How often the program tries again alone, and for how long at least, before the operator is asked: it may pass by itself.
+    connected
+        Whether links and camera are as they should be.
     """
 
-    def __init__(self, state: str, fault: str, remedy: str, *, transient: bool = False) -> None:
+    def __init__(
+        self, state: str, fault: str, remedy: str, *, tries: int = 0, patience_s: float = 0.0, connected: bool = False
+    ) -> None:
         super().__init__(fault)
-        self.state, self.fault, self.remedy, self.transient = state, fault, remedy, transient
+        self.state, self.fault, self.remedy = state, fault, remedy
+        self.tries, self.patience_s, self.connected = tries, patience_s, connected
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,7 +148,7 @@ class PcProgram:
         try:
             self._camera = self._equipment.open_camera()
         except (CameraError, FileNotFoundError) as error:
-            raise Disturbance(BEGIN, str(error), "Connect the camera", transient=True) from error
+            raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
 
     def _connect_replica(self, replica: RobotSection) -> None:
         try:
@@ -158,13 +171,15 @@ class PcProgram:
         self._links, self._robots, self._camera = {}, {}, None
         self._forget_all()
 
-    def run(self, models: np.ndarray) -> list[ObservedTrial]:
+    def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
         """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
-        After a `Disturbance` call `disconnect`, then `connect`; all models must be run again.
+        Trials are appended to `done`; models of the trials in it are not executed again. So after a `Disturbance` call it
+        again with the same list, unless it is `connected` after `disconnect` and `connect`.
         """
-        self._queue.extend(models.reshape(-1, len(self._robots), models.shape[1]))
-        self._done = []
+        self._done = [] if done is None else done
+        self._confirmed = len(self._done)
+        self._queue = deque(models.reshape(-1, len(self._robots), models.shape[1])[len(self._done) :])
         state: State | None = self._wait_for_stop
         while state is not None:
             state = state()
@@ -180,14 +195,19 @@ class PcProgram:
         timing = self._timing
         if self._starts:
             end_s = max(start.received_s for start in self._starts.values()) + timing.wait_s + timing.execute_s
-            stops = self._signals("STOP", end_s - self._clock.now())
-            self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
+            try:
+                stops = self._signals("STOP", end_s - self._clock.now())
+                self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
+            except Disturbance:
+                del self._done[self._confirmed :]
+                raise
         elif self._clock.now() > self._send_until:
             for name, robot in self._robots.items():
                 self._guard(name, robot.drop_signals)
             stops = self._signals("STOP", timing.loop_s)
         else:
             stops = {}
+        self._confirmed = len(self._done)
         if stops:
             self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
             first = min(stop.received_s for stop in stops.values())
@@ -225,14 +245,14 @@ class PcProgram:
         interval_s, timing = self._tracker.interval_s, self._timing
         started_s = max(start.received_s for start in self._starts.values())
         begin_s = started_s + timing.wait_s + (timing.execute_s - self._steps * interval_s) / 2
-        images = punctual_images(self._camera, self._clock, begin_s, self._steps + 1, interval_s)
+        images = PunctualImages(self._camera, self._clock, begin_s, self._steps + 1, interval_s)
         try:
             track = self._tracker.track(images)
         except CameraError as error:
-            raise Disturbance("P4", str(error), "Look after the camera", transient=True) from error
-        return partial(self._update, track, started_s)
+            raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
+        return partial(self._update, track, started_s, images.fault)
 
-    def _update(self, track: Track, started_s: float) -> State:
+    def _update(self, track: Track, started_s: float, irregular: str) -> State:
         """P5: report the trial, and continue unless it was disturbed. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
@@ -244,14 +264,20 @@ class PcProgram:
             counts=tuple(start.trial for start in self._starts.values()),
             started_s=started_s,
             track=track,
-            faults=tuple(fault.text for fault in (*track.faults, *stuck)),
+            faults=(*([irregular] if irregular else []), *(fault.text for fault in (*track.faults, *stuck))),
         )
         self._watch(trial)
         if trial.faults:
             listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
             if more := len(trial.faults) - len(listed):
                 listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
-            raise Disturbance("P5", trial.faults[0], f"Look after the robots: {' '.join(listed)} Then {REMOTE}")
+            what = "camera and the PC:" if irregular else "robots:"
+            remedy, passing = (
+                f"Look after the {what} {' '.join(listed)} Then {REMOTE}",
+                irregular or passes(track, stuck),
+            )
+            tries = IMAGES_ALONE if passing else 0
+            raise Disturbance("P5", trial.faults[0], remedy, tries=tries, connected=bool(passing))
         self._done.append(trial)
         self._queue.popleft()
         return self._wait_for_stop
@@ -301,10 +327,22 @@ class PcProgram:
     def _lost(self, name: str, how: str) -> Disturbance:
         fault = f"the link to replica {name} is lost ({how.rstrip('.')})"
         remedy = f"Switch replica {name} on, and see to its link; then {REMOTE}"
-        return Disturbance(self.state, fault, remedy, transient=True)
+        return Disturbance(self.state, fault, remedy, tries=ALONE, patience_s=RECONNECT_S)
 
     def _missed(self, fault: str) -> Disturbance:
-        return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", transient=True)
+        return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE)
+
+
+def passes(track: Track, stuck: Sequence[Fault]) -> bool:
+    """Return whether all faults of a trial are of images alone, and may pass: gaps that ended, or a jump of nearly all robots.
+
+    A jump of nearly all robots at once is one of the camera, or images that were lost.
+    """
+    jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
+    jumped = {frame for frame, number in jumps.items() if number >= MOST * len(track.labels)}
+    gaps = [fault for fault in track.faults if fault.frame not in jumped]
+    ended = all(fault.kind == MISSING and fault.frame > 0 for fault in gaps) and track.present[-1].all()
+    return bool(track.faults) and not stuck and (bool(jumped) or bool(ended))
 
 
 def stuck_robots(track: Track, models: np.ndarray, least_cm: float) -> tuple[Fault, ...]:

@@ -28,7 +28,8 @@ _ATTEMPT = re.compile(r"attempt-(\d+)")
 class TrialStore:
     """Write every trial of a laboratory into the run folder as it is observed: `trials/STAGE/attempt-N/trial-NN.npz`.
 
-    The last attempt of a stage is the one that counts, if the log says that it is complete.
+    The last attempt of a stage is the one that counts, if the log says that it is complete. A trial with faults is kept as
+    `rejected-NN-K.npz`, where K counts the repetitions.
 
     Parameters
     ----------
@@ -63,7 +64,11 @@ class TrialStore:
         folder = self._folder.trials_path / stage / f"attempt-{attempt}"
         with self._folder.storage():
             folder.mkdir(parents=True, exist_ok=True)
-            write_atomically(folder / f"trial-{trial.number:02d}.npz", buffer.getvalue())
+            name = f"trial-{trial.number:02d}.npz"
+            if trial.faults:
+                rejected = len(list(folder.glob(f"rejected-{trial.number:02d}-*.npz")))
+                name = f"rejected-{trial.number:02d}-{rejected + 1}.npz"
+            write_atomically(folder / name, buffer.getvalue())
 
     def last_attempt(self, stage: str) -> int:
         """Return the number of the last attempt at a stage that left a trial, 0 if there is none."""
