@@ -166,11 +166,12 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
 
     laboratory = load_laboratory(config)
     path = out or video.with_suffix(".csv")
-    tracker = laboratory_tracker(laboratory.setup)
+    tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     try:
         with refusing_as(ConfigurationError):
             refuse_taken(path, name="out", force=force)
             with Capture(video) as capture:
+                capture.require_rate(laboratory.setup.camera.fps)
                 observed = tracker.track(capture)
     except OSError as error:
         raise ConfigurationError(str(error)) from error
@@ -228,6 +229,7 @@ def arena(
     from turing_learning.runs import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
+    print("preparing the laboratory", flush=True)
     with refusing_as(ConfigurationError):
         scenario = replace(LABORATORY, agents=agents, replicas=replicas)
         service = ArenaService(scenario, seed=seed, lines=lines, speed=speed)
@@ -293,7 +295,7 @@ def _inspected(
     from turing_learning.robots import inspect, laboratory_tracker
 
     fine = True
-    tracker = laboratory_tracker(laboratory.setup)
+    tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker, picture):
         mark = "good" if finding.fine else "BAD "
         console.print(f"{mark}  {finding.what}: {finding.text}", highlight=False, markup=False, soft_wrap=True)

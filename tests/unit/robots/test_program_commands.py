@@ -289,6 +289,15 @@ def test_track_lists_what_went_wrong_and_replaces_nothing(laboratory, call):
     assert "`out` must be a new file; got table.csv" in err
 
 
+def test_track_refuses_a_video_of_another_frame_rate(laboratory, call):
+    _film(laboratory / "trial.avi", covered=False)
+    slow = FILE.replace("[camera]", "[camera]\nfps = 5.0")
+    (laboratory / "slow.toml").write_text(slow)
+    code, _, err = call("robots", "track", "trial.avi", "--config", "slow.toml")
+    assert code == 2
+    assert "`camera.fps` must be the frame rate of the video, 10; got 5." in err
+
+
 def test_track_refuses_what_is_no_video(laboratory, call):
     code, _, err = call("robots", "track", "none.avi")
     assert code == 2

@@ -1,4 +1,5 @@
 import math
+import re
 
 import cv2
 import numpy as np
@@ -121,6 +122,22 @@ def test_a_robot_that_is_carried_away_is_named(tracker, camera, poses):
     fault = tracker.track([camera.render(pose) for pose in moved]).faults[0]
     assert (fault.frame, fault.kind) == (6, "carried away")
     assert "individual 8 (orange) cannot have moved 107." in fault.text
+
+
+@pytest.mark.parametrize("degrees", [90, 180])
+def test_a_robot_that_is_turned_by_hand_is_named(tracker, camera, poses, degrees):
+    turned = poses.copy()
+    turned[6:, 8, 2] += math.radians(degrees)
+    fault = tracker.track([camera.render(pose) for pose in turned]).faults[0]
+    assert (fault.frame, fault.kind) == (6, "carried away")
+    assert re.match(
+        r"individual 8 \(orange\) cannot have turned \d+ degrees: it was turned by hand\. Repeat", fault.text
+    )
+
+
+def test_faster_robots_may_go_farther_and_turn_more(true_camera, camera, poses):
+    fast = Tracker(TriangleMarkers(), true_camera, LABELS, maximum_speed_cm_s=60.0, maximum_turn_rad_s=30.0)
+    assert fast.track([camera.render(pose) for pose in poses[::4]]).faults == ()
 
 
 def test_a_frozen_camera_is_noticed_at_the_first_repeated_image(tracker, images):

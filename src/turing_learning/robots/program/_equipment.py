@@ -15,6 +15,7 @@ from turing_learning.robots.tracking._calibration import Calibration
 from turing_learning.robots.tracking._images import Capture, LiveCapture
 from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import Tracker
+from turing_learning.swarm import Robot
 
 from ._setup import CAMERA_SETTINGS, LaboratoryError, LaboratorySetup
 
@@ -83,8 +84,8 @@ def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> 
     return Equipment(clock, partial(open_link, clock=clock), open_camera, operator)
 
 
-def laboratory_tracker(setup: LaboratorySetup) -> Tracker:
-    """Return a tracker of all robots, agents first.
+def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tracker:
+    """Return a tracker of all robots, agents first, which move and turn no faster than the configured robot.
 
     Raises
     ------
@@ -95,7 +96,15 @@ def laboratory_tracker(setup: LaboratorySetup) -> Tracker:
     kind = TriangleMarkers if camera.markers == "triangles" else ArucoMarkers
     with refusing_as(ConfigurationError):
         markers = kind(height_cm=camera.marker_height_cm)
-        return Tracker(markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps)
+        robot = robot or Robot()
+        return Tracker(
+            markers,
+            laboratory_calibration(setup),
+            setup.labels,
+            interval_s=1 / camera.fps,
+            maximum_speed_cm_s=robot.maximum_speed_cm_s,
+            maximum_turn_rad_s=2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm,
+        )
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:

@@ -25,8 +25,6 @@ STUCK = "stuck"
 TURN_RAD = 0.1
 SURE_TURN_RAD = 0.5
 """A model that must turn a robot so far in the time of the track, in every sensor state, cannot stand."""
-FULL_TURN_RAD_S = 12.8 / 5.1
-"""Angular speed for a difference of 1 between the wheel speeds. Source: paper, section 4.1."""
 ALONE = 2
 """How often the program tries again alone after a missed signal, or where the camera gives no images."""
 IMAGES_ALONE = 10
@@ -256,7 +254,8 @@ class PcProgram:
         """P5: report the trial, and continue unless it was disturbed. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
-        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm)
+        full = self._tracker.maximum_turn_rad_s / 2  # for a difference of 1 between the wheel speeds
+        stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
         trial = ObservedTrial(
             number=len(self._done),
             models=models,
@@ -345,7 +344,7 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
     return bool(track.faults) and not stuck and (bool(jumped) or bool(ended))
 
 
-def stuck_robots(track: Track, models: np.ndarray, least_cm: float) -> tuple[Fault, ...]:
+def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
     """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
     The last R individuals are replicas of models (R, 2 n). One whose model may make it stand, or push against a wall, is not
@@ -354,7 +353,7 @@ def stuck_robots(track: Track, models: np.ndarray, least_cm: float) -> tuple[Fau
     moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
     turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
     pairs = models.reshape(len(models), -1, 2)
-    turns = np.abs(pairs[..., 0] - pairs[..., 1]) * FULL_TURN_RAD_S * track.interval_s * (len(track.poses) - 1)
+    turns = np.abs(pairs[..., 0] - pairs[..., 1]) * full_turn_rad_s * track.interval_s * (len(track.poses) - 1)
     must = np.ones(len(track.labels), bool)
     must[len(must) - len(models) :] = (turns >= SURE_TURN_RAD).all(axis=1)
     faults = []

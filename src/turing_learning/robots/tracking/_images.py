@@ -100,6 +100,12 @@ class Capture:
             raise self._failed()
         return np.asarray(image)
 
+    def require_rate(self, fps: float) -> None:
+        """Reject a video whose frame rate is another one, by more than 1 %; one that names none is taken."""
+        rate = float(self._device.get(vision().CAP_PROP_FPS))
+        fits = not rate > 0 or abs(fps / rate - 1) <= 0.01
+        require(fits, "camera.fps", f"be the frame rate of the video, {rate:g}", f"{fps:g}")
+
     def close(self) -> None:
         """Release the camera."""
         self._device.release()

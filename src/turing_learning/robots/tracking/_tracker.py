@@ -20,6 +20,8 @@ from ._markers import Detections, Markers
 
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
 """Kinds of faults."""
+PUSH_CM, PUSH_RAD = 1.0, 0.7
+"""How much farther than by its wheels a robot may move and turn between two images: others push it, and headings have errors."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ class Fault:
         Where it began, counted from 0.
     kind
         "frozen camera", "marker missing", "lost" (missing for too long), "carried away" (farther than the robot can have
-        moved) or "surplus marker".
+        moved, or turned) or "surplus marker".
     text
         What happened, for the operator.
     """
@@ -185,7 +187,7 @@ class Tracker:
         Label of each individual: agents first, then replicas.
     interval_s
         Time between images.
-    maximum_speed_cm_s
+    maximum_speed_cm_s, maximum_turn_rad_s
         Of the robots.
     maximum_gap
         Number of images for which an individual may be out of sight and be recognized afterwards.
@@ -199,6 +201,7 @@ class Tracker:
         *,
         interval_s: float = 0.1,
         maximum_speed_cm_s: float = 12.8,
+        maximum_turn_rad_s: float = 2 * 12.8 / 5.1,
         maximum_gap: int = 5,
     ) -> None:
         for label in labels:
@@ -206,6 +209,7 @@ class Tracker:
         self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
         self.interval_s = number("interval_s", interval_s, above=0)
         self._step = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0) * interval_s
+        self.maximum_turn_rad_s = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
         self._maximum_gap = integer("maximum_gap", maximum_gap)
         self._places = calibration.map_pixels(markers.height_cm)
         self.start()
@@ -243,8 +247,17 @@ class Tracker:
             return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), frozen)
         self._frozen, self._last_image = False, image
         detections = self.markers.detect(image, self._places)
+        before, gap = self._poses[:, 2].copy(), self._gap.copy()
         present, free = self._assign(detections)
         faults = self._report(detections, present, free)
+        if detections.headings is not None:
+            turned = np.abs((self._poses[:, 2] - before + np.pi) % (2 * np.pi) - np.pi)
+            too_far = present & (gap >= 0) & (turned > self.maximum_turn_rad_s * self.interval_s * (gap + 1) + PUSH_RAD)
+            for who in np.nonzero(too_far)[0].tolist():
+                text = (
+                    f"{self._name(who)} cannot have turned {np.degrees(turned[who]):.0f} degrees: it was turned by hand"
+                )
+                faults = (*faults, Fault(self._frame, CARRIED, text + ". Repeat the trial."))
         self._gap[~present & (self._gap >= 0)] += 1
         self._was_present = present
         return Sighting(self._poses.copy(), present, faults)
@@ -284,7 +297,9 @@ class Tracker:
     def _nearest(self, individuals: np.ndarray, positions: np.ndarray) -> list[tuple[int, int]]:
         """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within reach."""
         distance = np.hypot(*(self._poses[individuals, None, :2] - positions[None]).transpose(2, 0, 1))
-        reach = (self._step * (self._gap[individuals] + 1) + 1.0)[:, None]  # their way since the last sight, and a push
+        reach = (self._step * (self._gap[individuals] + 1) + PUSH_CM)[
+            :, None
+        ]  # their way since the last sight, and a push
         rows, columns = linear_sum_assignment(np.where(distance <= reach, distance, 1e6))
         return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= reach[i]]
 
