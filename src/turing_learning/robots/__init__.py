@@ -4,14 +4,14 @@ Camera
     A `Calibration` is a `Lens` at its place above the arena: `calibrate_lens` from views of a printed `Board`, `place_camera`
     from markers on the floor. Robots wear `Markers`: `TriangleMarkers`, `RoundMarkers` or `ArucoMarkers`, found in images as
     `Detections`. A `Tracker` turns images (`Sighting`) into a `Track`, whose `speeds` are motion samples and whose `Fault`s
-    say what went wrong. `Capture` is a real `Camera`.
+    say what went wrong. `Capture` opens a video, `LiveCapture` a `Camera`, whose images it stamps.
 Robots
     `open_link` opens a `Link`, a serial line or a TCP port; an `EPuck` sends a `Model` over it and receives a `Signal` or
     `Status`. docs/robots/protocol.md describes the messages.
 Laboratory
     `load_laboratory` reads a file: a `Laboratory` is a `LaboratorySetup` and the configuration of its run. `PcProgram` goes
     through the states P1 to P5 in step with the replicas and returns each `ObservedTrial`; `LaboratorySource` makes samples of
-    them, starts a generation again after a `Disturbance`, and reports every `Event`. Both use an `Equipment`: the
+    them, repeats a trial after a `Disturbance`, and reports every `Event`. Both use an `Equipment`: the
     `real_equipment` with an `Operator`, or that of `rehearse`. `inspect` looks at everything before anything moves.
 Emulation
     `EmulatedLaboratory` has robots (`EmulatedRobot`), an arena, a camera (`EmulatedCamera`), an operator and faults on demand,

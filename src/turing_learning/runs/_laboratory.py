@@ -265,7 +265,7 @@ def _source(
         setup,
         configuration.swarm.control_steps,
         equipment or real_equipment(setup),
-        laboratory_tracker(setup, configuration.scenario.robot),
+        laboratory_tracker(setup, configuration.swarm.robot),
         watch=watch,
         last_attempt=store.last_attempt,
     )

@@ -1,1 +1,1 @@
-"""The laboratory that is not there: robots, their program, arena, camera and operator."""
+"""The emulated laboratory: robots, their program, arena, camera and operator."""

@@ -1,4 +1,4 @@
-"""The emulated laboratory: an arena, the faults that may happen in it, and the operator; by name for whoever types."""
+"""The emulated laboratory: an arena, the faults that may happen in it, and the operator; both also as typed commands."""
 
 import inspect
 from collections.abc import Callable, Iterable

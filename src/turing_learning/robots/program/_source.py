@@ -73,7 +73,7 @@ class LaboratorySource(Source):
     Attributes
     ----------
     generation
-        Number of the generation that is collected next; whoever runs the generations keeps it.
+        Number of the generation that is collected next; set by the run.
 
     Source
     ------
