@@ -9,13 +9,13 @@ from scipy.optimize import minimize
 TYPICAL = 1.5
 """Length scales are expected to be at least of this size, on a range of 2; smaller ones by a factor of e cost 1/2."""
 
-BOUNDS = (np.log(0.1), np.log(30.0)), (-9.0, 6.0), (-9.0, 6.0)
+BOUNDS = (np.log(0.02), np.log(30.0)), (-9.0, 14.0), (-9.0, 14.0)
 """Of the logarithms of length scales, of the variance of slopes, and of the variance of bends."""
 
 FARTHEST_START = np.log(5.0)
 """Length scales are sought from no longer ones: from far out nothing pulls them back."""
 
-CONSTANT = 100.0
+CONSTANT = 1e4
 """Variance of the constant, in units of the noise."""
 
 PIVOTS = 120
@@ -62,7 +62,7 @@ def conditioned(points: np.ndarray, outputs: np.ndarray, logs: np.ndarray) -> Em
     """Return the emulator with these length scales and variances; for the arguments see `learned_kernel`."""
     z = points / np.exp(logs[:-2])
     pivots = z[_pivots(z, logs)]
-    factor = np.linalg.cholesky(_covariance(pivots, pivots, logs) + 1e-8 * CONSTANT * np.eye(len(pivots)))
+    factor = np.linalg.cholesky(_covariance(pivots, pivots, logs) + 1e-10 * CONSTANT * np.eye(len(pivots)))
     basis = solve_triangular(factor, np.eye(len(pivots)), lower=True).T
     features = _covariance(z, pivots, logs) @ basis
     values, vectors = np.linalg.eigh(features.T @ features)

@@ -37,7 +37,10 @@ RULED_OUT = 20.0
 PROPOSED = 0.16
 """Power of the likelihood that further samples are proposed by: 2.5 times as wide as the draws."""
 
-LEAST_P, MOST_MOVED, LEAST_CANARY = 0.01, 3.0, 0.6
+CHANCES = 1000
+"""Means of samples of the model that the distance is held against."""
+
+LEAST_P, MOST_MOVED, LEAST_CANARY = 0.005, 3.0, 0.6
 """Bounds within which `Matched.settled` is said of a solution."""
 
 ROUNDS = 4
@@ -165,6 +168,7 @@ def match(
     fold, inert = _folds(z, rng)
     z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
     x, g = _standardized(x, g)
+    size = min(size, max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
         broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, FAR)
@@ -184,7 +188,8 @@ def match(
     canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
     middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
     known = high_z - low_z < WHOLE
-    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), rng)
+    leverage = float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
+    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, rng)
     settled = p_value >= LEAST_P and moved <= MOST_MOVED and canary >= LEAST_CANARY
     return Matched(
         estimate=low + units * (middle + 1),
@@ -197,7 +202,7 @@ def match(
         settled=settled,
         distance=distance,
         p_value=p_value,
-        leverage=float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean()),
+        leverage=leverage,
         canary=canary,
         moved=moved,
     )
@@ -295,19 +300,16 @@ def _fit(
     expected = _linear(z, t, weights)
     misses = t - expected
     offset = np.average(t, axis=0, weights=weights)
-    found: np.ndarray | None = None
+    longer = np.inf if far else LONGER
     for _ in range(2):  # the second time with the covariance that the first has found
         residual = (misses * weights[:, None]).T @ misses / weights.sum()
         residual += 1e-6 * np.trace(residual) / len(residual) * np.eye(len(residual))
         values, vectors = np.linalg.eigh(residual)
         whiten = vectors / np.sqrt(values)
         whiten = whiten @ np.linalg.svd((expected - offset) @ whiten, full_matrices=False)[2].T
-        if found is None:
-            longer = np.inf if far else LONGER
-            found = learned_kernel(z, (t - offset) @ whiten, logs, longer)
-        emulator = conditioned(z, (t - offset) @ whiten, found)
+        found = learned_kernel(z, (t - offset) @ whiten, logs, longer)
+        logs, longer, emulator = found, min(longer, LONGER), conditioned(z, (t - offset) @ whiten, found)
         misses = _left_out(emulator, z, (t - offset) @ whiten) @ np.linalg.inv(whiten)
-    assert found is not None
     residual = (misses * weights[:, None]).T @ misses / weights.sum()
     target, covariance = _target(target_samples, residual, recordings)
     trust = float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST))
@@ -467,7 +469,13 @@ def _moved_by_halves(local: _Local, points: np.ndarray, rng: np.random.Generator
 
 
 def _distance(
-    x: np.ndarray, g: np.ndarray, local: _Local, places: np.ndarray, weights: np.ndarray, rng: np.random.Generator
+    x: np.ndarray,
+    g: np.ndarray,
+    local: _Local,
+    places: np.ndarray,
+    weights: np.ndarray,
+    leverage: float,
+    rng: np.random.Generator,
 ) -> tuple[float, float]:
     """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
 
@@ -489,7 +497,7 @@ def _distance(
         mean = mean / scale
         return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * len(g))
 
-    simulated = np.array([statistic(misses[rng.integers(len(x), size=len(g))].mean(axis=0)) for _ in range(200)])
-    simulated *= 1 + len(g) * inverse[0, 0]
+    simulated = np.array([statistic(misses[rng.integers(len(x), size=len(g))].mean(axis=0)) for _ in range(CHANCES)])
+    simulated *= 1 + len(g) * (inverse[0, 0] + leverage)
     observed = statistic(g.mean(axis=0) - coefficients[0])
     return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))
