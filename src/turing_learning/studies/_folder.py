@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from turing_learning._seals import digest_of, file_digest
+from turing_learning.errors import is_integer
 from turing_learning.store import SEALS, Kind, RunFolderError, Store, encoded
 
 if TYPE_CHECKING:
@@ -95,6 +96,8 @@ class StudyFolder(Store):
                     f"`config.toml` must be as it was when the study began; got a changed one "
                     f"[{self.configuration_path}]. Restore it, or start a new study."
                 )
+            if not content["runs"] or any(not is_integer(run["run.seed"]) for run in content["runs"]):
+                raise TypeError("no run, or one without a seed")  # noqa: TRY301
             simulate = str(content.get("simulate", ""))
             return Plan(load_configuration(self.configuration_path), tuple(content["runs"]), simulate)
         except (OSError, KeyError, TypeError, ConfigurationError) as error:

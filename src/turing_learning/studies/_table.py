@@ -236,13 +236,31 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     path, settings = folder.run_path(number), plan.settings[number - 1]
     result = _json(path / "result.json")
     # a run that has its result may still be drawing, or was killed while it did
-    if result is not None and result.get("complete") and (_json(path / "manifest.json") or {}).get("state") != RUNNING:
+    drawn = (_json(path / "manifest.json") or {}).get("state") != RUNNING
+    if (
+        result is not None
+        and result.get("complete")
+        and drawn
+        and _is_result(result, plan.base.scenario.parameter_names)
+    ):
         untimed = {name: value for name, value in result.items() if name not in TIMINGS}
         return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
     failure = _json(path / FAILURE)
     if failure is not None:
         return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
+
+
+def _is_result(result: dict[str, Any], names: Sequence[str]) -> bool:
+    """Return whether a file holds what the table needs; else its run counts as stopped, and is resumed."""
+    objects = [result.get(key, 0) for key in ("best_model", "estimate", *ERRORS.values(), "truth")]
+    models, others = objects[:2], objects[2:]
+    numbers = (result.get(key, "") for key in ("mae", "estimate_mae"))
+    return (
+        all(isinstance(one, dict) and all(isinstance(one.get(name), float | int) for name in names) for one in models)
+        and all(one is None or isinstance(one, dict) for one in others)
+        and all(number is None or isinstance(number, float | int) for number in numbers)
+    )
 
 
 def _json(path: Path) -> dict[str, Any] | None:

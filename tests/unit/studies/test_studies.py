@@ -431,3 +431,21 @@ def test_a_study_of_before_seals_is_resumed_and_says_once_that_it_is_not_verifie
     assert caplog.messages == [f"{tmp_path / 'old'}: not verified, it was written without seals."]
     assert resume_study(tmp_path / "old", executor=executor) == finished
     assert tables(tmp_path / "old") == tables(finished.path)
+
+
+@pytest.mark.parametrize(
+    "content", ["[]", '{"complete": true}', '{"complete": true, "estimate": 3}', "[" * 100_000, "\x00"]
+)
+def test_a_run_whose_result_holds_something_else_counts_as_stopped(content, finished, tmp_path):
+    shutil.copytree(finished.path, tmp_path / "study")
+    (tmp_path / "study" / "runs" / "0002" / "result.json").write_text(content)
+    assert [run.state for run in load_study(tmp_path / "study").runs] == ["complete", "stopped", "complete"]
+
+
+@pytest.mark.parametrize("runs", [[], [1, 2], [{}], [{"run.seed": "1"}], 3])
+def test_runs_that_are_none_are_refused(runs, finished, tmp_path):
+    shutil.copytree(finished.path, tmp_path / "study", ignore=shutil.ignore_patterns("runs", "seals.txt"))
+    path = tmp_path / "study" / "study.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"runs": runs}))
+    with pytest.raises(RunFolderError, match=r"^`study` must be as it was when it began; got .* cannot be read"):
+        load_study(tmp_path / "study")
