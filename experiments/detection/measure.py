@@ -18,6 +18,8 @@ from turing_learning.analysis import area_under_curve
 from turing_learning.detection import (
     KINDS,
     Detector,
+    Eye,
+    RunClassifiers,
     classifiers_eye,
     detect,
     one_class_eye,
@@ -26,7 +28,7 @@ from turing_learning.detection import (
     run_classifiers,
     statistics_eye,
 )
-from turing_learning.detection._alike import _held_out
+from turing_learning.detection._alike import TOGETHER, _held_out
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed
@@ -98,7 +100,7 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
         others[size] = Trials.draw(scenario, mixed(scenario, 300), rng).observe(models, 1)[:, agents]
     rows: list[list[object]] = []
     flat = fresh.reshape(-1, *fresh.shape[2:])
-    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
+    for eye in eyes(run):
         groups = [[each[None] for each in group] for group in normal]
         score = eye.learn([eye.see(group) for group in groups], [range(len(group)) for group in groups], False)
         usual = np.concatenate(score(eye.see([each[None] for each in flat])))
@@ -155,28 +157,48 @@ def planted(
     run = run_classifiers(result)
     genuine = [recorded_motion(each, run) for each in normal]
     shown = detect(run, recorded_motion(cases[0][1], run), genuine=genuine).rankings[0].name
-    rows: list[list[object]] = []
-    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
+    found: dict[str, list[np.ndarray]] = {}
+    for eye in eyes(run):
         seen = [eye.see(each.samples) for each in genuine]
-        score = eye.learn(seen, [[k for k, own in enumerate(each) if len(own)] for each in seen], True)
-        usual, known, found, first = {}, {}, {}, {}
-        for kind, before, after, who in cases:
-            if id(before) not in usual:
+        _, score = scaled(eye, seen)
+        known: dict[int, list[np.ndarray]] = {}
+        found[eye.name] = []
+        for _, before, after, who in cases:
+            if id(before) not in known:
                 known[id(before)] = eye.see(recorded_motion(before, run).samples)
-                usual[id(before)] = np.array([own.mean() for own in score(known[id(before)])])
             moved = list(known[id(before)])  # the fellows of a planted individual are looked at as they were
             moved[who] = eye.see([recorded_motion(after, run).samples[who]])[0]
-            scores = np.array([own.mean() for own in score(moved)])
-            found.setdefault(kind, []).append(scores[who])
-            first.setdefault(kind, []).append(scores.argmax() == who)
-        everybody = np.concatenate(list(usual.values()))
-        ways = (eye.name, "shown first") if eye.name == shown else (eye.name,)
-        for way in ways:
-            rows += [
-                [kind, way, f"{area_under_curve(np.array(found[kind]), everybody):.4f}", f"{np.mean(first[kind]):.4f}"]
-                for kind in found
-            ]
+            found[eye.name].append(np.stack([score(known[id(before)]), score(moved)]))
+    found[TOGETHER] = [np.sum(each, axis=0) for each in zip(*found.values(), strict=True)]
+    found["read first"] = found[shown]
+    rows: list[list[object]] = []
+    for way, each in found.items():
+        usual = np.concatenate(list({id(case[1]): both[0] for case, both in zip(cases, each, strict=True)}.values()))
+        for kind in dict.fromkeys(case[0] for case in cases):
+            some = [(both[1], case[3]) for case, both in zip(cases, each, strict=True) if case[0] == kind]
+            area = area_under_curve(np.array([scores[who] for scores, who in some]), usual)
+            rows.append([kind, way, f"{area:.4f}", f"{np.mean([scores.argmax() == who for scores, who in some]):.4f}"])
     return rows
+
+
+def eyes(run: RunClassifiers) -> tuple[Eye, ...]:
+    """Return the ways to look."""
+    return classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()
+
+
+def scaled(eye: Eye, seen: list[list[np.ndarray]]) -> tuple[np.ndarray, Callable[[list[np.ndarray]], np.ndarray]]:
+    """Return the scores of normal individuals, each by what was learned without it, and a scorer; as `judge_alike` adds them up."""
+    who = [[k for k, own in enumerate(each) if len(own)] for each in seen]
+    scores = _held_out(eye, seen, who, list(range(len(seen))), True)[0]
+    middle = np.median(scores)
+    scatter = np.median(np.abs(scores - middle))
+    learned_all = eye.learn(seen, who, True)
+
+    def score(features: list[np.ndarray]) -> np.ndarray:
+        means = np.array([own.mean() if len(own) else -np.inf for own in learned_all(features)])
+        return np.arcsinh((means - middle) / scatter)
+
+    return np.arcsinh((scores - middle) / scatter), score
 
 
 def families(work: Path) -> Measured:
@@ -252,18 +274,17 @@ def alarms(work: Path) -> Measured:
                     genuine = [recorded_motion(each, run) for each in group(name, count, 40000 + part)]
                     fresh = [recorded_motion(each, run) for each in group(name, 40, 50000 + part)]
                     shown = detect(run, fresh[0], genuine=genuine).rankings[0].name
-                    for eye in (classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()):
-                        seen = [eye.see(each.samples) for each in genuine]
-                        who = [range(INDIVIDUALS)] * count
-                        scores, _, _, _ = _held_out(eye, seen, who, list(range(count)), True)
-                        score = eye.learn(seen, who, True)
-                        for each in fresh:
-                            means = np.array([own.mean() for own in score(eye.see(each.samples))])
-                            chances = (1 + (scores >= means[:, None]).sum(axis=1)) / (len(scores) + 1)
-                            for share in (0.01, 0.05):
-                                rate = float(np.mean(chances <= max(share, 1 / (len(scores) + 1)) + 1e-9))
-                                for way in {eye.name, "shown first" if eye.name == shown else eye.name}:
-                                    called.setdefault((way, share), []).append(rate)
+                    usual, new = {}, {}
+                    for eye in eyes(run):
+                        usual[eye.name], score = scaled(eye, [eye.see(each.samples) for each in genuine])
+                        new[eye.name] = np.stack([score(eye.see(each.samples)) for each in fresh])
+                    usual[TOGETHER], new[TOGETHER] = sum(usual.values()), sum(new.values())
+                    usual["read first"], new["read first"] = usual[shown], new[shown]
+                    for way, scores in usual.items():
+                        chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (len(scores) + 1)
+                        for share in (0.01, 0.05):
+                            limit = max(share, 1 / (len(scores) + 1)) + 1e-9
+                            called.setdefault((way, share), []).extend(np.mean(chances <= limit, axis=1).tolist())
                 return [
                     [way, share, max(share, 1 / (count * INDIVIDUALS + 1)), len(each), f"{np.mean(each):.4f}"]
                     for (way, share), each in called.items()

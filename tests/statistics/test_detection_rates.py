@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from turing_learning.detection import judge_alike, statistics_eye
 from turing_learning.detection._chance import Scan, p_values
 
 DETECTORS, INDIVIDUALS = 500, 8
@@ -83,3 +84,20 @@ def test_an_individual_that_is_lower_throughout_has_a_small_p_value():
         np.mean(p_values(rng.beta(16, 4, 50), rng.beta(16, 4, (INDIVIDUALS, 10)) - 0.1) <= 0.01) for _ in range(200)
     ]
     assert np.mean(found) > 0.7
+
+
+@pytest.mark.parametrize("share", [0.05, 0.2])
+def test_judged_alike_keeps_its_rate_where_individuals_differ_lastingly(share):
+    rng, called = np.random.default_rng(31), []
+
+    def group():
+        return list(0.3 * rng.standard_normal((6, 1, 1, 2)) + rng.standard_normal((6, 10, 5, 2)))
+
+    for _ in range(12):
+        normal = [group() for _ in range(12)]
+        for _ in range(3):
+            found = judge_alike([statistics_eye()], group(), normal, names="abcdef", false_alarms=share)
+            called.append([each.abnormal for each in found.individuals])
+    # 216 individuals by 12 calibrations with 72 normal ones each: a standard error of sqrt(s (1 - s) (1 / 216 + 1 / 864)),
+    # 0.017 and 0.030; three of them
+    assert abs(np.mean(called) - share) < 3 * np.sqrt(share * (1 - share) * (1 / 216 + 1 / 864))

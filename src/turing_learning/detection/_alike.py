@@ -23,6 +23,10 @@ SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
 LEAST_SPREAD = 1e-3
 """Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
+CLASSIFIERS = "judged alike"
+TOGETHER = "all together"
+MARGIN = 0.02
+"""By how much the area of one way to look must be larger than that of all together to be read instead: few cases decide it."""
 FOLDS = 10
 WINDOWS = 2000  # that a support vector machine learns from, at most
 
@@ -65,7 +69,7 @@ class Eye:
 
 def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
     """Look with classifiers (J, Q): one raw output each."""
-    return Eye("judged alike", lambda windows: classifier.judge(genomes, windows).T.astype(np.float64), _distance)
+    return Eye(CLASSIFIERS, lambda windows: classifier.judge(genomes, windows).T.astype(np.float64), _distance)
 
 
 def statistics_eye() -> Eye:
@@ -210,7 +214,7 @@ class Detection:
     Attributes
     ----------
     rankings
-        The first is the one to read: that which tells known cases best, `judged alike` only if it beats the baselines.
+        The first is the one to read: that which tells known cases best; all together unless one way is clearly better.
     false_alarms
         Share of normal individuals that may be called abnormal, as it was asked for.
     level
@@ -258,9 +262,13 @@ class Detection:
         compared = ", ".join(
             each.name if each.area is None else f"{each.name} {each.area:.3f}" for each in self.rankings
         )
-        said.append(
-            f"Area under the curve by {self.cases}: {compared}." if self.cases else f"Also looked at: {compared}."
-        )
+        if not self.cases:
+            return (*said, f"Also looked at: {compared}.")
+        areas = {each.name: each.area or 0.0 for each in self.rankings}
+        rivals = [area for name, area in areas.items() if name not in (CLASSIFIERS, TOGETHER)]
+        if CLASSIFIERS in areas and rivals:
+            beat = "beat" if areas[CLASSIFIERS] > max(rivals) else "do not beat"
+            said.append(f"The classifiers {beat} the baselines by {self.cases}; area under the curve: {compared}.")
         return tuple(said)
 
 
@@ -318,12 +326,14 @@ def judge_alike(
     enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
     relative = enough if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
+    looks = [_look(eye, motion, pieces, owners, cases, relative) for eye in eyes]
+    if len(looks) > 1:
+        looks.append(_together(looks))
+    areas = [area_under_curve(look.cases, look.normal, look.weights) if cases else None for look in looks]
     rankings = [
-        _ranked(eye, motion, names, pieces, owners, cases, relative, false_alarms if promised else None) for eye in eyes
+        _ranked(look, names, area, false_alarms if promised else None) for look, area in zip(looks, areas, strict=True)
     ]
-    best = sorted(rankings[1:], key=lambda ranking: -(ranking.area or 0.0))
-    if best and rankings[0].area is not None and not rankings[0].area > (best[0].area or 0.0):
-        rankings = [best[0], rankings[0], *best[1:]]
+    rankings.sort(key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == TOGETHER) * MARGIN)
     return Detection(
         rankings=tuple(rankings),
         false_alarms=false_alarms,
@@ -346,59 +356,74 @@ def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list
     return pieces, owners
 
 
-def _ranked(
-    eye: Eye,
-    motion: Windows,
-    names: Sequence[str],
-    pieces: Sequence[Windows],
-    owners: Sequence[int],
-    cases: Sequence[Case],
-    relative: bool,
-    false_alarms: float | None,
-) -> Ranking:
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What one way to look finds: shares (W,) of the individuals, scores (n,) of normal ones, whose these are and their weights,
+    and scores (K,) of cases."""
+
+    name: str
+    shares: list[np.ndarray]
+    normal: np.ndarray
+    whose: np.ndarray
+    weights: np.ndarray
+    cases: np.ndarray
+
+
+def _look(
+    eye: Eye, motion: Windows, pieces: Sequence[Windows], owners: Sequence[int], cases: Sequence[Case], relative: bool
+) -> _Look:
     seen = [eye.see(windows) for windows in pieces]
     everybody = [[k for k, each in enumerate(some) if len(each)] for some in seen]
-    scores, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative)
-    found = eye.learn(seen, everybody, relative)(eye.see(motion))
-    means = np.array([each.mean() if len(each) else np.nan for each in found])
-    order = np.argsort(np.where(np.isnan(means), -np.inf, means) * -1, kind="stable")
+    normal, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative)
+    shares = eye.learn(seen, everybody, relative)(eye.see(motion))
+    known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
+    return _Look(eye.name, shares, normal, whose, weights, known)
+
+
+def _together(looks: Sequence[_Look]) -> _Look:
+    """Add up what several ways find, each in units of the scatter of normal individuals, and large scores by their logarithm."""
+    shares: list[np.ndarray] = [np.zeros(len(each)) for each in looks[0].shares]
+    normal, cases = np.zeros(len(looks[0].normal)), np.zeros(len(looks[0].cases))
+    for look in looks:
+        middle = float(np.median(look.normal))
+        scatter = max(float(np.median(np.abs(look.normal - middle))), 1e-9)
+        normal += np.arcsinh((look.normal - middle) / scatter)
+        cases += np.arcsinh((look.cases - middle) / scatter)
+        for k, each in enumerate(look.shares):
+            if len(each):
+                score = (each.mean() - middle) / scatter
+                shares[k] += (each - middle) / scatter * (np.arcsinh(score) / score if score else 1.0)
+    return _Look(TOGETHER, shares, normal, looks[0].whose, looks[0].weights, cases)
+
+
+def _ranked(look: _Look, names: Sequence[str], area: float | None, false_alarms: float | None) -> Ranking:
+    means = np.array([each.mean() if len(each) else np.nan for each in look.shares])
+    order = np.argsort(-np.where(np.isnan(means), -np.inf, means), kind="stable")
     ranks = np.empty(len(means), dtype=int)
     ranks[order] = np.arange(1, len(means) + 1)
-    total = weights.sum()
+    scores, whose, weights = look.normal, look.whose, look.weights
 
     def p_values(values: np.ndarray, known: np.ndarray, of: np.ndarray) -> np.ndarray:
         ordered = np.argsort(known)
         above = np.append(np.cumsum(of[ordered][::-1])[::-1], 0.0)
         return np.asarray((1 + above[np.searchsorted(known[ordered], values, "left")]) / (of.sum() + 1))
 
-    chances = np.where(np.isnan(means), np.nan, p_values(means, scores, weights))
-    level = None if false_alarms is None else max(false_alarms, 1 / (total + 1)) + 1e-9
-    called = np.nan
+    level, called, chances = None, float("nan"), np.full(len(means), np.nan)
     if false_alarms is not None:
-        called = 0.0
+        level, called = max(false_alarms, 1 / (weights.sum() + 1)) + 1e-9, 0.0
+        chances = np.where(np.isnan(means), np.nan, p_values(means, scores, weights))
         for one in np.unique(whose):
             own = whose == one
-            if not own.all():
-                others = weights[~own]
-                limit = max(false_alarms, 1 / (others.sum() + 1)) + 1e-9
-                called += float(weights[own][p_values(scores[own], scores[~own], others) <= limit].sum())
+            limit = max(false_alarms, 1 / (weights[~own].sum() + 1)) + 1e-9
+            called += float(weights[own][p_values(scores[own], scores[~own], weights[~own]) <= limit].sum())
     individuals = []
-    for k, name in enumerate(names):
+    for k, (name, shares) in enumerate(zip(names, look.shares, strict=True)):
         abnormal = None if level is None else bool(chances[k] <= level)
+        flagged = _stretch(shares) if abnormal else np.zeros(len(shares), dtype=bool)
         individuals.append(
-            Standing(
-                individual=name,
-                rank=int(ranks[k]),
-                score=float(means[k]),
-                p_value=float(chances[k]) if level is not None else float("nan"),
-                abnormal=abnormal,
-                windows=len(found[k]),
-                shares=found[k],
-                flagged=_stretch(found[k]) if abnormal else np.zeros(len(found[k]), dtype=bool),
-            )
+            Standing(name, int(ranks[k]), float(means[k]), float(chances[k]), abnormal, len(shares), shares, flagged)
         )
-    area = _area(eye, cases, seen, owners, scores, weights, scorers) if cases else None
-    return Ranking(eye.name, tuple(individuals), area, called)
+    return Ranking(look.name, tuple(individuals), area, called)
 
 
 def _held_out(
@@ -434,16 +459,10 @@ def _held_out(
     return np.array(scores), np.array(whose), np.array(weights), scorers
 
 
-def _area(
-    eye: Eye,
-    cases: Sequence[Case],
-    seen: Sequence[Seen],
-    owners: Sequence[int],
-    scores: np.ndarray,
-    weights: np.ndarray,
-    scorers: dict[Any, Scorer],
-) -> float:
-    """Return the area under the curve of cases, each by what was learned without its recording, against normal individuals."""
+def _of_cases(
+    eye: Eye, cases: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int], scorers: dict[Any, Scorer]
+) -> np.ndarray:
+    """Return the scores (K,) of cases, each by what was learned without its recording."""
     found, first = [], next(iter(scorers.values()))
     for case, features in zip(cases, eye.see([case.windows for case in cases]), strict=True):
         if case.recording is None:
@@ -454,7 +473,7 @@ def _area(
         group[case.place] = features[: max(1, len(group[case.place]))]
         scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
         found.append(float(scorer(group)[case.place].mean()))
-    return area_under_curve(np.array(found), scores, weights)
+    return np.array(found)
 
 
 def _stretch(shares: np.ndarray) -> np.ndarray:

@@ -87,8 +87,11 @@ def detect(
             "Give motion of normal individuals.", error=ConfigurationError,
         )  # fmt: skip
         assert run.calibration is not None
-        pool = run.calibration[0][:, 0]
-        promised = not isinstance(motion, RecordedMotion) and len(pool) >= 2 * int(np.median(lengths))
+        pool = run.calibration[0][len(run.calibration[0]) // 2 :, 0]  # the run has not learned from these
+        alike = run.in_laboratory or not isinstance(
+            motion, RecordedMotion
+        )  # windows of one recording are not independent
+        promised = alike and len(pool) >= 2 * int(np.median(lengths))
         normal = _pooled(pool, int(np.median(lengths)) if promised else 1, seed)
         recordings, relative = 0, False
     if abnormal:

@@ -41,7 +41,8 @@ def test_a_demonstration_ranks_every_individual(run, call):
     assert f"{list(rows.values()).count('abnormal')} of 3 abnormal, by windows of 10 steps; ranked by " in out
     assert re.search(r"Of the 600 normal individuals \d+ would have been called abnormal\.", out)
     assert re.search(
-        r"Area under the curve by 96 simulated robots with other parameters: .*judged alike [01]\.\d{3}", out
+        r"The classifiers (do not )?beat the baselines by 96 simulated robots .*; .*judged alike [01]\.\d{3}",
+        out,
     )
 
 
@@ -56,10 +57,9 @@ def test_json_holds_every_ranking(run, call):
     for entry in content["individuals"]:
         assert entry["abnormal"] == (entry["p_value"] <= 0.05)
         assert bool(entry["samples"]) == entry["abnormal"]
-    assert {each["by"] for each in content["rankings"]} >= {"judged alike", "window statistics"}
+    assert {each["by"] for each in content["rankings"]} >= {"judged alike", "window statistics", "all together"}
     assert content["by"] == content["rankings"][0]["by"]
-    best = max(each["area"] for each in content["rankings"])
-    assert content["rankings"][0]["area"] == best
+    assert content["rankings"][0]["area"] >= max(each["area"] for each in content["rankings"]) - 0.02
 
 
 def test_a_rule_by_votes_prints_what_it_did(run, call):

@@ -1,0 +1,185 @@
+"""Judged alike: who is unlike normal individuals, what can be promised, and which way to look is read."""
+
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.detection import (
+    KINDS,
+    Case,
+    Eye,
+    classifiers_eye,
+    detect,
+    judge_alike,
+    one_class_eye,
+    plant,
+    plant_abnormal,
+    run_classifiers,
+    statistics_eye,
+    window_statistics,
+)
+from turing_learning.trajectories import Trajectories
+
+RNG = np.random.default_rng(7)
+NAMES = ("a", "b", "c", "d", "e")
+
+
+def group(size=5, windows=12, shift=0.0, own=0.3):
+    """Windows (W, 6, 2) of individuals that differ lastingly; all of them are shifted alike."""
+    means = own * RNG.standard_normal((size, 1, 1, 2)) + shift
+    return list(means + RNG.standard_normal((size, windows, 6, 2)))
+
+
+def judged(motion, normal, eyes=None, **options):
+    return judge_alike(eyes or [statistics_eye()], motion, normal, names=NAMES[: len(motion)], **options)
+
+
+def strange(shift=0.0, by=4.0):
+    motion = group(shift=shift)
+    motion[2] = motion[2] + by
+    return motion
+
+
+NORMAL = [group() for _ in range(6)]
+
+
+@pytest.mark.parametrize("by", [4.0, -4.0])
+def test_whoever_is_unlike_normal_individuals_comes_first_on_either_side(by):
+    found = judged(strange(by=by), NORMAL)
+    third = found.individuals[2]
+    assert (third.rank, third.abnormal, third.p_value) == (1, True, pytest.approx(1 / 31))
+    assert sorted(each.rank for each in found.individuals) == [1, 2, 3, 4, 5]
+    assert third.score == pytest.approx(third.shares.mean())
+
+
+def test_what_all_of_a_recording_share_is_no_sign():
+    alike, apart = (judged(strange(shift=50.0), NORMAL, relative=relative) for relative in (None, False))
+    assert sum(each.abnormal for each in alike.individuals) <= 2
+    assert all(each.abnormal for each in apart.individuals)
+
+
+def test_a_rate_that_normal_individuals_are_too_few_for_is_not_promised():
+    found = judged(strange(), NORMAL, false_alarms=0.01)
+    assert found.level == pytest.approx(1 / 31)
+    assert found.remarks[0].startswith("0.01 cannot be promised by 30 normal individuals: the least is 1 of 31, 0.032.")
+    assert judged(strange(), NORMAL, false_alarms=0.1).level == 0.1
+
+
+def test_normal_individuals_are_judged_by_the_recordings_of_others():
+    odd = [*NORMAL[:5], group(own=8.0)]  # individuals of the last recording differ by far more than those of the others
+    found = judged(strange(), odd, false_alarms=0.1)
+    assert found.rankings[0].called >= 3
+    assert "On your normal recordings" in found.remarks[0]
+    alone = judged(strange(), NORMAL[:1], false_alarms=0.2)
+    assert (alone.normal, alone.recordings) == (5, 1)
+    assert "On your normal recording " in alone.remarks[0]
+
+
+def test_without_a_promise_there_is_a_ranking_and_no_verdict():
+    found = judged(strange(), NORMAL, promised=False)
+    assert found.level is None
+    assert found.individuals[2].rank == 1
+    assert {each.abnormal for each in found.individuals} == {None}
+    assert "the ranking stands" in found.remarks[0]
+
+
+def test_normal_recordings_are_cut_as_short_as_the_motion():
+    short = [each[:2] for each in group()]
+    called = np.mean(
+        [judged([w[:2] for w in group()], NORMAL, false_alarms=0.2).individuals[k].abnormal for k in range(5)]
+    )
+    assert called <= 0.6
+    assert judged(short, NORMAL).normal == 30  # pieces of an individual are not individuals
+
+
+def test_who_has_no_windows_is_ranked_last_and_not_called_abnormal():
+    motion = strange()
+    motion[0] = motion[0][:0]
+    found = judged(motion, NORMAL).individuals[0]
+    assert (found.rank, found.windows, found.abnormal) == (5, 0, False)
+
+
+def test_the_stretch_that_makes_an_individual_abnormal_is_flagged():
+    motion = group(windows=20)
+    motion[2][10:] += 6.0
+    flagged = judged(motion, [group(windows=20) for _ in range(6)]).individuals[2].flagged
+    assert flagged[11:].all()
+    assert not flagged[:9].any()
+
+
+def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measure():
+    noise = lambda windows: np.sin(1e7 * windows[:, 0, :1])  # noqa: E731
+    blind = Eye("judged alike", noise, statistics_eye().learn)
+    cases = [Case(NORMAL[r][k] + 4.0, r, k) for r in range(6) for k in range(2)]
+    found = judged(strange(), NORMAL, [blind, statistics_eye()], cases=cases, said_of_cases="12 planted individuals")
+    areas = {each.name: each.area for each in found.rankings}
+    assert areas["window statistics"] > 0.95 > areas["judged alike"]
+    assert found.rankings[0].name in ("window statistics", "all together")
+    assert "The classifiers do not beat the baselines by 12 planted individuals" in found.remarks[-1]
+
+
+def test_a_one_class_machine_finds_what_is_far_away():
+    assert judged(strange(), NORMAL, [one_class_eye()]).individuals[2].rank == 1
+
+
+def test_classifiers_are_looked_at_by_their_raw_outputs():
+    class Sums:
+        def judge(self, genomes, samples):
+            return (genomes @ samples.mean(axis=1).T).astype(np.float32)
+
+    eye = classifiers_eye(Sums(), RNG.standard_normal((5, 2)))
+    assert eye.describe(NORMAL[0][0]).shape == (12, 5)
+    assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
+
+
+def test_windows_have_seven_statistics_for_each_signal():
+    windows = np.zeros((1, 4, 2))
+    windows[0, :, 0] = [0, 1, 0, 1]
+    found = window_statistics(windows)[0].reshape(7, 2)
+    np.testing.assert_allclose(found[:, 0], [0.5, 0.5, 0, 0.5, 1, np.std([1, -1, 1]), -1.0])
+    np.testing.assert_allclose(found[:, 1], 0)
+
+
+@pytest.mark.parametrize(
+    ("motion", "normal", "options", "message"),
+    [
+        (group(), [[group()[0]]], {}, "`genuine` must hold at least 2 normal individuals with a window; got 1"),
+        (group(), NORMAL, {"false_alarms": 1.0}, "`false_alarms` must be .* below 1; got 1"),
+        ([each[:0] for each in group()], NORMAL, {}, "`motion` must hold a window; got none"),
+    ],
+)
+def test_what_cannot_be_judged_is_rejected(motion, normal, options, message):
+    with pytest.raises(ValueError, match=message):
+        judged(motion, normal, **options)
+
+
+def test_simulated_robots_need_no_normal_recordings(run):
+    learned = run_classifiers(run)
+    motion = plant_abnormal(learned.scenario, 1, samples=3, seed=1, threads=1)
+    one, two = (detect(learned, motion, threads=threads) for threads in (1, 2))
+    assert one.level == 0.01
+    assert one.recordings == 0
+    assert [each.score for each in one.individuals] == [each.score for each in two.individuals]
+    assert "96 simulated robots with other parameters" in one.remarks[-1]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_planted_individual_moves_otherwise_and_within_the_space_of_all(kind):
+    positions = np.cumsum(RNG.normal(0.2, 0.3, (400, 3, 2)), axis=0)
+    present = np.ones((400, 3), dtype=bool)
+    present[50:60, 1] = False
+    recording = Trajectories(np.where(present[..., None], positions, 0.0), present, 10.0, ("a", "b", "c"))
+    moved = plant(recording, 1, kind, np.random.default_rng(0))
+    np.testing.assert_array_equal(moved.positions[:, [0, 2]], recording.positions[:, [0, 2]])
+    assert np.abs(moved.positions - recording.positions)[present].max() > 0.1
+    assert (moved.positions[present] >= positions.min(axis=(0, 1)) - 1e-9).all()
+    assert (moved.positions[present] <= positions.max(axis=(0, 1)) + 1e-9).all()
+    np.testing.assert_array_equal(moved.positions[50:60, 1], 0.0)
+
+
+def test_an_unknown_kind_is_rejected():
+    recording = Trajectories(np.zeros((9, 1, 2)), np.ones((9, 1), dtype=bool), 10.0, ("a",))
+    with pytest.raises(
+        ConfigurationError, match=r"`kind` must be a known kind of planted individual; got 'too slwo'. Did you mean"
+    ):
+        plant(recording, 0, "too slwo", np.random.default_rng(0))
