@@ -187,7 +187,7 @@ class FewTrials:
 
     def _known(self, explained: np.ndarray) -> Batch:
         spread, field = self.draws.std(axis=0), self._density.near
-        misfit = 1.0 if field is None else field.temper
+        misfit = 1.0 if field is None else field.misfit
         return Batch(self._number - 1, len(self.buffer), self.estimate, spread, explained, misfit)
 
     def _models(self) -> np.ndarray:

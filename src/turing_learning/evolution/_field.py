@@ -14,6 +14,7 @@ _WIDE = 100.0  # variance of constant and slope
 _TRIED_ON = 250  # samples that choose length and amplitude
 INDUCING = 200
 _JITTER = 1e-6
+MOST_TEMPER = 2.0
 
 
 class MomentField:
@@ -39,9 +40,8 @@ class MomentField:
 
     Attributes
     ----------
-    temper
-        What the logarithm of the density is divided by, >= 1: how much worse than chance the best model still matches, see
-        `calibrate`.
+    misfit
+        Chi square per moment of the best model, >= 1: how much worse than chance it still matches; see `calibrate`.
 
     Source
     ------
@@ -62,7 +62,7 @@ class MomentField:
         tried = rng.permutation(count)[:_TRIED_ON]
         center = np.median(parameters, axis=0)
         points = np.sort(rng.permutation(count)[:inducing])
-        self.temper = 1.0
+        self.misfit = 1.0
         self._build(parameters, moments, noise, center, points, _chosen(parameters[tried] - center, moments[tried]))
 
     def _build(
@@ -114,13 +114,18 @@ class MomentField:
         variance += self._noise
         return -0.5 * (mean**2 / variance + np.log(variance)).sum(axis=1) / self.temper
 
+    @property
+    def temper(self) -> float:
+        """What the logarithm of the density is divided by: the misfit, at most 2; else the next trials would lie too far apart."""
+        return min(self.misfit, MOST_TEMPER)
+
     def calibrate(self, parameters: np.ndarray) -> None:
-        """Set `temper` by the best of N models (N, P): its chi square per moment, at least 1."""
+        """Set `misfit` by the best of N models (N, P)."""
         mean, variance = self.predict(parameters)
         variance += self._noise
         squares = mean**2 / variance
         best = int(np.argmax(-(squares + np.log(variance)).sum(axis=1)))
-        self.temper = max(1.0, float(squares[best].mean()))
+        self.misfit = max(1.0, float(squares[best].mean()))
 
     def state(self) -> dict[str, np.ndarray]:
         """Return what the field is built from."""
@@ -131,13 +136,13 @@ class MomentField:
             "center": self._center,
             "inducing": self._inducing,
             "shapes": self._shapes,
-            "temper": np.array(self.temper),
+            "misfit": np.array(self.misfit),
         }
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "MomentField":
         """Return the field of a state."""
-        missing = {"parameters", "moments", "noise", "center", "inducing", "shapes", "temper"} - set(state)
+        missing = {"parameters", "moments", "noise", "center", "inducing", "shapes", "misfit"} - set(state)
         require(not missing, "state", "be that of a field", f"none of {sorted(missing)}")
         field = cls.__new__(cls)
         parameters = array("state['parameters']", state["parameters"], "S P")
@@ -150,7 +155,7 @@ class MomentField:
             array("state['inducing']", state["inducing"], "B", dtype=np.int64),
             array("state['shapes']", state["shapes"], "Q 2", Q=moments.shape[1]),
         )
-        field.temper = float(state["temper"])
+        field.misfit = float(state["misfit"])
         return field
 
 

@@ -50,7 +50,9 @@ def test_moments_that_no_model_explains_temper_the_density():
     fine, wrong = (MomentField(models, values, 0.01, np.random.default_rng(1)) for values in (moments, odd))
     for each in (fine, wrong):
         each.calibrate(grid())
-    assert fine.temper < 2 < 20 < wrong.temper
+    assert fine.misfit < 2 < 20 < wrong.misfit
+    assert fine.temper == fine.misfit
+    assert wrong.temper == 2
 
 
 def test_a_restored_field_is_the_same_to_the_bit():
@@ -60,6 +62,6 @@ def test_a_restored_field_is_the_same_to_the_bit():
 
 
 def test_an_incomplete_state_is_rejected():
-    state = {name: value for name, value in field().state().items() if name != "temper"}
-    with pytest.raises(ValueError, match=r"`state` must be that of a field; got none of \['temper'\]"):
+    state = {name: value for name, value in field().state().items() if name != "misfit"}
+    with pytest.raises(ValueError, match=r"`state` must be that of a field; got none of \['misfit'\]"):
         MomentField.restored(state)
