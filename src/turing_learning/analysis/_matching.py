@@ -19,7 +19,7 @@ TAIL = 0.05
 FEWEST = 30
 """Counterfeit samples below which there is nothing to regress."""
 
-WHOLE = 1.5
+WHOLE = 1.2
 """Central 90 % of draws as wide as that, on a range of 2, tell nothing: 1.8 is all of it."""
 
 TRUST = 0.7
