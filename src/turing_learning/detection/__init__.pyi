@@ -17,7 +17,6 @@ from ._motion import RecordedMotion as RecordedMotion
 from ._motion import cut_recordings as cut_recordings
 from ._motion import holds_motion as holds_motion
 from ._motion import load_motion as load_motion
-from ._motion import recorded_motion as recorded_motion
 from ._planted import KINDS as KINDS
 from ._planted import plant as plant
 from ._post_evaluation import GenerationAccuracies as GenerationAccuracies
@@ -34,6 +33,7 @@ from ._rates import compare_rules as compare_rules
 from ._rates import roc_curve as roc_curve
 from ._run import RunClassifiers as RunClassifiers
 from ._run import StoredRun as StoredRun
+from ._run import recorded_motion as recorded_motion
 from ._run import run_classifiers as run_classifiers
 from ._simulated import SimulatedBehaviors as SimulatedBehaviors
 from ._simulated import plant_abnormal as plant_abnormal

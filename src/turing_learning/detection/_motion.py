@@ -3,20 +3,16 @@
 import csv
 import zipfile
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import refuse, require
-from turing_learning.systems import same_time_step
-from turing_learning.trajectories import SIGNALS, Trajectories
-
-if TYPE_CHECKING:
-    from ._run import RunClassifiers
+from turing_learning.trajectories import Trajectories
 
 SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
@@ -238,54 +234,3 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float
     recording: Trajectories | None = None
-
-
-def recorded_motion(recording: Trajectories, run: "RunClassifiers") -> RecordedMotion:
-    """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
-
-    For a run without headings, those of the recording are left out of account.
-
-    Parameters
-    ----------
-    recording
-        What a tracker wrote, at the frame rate of the run.
-    run
-        From `run_classifiers`.
-    """
-
-    def check(holds: object, name: str, rule: str, got: object, remedy: str) -> None:
-        require(holds, name, rule, got, remedy, error=ConfigurationError)
-
-    files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
-    unknown = [name for name in run.names if name not in SIGNALS]
-    check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)
-    headings = run.headings != "with" or recording.headings is not None
-    rule = "have headings, as the run has, whose speeds are negative backwards"
-    remedy = "Give one with headings, or motion in a .npy, .npz or .csv file, see docs/detection.md."
-    check(headings, "motion", rule, "a recording without", remedy)
-    check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
-    rule = "know its time step, as runs on windows of recorded motion do"
-    check(run.interval_s != 0, "run", rule, "one on samples alone", files)
-    remedy = "Speeds and turns of another frame rate have other noise. Thin the faster recording, and infer again if that is "
-    remedy += "the run's."
-    same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"
-    check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
-    if run.headings == "without":
-        recording = replace(recording, headings=None)
-    try:
-        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
-    except ValueError as error:
-        if recording.every > 1:
-            raise ConfigurationError(str(error)) from error
-        rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
-        got = f"{len(recording.positions)} frames, of which none does"
-        refuse("motion", rule, got, "Record for longer, or bridge gaps.", error=ConfigurationError)
-    who, first = windows.learning_index.T
-    places = [np.flatnonzero(who == k) for k in range(len(recording.individuals))]
-    return RecordedMotion(
-        individuals=recording.individuals,
-        samples=tuple(windows.learning[place] for place in places),
-        times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
-        duration_s=recording.duration_s,
-        recording=recording,
-    )

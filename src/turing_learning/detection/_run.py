@@ -1,6 +1,6 @@
 """What a run has learned to see."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,9 +14,11 @@ from turing_learning.config import (
 )
 from turing_learning.errors import refuse, require
 from turing_learning.swarm import Scenario
-from turing_learning.systems import System
+from turing_learning.systems import System, same_time_step
+from turing_learning.trajectories import SIGNALS, Trajectories
 
 from ._calibration import stored_calibration
+from ._motion import RecordedMotion
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -195,3 +197,54 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
     rule, got = "be given for a run on a custom system", "one without"
     remedy = "Give motion (individuals, samples, T, D) of both kinds."
     refuse("genuine", rule, got, remedy, error=ConfigurationError)
+
+
+def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMotion:
+    """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
+
+    For a run without headings, those of the recording are left out of account.
+
+    Parameters
+    ----------
+    recording
+        What a tracker wrote, at the frame rate of the run.
+    run
+        From `run_classifiers`.
+    """
+
+    def check(holds: object, name: str, rule: str, got: object, remedy: str) -> None:
+        require(holds, name, rule, got, remedy, error=ConfigurationError)
+
+    files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
+    unknown = [name for name in run.names if name not in SIGNALS]
+    check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)
+    headings = run.headings != "with" or recording.headings is not None
+    rule = "have headings, as the run has, whose speeds are negative backwards"
+    remedy = "Give one with headings, or motion in a .npy, .npz or .csv file, see docs/detection.md."
+    check(headings, "motion", rule, "a recording without", remedy)
+    check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
+    rule = "know its time step, as runs on windows of recorded motion do"
+    check(run.interval_s != 0, "run", rule, "one on samples alone", files)
+    remedy = "Speeds and turns of another frame rate have other noise. Thin the faster recording, and infer again if that is "
+    remedy += "the run's."
+    same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"
+    check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
+    if run.headings == "without":
+        recording = replace(recording, headings=None)
+    try:
+        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
+    except ValueError as error:
+        if recording.every > 1:
+            raise ConfigurationError(str(error)) from error
+        rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
+        got = f"{len(recording.positions)} frames, of which none does"
+        refuse("motion", rule, got, "Record for longer, or bridge gaps.", error=ConfigurationError)
+    who, first = windows.learning_index.T
+    places = [np.flatnonzero(who == k) for k in range(len(recording.individuals))]
+    return RecordedMotion(
+        individuals=recording.individuals,
+        samples=tuple(windows.learning[place] for place in places),
+        times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
+        duration_s=recording.duration_s,
+        recording=recording,
+    )
