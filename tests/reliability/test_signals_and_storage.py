@@ -88,7 +88,7 @@ def test_a_disk_that_is_full_ends_with_code_1_and_a_run_that_can_be_resumed(tmp_
     done = subprocess.run(limited, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith(f"error: `out` must be a folder with space left; could not write to {folder} (")
-    assert done.stderr.endswith(f"Make room, then go on with `turing-learning resume {folder}`.\n")
+    assert done.stderr.endswith(f"Make room, then resume with `turing-learning resume {folder}`.\n")
     assert done.stderr.count("\n") == 1
     done = call("resume", folder)
     assert done.returncode == 0, done.stderr

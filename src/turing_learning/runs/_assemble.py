@@ -1,11 +1,20 @@
-"""From a configuration to the loop that it describes."""
+"""From arguments to a configuration, and from a configuration to the loop that it describes."""
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from turing_learning.coevolution import ClassifierArchive, Coevolution, jury_reward
-from turing_learning.config import Configuration, PopulationSection, classifier_of
+from turing_learning.config import (
+    Configuration,
+    ConfigurationError,
+    PopulationSection,
+    classifier_of,
+    dotted,
+    load_configuration,
+)
 from turing_learning.evolution import (
     EvolutionStrategy,
     FitnessMemory,
@@ -16,7 +25,8 @@ from turing_learning.evolution import (
 )
 from turing_learning.models import Jumps
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
-from turing_learning.systems import Source
+from turing_learning.swarm import Scenario
+from turing_learning.systems import CustomSystem, Source
 
 
 def assemble(configuration: Configuration, source: Source) -> Coevolution:
@@ -98,3 +108,25 @@ def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...]
         minimum_step_size=section.minimum_step_size,
         **parts,
     )
+
+
+def resolved(
+    scenario: str | Scenario | CustomSystem | None,
+    preset: str,
+    config: str | Path | Configuration | None,
+    overrides: Mapping[str, Any],
+) -> Configuration:
+    """Return a configuration from a file, or from another one, with what comes before it."""
+    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
+    if not isinstance(config, str | Path | Configuration | None):
+        raise ConfigurationError(
+            f"`config` must be a TOML file or a Configuration; got {type(config).__name__}. Give single settings to "
+            "`turing_learning.config.load_configuration`, and its result here."
+        )
+    if isinstance(config, Configuration):
+        flat = dotted(config.model_dump())
+        known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
+        if isinstance(scenario, CustomSystem):  # whose data has scales of its own
+            known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
+        return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
+    return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)

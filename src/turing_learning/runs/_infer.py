@@ -1,4 +1,4 @@
-"""The doors: infer, and go on."""
+"""The doors: infer, start, resume."""
 
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -10,16 +10,14 @@ from typing import Any, Unpack
 
 from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
 from turing_learning.errors import brief, nearest, refusing_as, require
+from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe
 
-from ._execute import go_on, in_memory, start
-from ._open import checker
-from ._resolve import resolved
-from ._session import Observer
-from .folder._errors import RunFolderError
-from .folder._folder import RunFolder, resume_command
-from .results._result import Result
+from ._assemble import resolved
+from ._folder import RunFolder, resume_command
+from ._result import Result
+from ._run import Observer, Origin, Run, conduct
 
 RUNS = Path("runs")
 
@@ -110,44 +108,28 @@ def infer(
     refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
     overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
-    execute = partial(_execute, out=out, force=force, observer=observer, should_stop=should_stop)
     if genuine is None and simulate is None and parameters is None:
         configuration = resolve(scenario)
         with refusing_as(ConfigurationError):
             configuration.system.accept(Given(more=options))
         require_seen(configuration)
-        return execute(configuration)
-    _refuse_half_a_system(scenario, genuine=genuine, simulate=simulate, parameters=parameters)
+        return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
+    for name, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
+        remedy = "It is given by `genuine`, `simulate` and `parameters` together."
+        require(value is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
+    rule = "be left out for a custom system"
+    require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
     assert parameters is not None
+    given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
     with refusing_as(ConfigurationError):
         system, data = describe(genuine, parameters, options)
     configuration = resolve(system)
-    workers, timeout_s = options.get("workers"), options.get("timeout_s")
     with refusing_as(ConfigurationError):
-        opened = system.open(Given(data, simulate, workers, timeout_s))
+        opened = system.open(replace(given, genuine=data))
     with opened as source:
-        result = execute(configuration, source)
-    return _remembering(result, configuration, genuine=genuine, simulate=simulate)
-
-
-def _remembering(result: Result, configuration: Configuration, **given: Any) -> Result:
-    """Return a result that knows its system, so that it can be checked without being told again."""
-    assert result.attachments is not None
-    return replace(result, attachments=replace(result.attachments, check=checker(configuration, **given)))
-
-
-def _execute(
-    configuration: Configuration,
-    source: Source | None = None,
-    *,
-    out: str | Path | None,
-    force: bool,
-    observer: Observer | None,
-    should_stop: Callable[[], bool] | None,
-) -> Result:
-    if out is None:
-        return in_memory(configuration, observer, should_stop, source)
-    return start(configuration, out, force=force, observer=observer, should_stop=should_stop, source=source)
+        result = conduct(Run.begin(configuration, out, force=force, source=source), observer, should_stop)
+    assert isinstance(result.origin, Origin)
+    return replace(result, origin=replace(result.origin, given=given))  # can be checked in this process
 
 
 def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
@@ -157,15 +139,19 @@ def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
         require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)
 
 
-def _refuse_half_a_system(scenario: str | Scenario | None, **system: Any) -> None:
-    missing = [name for name, value in system.items() if value is None]
-    if missing:
-        raise ConfigurationError(
-            f"`{missing[0]}` must be given for a custom system; got nothing. It is given by `genuine`, `simulate` and "
-            "`parameters` together."
-        )
-    if scenario is not None:
-        raise ConfigurationError(f"`scenario` must be left out for a custom system; got {scenario!r}.")
+def start(
+    configuration: Configuration,
+    out: str | Path,
+    *,
+    force: bool = False,
+    observer: Observer | None = None,
+    should_stop: Callable[[], bool] | None = None,
+    source: Source | None = None,
+    files: Mapping[str, bytes] | None = None,
+) -> Result:
+    """Run a configuration from generation 0 in a folder of its own; see `infer` and `Run.begin`."""
+    run = Run.begin(configuration, out, source=source, force=force, files=files)
+    return conduct(run, observer, should_stop)
 
 
 def resume(
@@ -216,19 +202,16 @@ def resume(
         given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
 
     def reopen(configuration: Configuration) -> Source:
-        _refuse_laboratory(folder)
+        rule = "be one that the computer can resume alone"
+        got, remedy = (
+            f"{folder.path}, which takes place in a laboratory",
+            f"Resume it with `{resume_command(folder.path)}`.",
+        )
+        require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
         with refusing_as(RunFolderError):
             return configuration.system.open(given)
 
-    return go_on(path, reopen, threads=threads, observer=observer, should_stop=should_stop)
-
-
-def _refuse_laboratory(folder: RunFolder) -> None:
-    if folder.laboratory_path.exists():
-        raise RunFolderError(
-            f"`run` must be one that the computer can go on with alone; got {folder.path}, which takes place in a "
-            f"laboratory. Go on with `{resume_command(folder.path)}`."
-        )
+    return conduct(Run.open(path, reopen, threads=threads), observer, should_stop)
 
 
 def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:

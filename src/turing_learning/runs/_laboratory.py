@@ -20,16 +20,16 @@ from turing_learning.robots import (
     real_equipment,
     refuse_without_history,
 )
+from turing_learning.store import RunFolderError, told
 
-from ._execute import go_on, in_memory, start
+from ._checkpoints import stored_generations
+from ._folder import CAMERA, LABORATORY, RunFolder, resume_command
+from ._infer import start
 from ._observed import keep_observed_motion
 from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate, read_post_evaluation
-from ._session import Observer, Progress
-from .folder._checkpoints import stored_generations
-from .folder._errors import RunFolderError, told
-from .folder._folder import CAMERA, LABORATORY, RunFolder, resume_command
-from .folder._trial_store import EventLog, TrialStore
-from .results._result import Result
+from ._result import Result
+from ._run import Observer, Progress, Run, conduct
+from ._trials import EventLog, TrialStore
 
 if TYPE_CHECKING:
     EventObserver = Callable[[Event], None]
@@ -113,7 +113,7 @@ def resume_laboratory(
             "robots.rehearse(runs.stored_laboratory(path))."
         )
     with _source(setup, configuration, folder, equipment, on_event) as source:
-        result = go_on(path, lambda _configuration: source, observer=observer, should_stop=should_stop)
+        result = conduct(Run.open(path, lambda _configuration: source), observer, should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
 
@@ -175,7 +175,7 @@ def simulate_laboratory(
         if observer is not None:
             observer(progress)
 
-    result = in_memory(configuration, watch, should_stop, source)
+    result = conduct(Run.begin(configuration, source=source), watch, should_stop)
     if not result.complete:
         return None
     models, classifiers = populations[0]

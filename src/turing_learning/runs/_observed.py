@@ -6,12 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from turing_learning.detection import keep_observed
+from turing_learning.store import RunFolderError
 
+from ._folder import RunFolder
 from ._post_evaluation import POST_EVALUATION, read_post_evaluation
-from .folder._errors import RunFolderError
-from .folder._folder import RunFolder
-from .folder._trial_store import read_trials
-from .results._result import Result
+from ._result import Result
+from ._trials import read_trials
 
 _LOGGER = logging.getLogger("turing_learning")
 

@@ -1,6 +1,5 @@
 """Which model of the last generation is the best: observe all of them again, and let all its classifiers judge."""
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +10,10 @@ import numpy as np
 from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
+from turing_learning.store import RunFolderError
 
-from .folder._errors import RunFolderError, told
-from .folder._files import write_json
-from .folder._folder import RunFolder
-from .results._result import Result, named
+from ._folder import RunFolder
+from ._result import Result, named
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource
@@ -79,10 +77,8 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     if not file.exists():
         return None
     what, remedy = f"`run` must have a readable {file.name}; got {file}", "Restore the file, or remove it and resume."
-    with told(RunFolderError, what, remedy):
-        text = file.read_text(encoding="utf-8", errors="replace")
     try:
-        stored = json.loads(text)
+        stored = dict(RunFolder(Path(path)).read(file.name))
         fitness = np.array(stored.pop("fitness"), dtype=np.float64)
         return ModelEvaluation(fitness=fitness, **stored)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
@@ -126,7 +122,7 @@ def post_evaluate(
 
 def _write(folder: RunFolder, summary: dict[str, Any]) -> None:
     with folder.storage():
-        write_json(folder.post_evaluation_path, summary)
+        folder.write(folder.post_evaluation_path.name, summary)
 
 
 def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:

@@ -11,7 +11,7 @@ from turing_learning.config import ConfigurationError, nearest, require_whole_cy
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
-from .folder._target import refuse_target, writing
+from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
     from turing_learning.report import Replay
@@ -66,7 +66,7 @@ def trial_replay(
     ConfigurationError
         If an argument breaks these rules.
     """
-    from .results._present import swarm_replay
+    from ._present import swarm_replay
 
     _check(scenario, controller, robots, duration_s, seed)
     if threads is not None and threads < 1:

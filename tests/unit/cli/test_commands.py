@@ -182,7 +182,7 @@ def test_what_is_wrong_is_said_in_one_line_with_exit_code_2(arguments, message, 
 def test_nothing_is_overwritten_without_force(call, refused, tmp_path):
     arguments = ["infer", "aggregation", *SMALL, "--generations", 1, "--out", "run"]
     assert call(*arguments)[0] == 0
-    assert "which holds a run. Go on with `turing-learning resume run`" in refused(*arguments)
+    assert "which holds a run. Resume it with `turing-learning resume run`" in refused(*arguments)
     assert call(*arguments, "--seed", 2, "--force")[0] == 0
     assert json.loads((tmp_path / "run" / "result.json").read_text())["seed"] == 2
 

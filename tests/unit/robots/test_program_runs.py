@@ -107,7 +107,7 @@ def test_the_log_names_what_happened(finished):
 
 def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
     from turing_learning.robots import Event
-    from turing_learning.runs.folder._trial_store import EventLog
+    from turing_learning.runs._trials import EventLog
 
     folder = RunFolder(tmp_path)
     folder.events_path.write_text('{"kind": "complete"}\n{"kind": "dist')
@@ -127,7 +127,7 @@ def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(fold
 
     path = folder / "unborn"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.runs.folder._folder.new_manifest", kill)
+        patch.setattr("turing_learning.runs._folder.new_manifest", kill)
         with pytest.raises(KeyboardInterrupt):
             begin(folder, path)
     assert (path / "laboratory.json").exists()
@@ -138,7 +138,7 @@ def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(fold
 
 def test_the_computer_alone_does_not_go_on_with_it(folder):
     begin(folder, folder / "stopped", should_stop=lambda: True)
-    with pytest.raises(RunFolderError, match=r"which takes place in a laboratory\. Go on with"):
+    with pytest.raises(RunFolderError, match=r"which takes place in a laboratory\. Resume it with"):
         resume(folder / "stopped")
 
 
@@ -316,7 +316,7 @@ def test_a_finished_run_goes_without_its_trials(folder, caplog):
     assert caplog.text == ""
     (path / "calibration.npz").write_bytes(b"PK")
     with pytest.raises(
-        ConfigurationError, match="`run` must have kept motion to calibrate with; got one in a laboratory that"
+        ConfigurationError, match="`run` must have stored motion to calibrate with; got one in a laboratory that"
     ):
         Detector.from_run(load_run(path))
     (path / "calibration.npz").unlink()
@@ -343,7 +343,7 @@ def test_the_last_models_of_a_thin_history_cannot_be_observed_again(folder):
 def test_a_run_that_was_not_observed_again_has_nothing_to_calibrate_detectors_with(finished):
     assert not (finished / "calibration.npz").exists()
     with pytest.raises(
-        ConfigurationError, match=r"must have kept motion .* resume it, with `evaluation.repeats` of at least 1"
+        ConfigurationError, match=r"must have stored motion .* resume it, with `evaluation.repeats` of at least 1"
     ):
         Detector.from_run(load_run(finished))
 

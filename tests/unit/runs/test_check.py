@@ -17,8 +17,8 @@ from turing_learning.cli._tables import check_table
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.purposes import CHECK, INTERROGATION
-from turing_learning.runs import RunFolder, RunFolderError, RunStorageError
-from turing_learning.runs.results._check_present import check_listing, draw_check
+from turing_learning.runs import Run, RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs._present import check_listing, draw_check
 from turing_learning.systems import CustomSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
@@ -51,7 +51,7 @@ def recoveries(monkeypatch):
         systems.append(system)
         return tl.infer(**system)
 
-    monkeypatch.setattr("turing_learning.runs._check_run.infer", spied)
+    monkeypatch.setattr("turing_learning.runs._check.infer", spied)
     return systems
 
 
@@ -143,16 +143,16 @@ def no_room(*arguments, **options):
 @pytest.mark.parametrize(
     "writer",
     [
-        "_check.write_json",
-        "results._present.save_figures",
-        "folder._checkpoints.write_atomically",
-        "folder._folder.write_json",
+        "store.write_atomically",
+        "runs._present.save_figures",
+        "runs._checkpoints.write_atomically",
+        "runs._folder.write_atomically",
     ],
 )
 def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
     result = infer(out=tmp_path / "run")
     with monkeypatch.context() as patch:
-        patch.setattr(f"turing_learning.runs.{writer}", no_room)
+        patch.setattr(f"turing_learning.{writer}", no_room)
         with pytest.raises(RunStorageError) as refused:
             result.check(effort=QUICK)
     assert str(refused.value) == (
@@ -225,7 +225,7 @@ def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
     result = infer(out=tmp_path / "run")
     calls = []
     with pytest.raises(
-        ConfigurationError, match="`groups` must tell at least 2 groups of kept-out samples apart; got 1"
+        ConfigurationError, match="`groups` must tell at least 2 groups of held-out samples apart; got 1"
     ):
         result.check(effort=QUICK, groups=np.zeros(40), stage=calls.append)
     few = infer(out=tmp_path / "few", held_out=[3])
@@ -253,7 +253,7 @@ def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
     calls = []
     given = {"genuine": recorded(), "simulate": walk, "effort": QUICK, "recoveries": 0}
     found = tl.load_run(tmp_path / "run").check(**given, stage=calls.append)
-    assert calls[-1].startswith("the report is left as it was: `run` must have its history; got ")
+    assert calls[-1].startswith("the report is left as it was: `run` must have its history")
     assert (tmp_path / "run/report.html").read_text() == "as it was"
     assert tl.load_run(tmp_path / "run").check(**given) == found
 
@@ -343,15 +343,13 @@ def test_networks_are_checked_as_what_they_do_and_no_weight_is_profiled():
 
 
 def test_a_field_of_view_is_checked_over_its_whole_range_and_recovered_as_that_of_the_agents(monkeypatch):
-    from turing_learning.runs import _check_run
-
-    recovered, in_memory = [], _check_run.in_memory
+    recovered, begin = [], Run.begin
     monkeypatch.setattr(
-        "turing_learning.runs._check_run.in_memory",
-        lambda found, *rest: recovered.append(found) or in_memory(found, *rest),
+        Run, "begin", lambda found, *rest, **more: recovered.append(found) or begin(found, *rest, **more)
     )
     small = SETTINGS | SWARM | {"scenario.agents": 2}
     result = tl.infer("aggregation-field-of-view-60", generations=3, settings=small, seed=1)
+    recovered.clear()
     found = result.check(effort=QUICK)
     theta = {each.parameter: each for each in found.profiles}["theta"]
     assert (theta.values[0], theta.values[-1]) == pytest.approx((0, 2 * np.pi))

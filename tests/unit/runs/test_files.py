@@ -2,7 +2,7 @@ import os
 
 import pytest
 
-from turing_learning.runs.folder._files import write_atomically, write_json
+from turing_learning._files import write_atomically, write_json
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch):

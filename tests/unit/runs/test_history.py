@@ -3,17 +3,19 @@ import pytest
 import xarray as xr
 import zarr
 
-from turing_learning.runs.folder._history import (
+from turing_learning.runs._history import (
     HistoryRecorder,
     Layout,
     create_store,
+    damaged_generations,
     dataset_in_memory,
     dataset_on_disk,
-    holds,
     intact,
     memory_arrays,
     open_store,
+    require_sound,
 )
+from turing_learning.store import DamagedError
 
 LAYOUT = Layout(generations=10, models=3, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
 
@@ -86,25 +88,26 @@ def test_a_history_knows_how_far_it_reaches(tmp_path):
     recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
     record(recorder, 0, 6)
     recorder.flush()
-    assert holds(path, LAYOUT, 6)
-    assert holds(path, LAYOUT, 8)  # the same chunk
-    assert not holds(path, LAYOUT, 9)
+    assert intact(path, LAYOUT, 6, recorder.seals())
+    assert not intact(path, LAYOUT, 8, recorder.seals())
 
 
 @pytest.mark.parametrize("name", ["classifier/1.0.0", ".zgroup", ".zmetadata"])
 def test_a_history_that_lacks_a_file_is_recognized(name, tmp_path):
     path = tmp_path / "history.zarr"
-    record(HistoryRecorder(LAYOUT, create_store(path, LAYOUT)), 0, 8)
+    recorder = HistoryRecorder(LAYOUT, create_store(path, LAYOUT))
+    record(recorder, 0, 8)
     (path / name).unlink()
-    assert not holds(path, LAYOUT, 8)
+    assert not intact(path, LAYOUT, 8, recorder.seals())
 
 
 def test_a_history_of_other_sizes_is_recognized(tmp_path):
     path = tmp_path / "history.zarr"
-    create_store(path, LAYOUT)
+    seals = HistoryRecorder(LAYOUT, create_store(path, LAYOUT)).seals()
     other = Layout(generations=10, models=4, parameters=("a", "b"), classifiers=4, weights=5, chunk=4)
-    assert not holds(path, other, 0)
-    assert not holds(tmp_path / "missing.zarr", LAYOUT, 0)
+    assert intact(path, LAYOUT, 0, seals)
+    assert not intact(path, other, 0, seals)
+    assert not intact(tmp_path / "missing.zarr", LAYOUT, 0, seals)
 
 
 def test_a_chunk_of_zeros_is_kept_as_a_file(tmp_path):
@@ -114,7 +117,7 @@ def test_a_chunk_of_zeros_is_kept_as_a_file(tmp_path):
         recorder.record(values(number) | {"selection": np.array(0, np.int8)})
     recorder.flush()
     assert (path / "selection" / "0").exists()
-    assert holds(path, LAYOUT, LAYOUT.generations)
+    assert intact(path, LAYOUT, LAYOUT.generations, recorder.seals())
 
 
 def test_a_history_with_selection_in_a_single_chunk_as_older_versions_wrote_it_goes_on(tmp_path):
@@ -170,6 +173,21 @@ def test_seals_of_other_generations_do_not_fit(flushed):
     path, seals = flushed
     assert not intact(path, LAYOUT, 4, seals)
     assert not intact(path, LAYOUT, 0, seals)
+
+
+def test_damage_names_its_generations_and_other_coordinates_are_no_history_of_the_run(flushed):
+    path, seals = flushed
+    content = (path / "model" / "0.0.0").read_bytes()
+    (path / "model" / "0.0.0").write_bytes(altered(content))
+    assert damaged_generations(path, LAYOUT, 6, seals) == [(0, 4)]
+    with pytest.raises(DamagedError, match=r"as it was written; got damage in generations 0 to 3 \["):
+        require_sound(path, LAYOUT, 6, seals)
+    (path / "model" / "0.0.0").write_bytes(content)
+    require_sound(path, LAYOUT, 6, seals)
+    (path / "parameter" / "0").write_bytes((path / "parameter" / "0").read_bytes()[::-1])
+    assert damaged_generations(path, LAYOUT, 6, seals) is None
+    with pytest.raises(DamagedError, match="got files that cannot be read, or of another run"):
+        require_sound(path, LAYOUT, 6, seals)
 
 
 def altered(content):

@@ -18,6 +18,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.robots import LABORATORY
 from turing_learning.runs import (
     TIMINGS,
+    Run,
     RunFolder,
     RunFolderError,
     RunStorageError,
@@ -25,8 +26,9 @@ from turing_learning.runs import (
     resume,
     resume_command,
     start,
+    stored_generations,
 )
-from turing_learning.runs.results._paper import paper_absolute_errors
+from turing_learning.runs._paper import paper_absolute_errors
 
 
 def untimed(folder):
@@ -61,6 +63,7 @@ def test_a_run_leaves_all_that_belongs_to_a_run_folder(finished):
     names = {path.name for path in finished.iterdir()}
     assert names == {
         "config.toml", "manifest.json", "result.json", "history.zarr", "checkpoints", "figures", "report.html", "lock",
+        "seals.txt",
     }  # fmt: skip
     figures = {path.name for path in (finished / "figures").iterdir()}
     stems = ("parameters", "error", "fitness", "step-sizes")
@@ -218,7 +221,7 @@ def test_a_damaged_checkpoint_is_told_and_the_previous_one_is_used(stopped, whol
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped, observer=lambda progress: seen.append(progress.completed))
     assert seen == [4, 5, 6, 7]
-    assert caplog.messages == [f"Checkpoint {newest.name} is damaged; the run goes on from generation 3."]
+    assert caplog.messages == [f"Checkpoint {newest.name} is damaged; the run is resumed from generation 3."]
     assert untimed(stopped) == untimed(whole)
 
 
@@ -226,7 +229,7 @@ def test_a_damaged_history_is_told_and_the_run_begins_again(stopped, whole, capl
     (stopped / "history.zarr" / "model" / "0.0.0").unlink()
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped)
-    assert caplog.messages == [f"The history in {stopped} is damaged; the run goes on from generation 0."]
+    assert caplog.messages == [f"The history in {stopped} is damaged; the run is resumed from generation 0."]
     assert untimed(stopped) == untimed(whole)
 
 
@@ -236,7 +239,7 @@ def test_a_run_whose_history_is_damaged_late_goes_on_from_the_checkpoint_before(
     chunk.write_bytes(chunk.read_bytes()[:-5])
     with caplog.at_level(logging.WARNING, logger="turing_learning"):
         resume(stopped)
-    assert caplog.messages == [f"The history in {stopped} is damaged; the run goes on from generation 3."]
+    assert caplog.messages == [f"The history in {stopped} is damaged; the run is resumed from generation 3."]
     assert untimed(stopped) == untimed(whole)
     assert xr.open_zarr(stopped / "history.zarr").identical(xr.open_zarr(whole / "history.zarr"))
 
@@ -246,9 +249,114 @@ def test_a_finished_run_that_lost_its_result_gets_it_back(left, finished, whole)
     (finished / "result.json").unlink()
     if left is not None:
         (finished / "result.json").write_bytes(left)
-    others = {name: content for name, content in contents(finished).items() if name.name != "result.json"}
+    changed = ("result.json", "seals.txt")
+    others = {name: content for name, content in contents(finished).items() if name.name not in changed}
+    assert tl.load_run(finished).to_json() == json.loads((whole / "result.json").read_text())
     resume(finished)
-    assert contents(finished) == others | {Path("result.json"): (whole / "result.json").read_bytes()}
+    assert tl.load_run(finished).to_json() == json.loads((whole / "result.json").read_text())
+    found = {name: content for name, content in contents(finished).items() if name.name not in changed}
+    assert found == others | ({} if left is None else {Path("result.json.damaged"): left})
+
+
+def test_an_edited_result_is_made_again_and_the_edited_one_kept_beside_it(finished, whole, caplog):
+    path = finished / "result.json"
+    edited = path.read_text().replace('"vl0": ', '"vl0": 1', 1)
+    path.write_text(edited)
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        assert tl.load_run(finished).estimate == tl.load_run(whole).estimate
+    assert caplog.messages == [f"{path} is damaged; the result is made again from the last checkpoint."]
+    assert path.read_text() == edited
+    resume(finished)
+    assert path.read_bytes() == (whole / "result.json").read_bytes()
+    assert (finished / "result.json.damaged").read_text() == edited
+
+
+@pytest.mark.parametrize("name", ["model/1.0.0", "classifier_fitness/0.0", "generation/0", "parameter/0", ".zmetadata"])
+@pytest.mark.parametrize("damage", ["flip", "lose", "folder", "other"])
+def test_a_history_that_is_not_as_it_was_written_is_not_read(finished, name, damage):
+    path = finished / "history.zarr" / name
+    content = path.read_bytes()
+    path.unlink()
+    if damage == "flip":
+        path.write_bytes(bytes([content[0] ^ 1]) + content[1:])
+    elif damage == "folder":
+        path.mkdir()
+    elif damage == "other":
+        path.write_bytes(b"[]")
+    result = tl.load_run(finished)
+    with pytest.raises(RunFolderError, match="`run` must have its history"):
+        result.history.load()
+
+
+def test_a_run_without_seals_is_opened_and_said_not_to_be_verified(finished, caplog):
+    (finished / "seals.txt").unlink()
+    with caplog.at_level(logging.WARNING, logger="turing_learning"):
+        assert tl.load_run(finished).complete
+        assert resume(finished).complete
+    assert caplog.messages == [f"{finished}: not verified, it was written without seals."]
+
+
+def test_a_checkpoint_of_another_run_is_not_resumed(small, tmp_path, stop_after):
+    for seed in (1, 2):
+        start(small(seed=seed, history="thin"), tmp_path / f"{seed}", should_stop=stop_after(5))
+    shutil.rmtree(tmp_path / "1" / "checkpoints")
+    shutil.copytree(tmp_path / "2" / "checkpoints", tmp_path / "1" / "checkpoints")
+    resume(tmp_path / "1")
+    assert untimed(tmp_path / "1") == untimed_result(small(seed=1, history="thin"))
+
+
+def untimed_result(configuration):
+    return {key: value for key, value in tl.infer(config=configuration).to_json().items() if key not in TIMINGS}
+
+
+def test_a_run_is_a_loop_that_is_left_to_stop_it(small, tmp_path, whole):
+    run = Run.begin(small(), tmp_path / "run")
+    for progress in run:
+        if progress.completed == 5:
+            break
+    assert (run.result.generations, run.complete) == (5, False)
+    with pytest.raises(RuntimeError, match=r"`run` must be open; got one that was closed\. Open it again: .*Run\.open"):
+        next(iter(run))
+    with Run.open(tmp_path / "run") as again:
+        assert [progress.completed for progress in again] == [6, 7]
+    assert untimed(tmp_path / "run") == untimed(whole)
+    assert list(Run.open(tmp_path / "run")) == []
+    assert again.history.equals(tl.load_run(whole).history)
+
+
+def test_a_run_in_memory_continues_where_its_loop_was_left(small):
+    run = Run.begin(small())
+    next(iter(run))
+    assert run.result.generations == 1
+    assert [progress.completed for progress in run] == [2, 3, 4, 5, 6, 7]
+    assert run.result.estimate == tl.infer(config=small()).estimate
+
+
+def test_a_loop_that_raises_has_saved_the_run(small, tmp_path, whole):
+    def fail_at_five():
+        with Run.begin(small(), tmp_path / "run") as run:
+            for progress in run:
+                1 / (5 - progress.completed)
+
+    with pytest.raises(ZeroDivisionError):
+        fail_at_five()
+    assert stored_generations(tmp_path / "run" / "checkpoints") == 5
+    resume(tmp_path / "run")
+    assert untimed(tmp_path / "run") == untimed(whole)
+
+
+def test_a_folder_that_moves_while_a_run_writes_ends_the_run(small, tmp_path, whole):
+    moved = tmp_path / "elsewhere"
+
+    def move(progress):
+        if progress.completed == 4:
+            (tmp_path / "run").rename(moved)
+
+    with pytest.raises(RunStorageError, match="must stay where it is while it is written"):
+        start(small(), tmp_path / "run", observer=move)
+    assert not (tmp_path / "run").exists()
+    resume(moved)
+    assert untimed(moved) == untimed(whole)
 
 
 def test_a_finished_run_that_lost_result_and_checkpoints_runs_again(finished, whole):
@@ -261,7 +369,9 @@ def test_a_finished_run_that_lost_result_and_checkpoints_runs_again(finished, wh
 
 def test_nothing_is_overwritten_without_force(finished, small):
     before = contents(finished)
-    with pytest.raises(RunFolderError, match=r"must be a new or empty folder; got .* which holds a run. Go on with"):
+    with pytest.raises(
+        RunFolderError, match=r"must be a new or empty folder; got .* which holds a run. Resume it with"
+    ):
         start(small(), finished)
     assert contents(finished) == before
 
@@ -302,6 +412,7 @@ def test_a_manifest_that_is_none_is_refused(text, tmp_path):
 
 def test_a_manifest_without_a_state_is_refused(finished):
     path = finished / "manifest.json"
+    (finished / "seals.txt").unlink()
     path.write_text(json.dumps(json.loads(path.read_text()) | {"state": None}))
     for door in (tl.load_run, resume):
         with pytest.raises(RunFolderError, match=r"whose manifest has no state \[.*manifest.json\]. Restore the file."):
@@ -400,7 +511,7 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.runs.folder import _checkpoints
+    from turing_learning.runs import _checkpoints
 
     written = _checkpoints.write_atomically
     calls = []
@@ -413,7 +524,7 @@ def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, wh
 
     monkeypatch.setattr(_checkpoints, "write_atomically", filling_up)
     with pytest.raises(
-        RunStorageError, match=r"\(No space left on device\). Make room, then go on with `turing-learning resume"
+        RunStorageError, match=r"\(No space left on device\). Make room, then resume with `turing-learning resume"
     ):
         start(small(), tmp_path / "run")
     assert tl.load_run(tmp_path / "run").generations == 3
@@ -465,6 +576,7 @@ def test_an_interval_that_is_not_known_is_null_in_the_file_and_a_dash_with_a_rea
 
 def test_an_interval_of_an_older_run_that_is_a_point_is_read_as_it_is(finished):
     stored = json.loads((finished / "result.json").read_text())
+    (finished / "seals.txt").unlink()
     (finished / "result.json").write_text(
         json.dumps(stored | {"interval": {key: [0.5, 0.5] for key in stored["truth"]}})
     )

@@ -55,14 +55,14 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
 
     path = tmp_path / "run"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.runs._session.save_checkpoint", full)
+        patch.setattr("turing_learning.runs._run.save_checkpoint", full)
         with pytest.raises(RunStorageError) as refused:
             infer(out=path)
     call = f"turing_learning.resume({str(path)!r}, genuine=..., simulate=...)"
-    assert str(refused.value).endswith(f"(No space left on device). Make room, then go on with `{call}`.")
+    assert str(refused.value).endswith(f"(No space left on device). Make room, then resume with `{call}`.")
     with pytest.raises(RunFolderError) as taken:
         infer(out=path)
-    assert f"which holds a run. Go on with `{call}`, choose" in str(taken.value)
+    assert f"which holds a run. Resume it with `{call}`, choose" in str(taken.value)
     with pytest.raises(RunFolderError) as unsaved:
         tl.load_run(path)
     assert str(unsaved.value).endswith(f"Begin it with `{call}`.")
@@ -192,7 +192,7 @@ def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_pa
         CustomSystemError, match=r"\[generation 5\], the first with speed = .* cm/s, turn_noise = .*license expired"
     ) as caught:
         infer(out=path, simulate=Breaking(5), settings=FULL, **FISH)
-    ahead = f"5 generations are kept; go on with `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`."
+    ahead = f"5 generations are stored; resume with `turing_learning.resume({str(path)!r}, genuine=..., simulate=...)`."
     assert str(caught.value).endswith(f"or repair the simulator. {ahead}")
     assert tl.load_run(path).generations == 5
     assert RunFolder(path).manifest()["state"] == "stopped"
@@ -203,8 +203,8 @@ def test_a_simulator_that_breaks_ends_the_run_which_can_be_resumed(whole, tmp_pa
 def test_a_run_without_a_folder_that_breaks_is_not_said_to_go_on():
     with pytest.raises(CustomSystemError) as caught:
         infer(simulate=Breaking(5))
-    assert str(caught.value).endswith("Nothing was kept of a run without `out`; give one, to be able to go on.")
-    assert "resume" not in str(caught.value)
+    assert str(caught.value).endswith("Nothing is stored of a run without `out`; give one, to be able to resume.")
+    assert "turing_learning.resume" not in str(caught.value)
     with pytest.raises(
         RunFolderError, match=r"`path` must be the folder of a run; got None. A run without `out` is kept"
     ):
@@ -415,7 +415,9 @@ def test_a_stored_configuration_alone_does_not_run(whole, tmp_path):
     ):
         start(RunFolder(whole).configuration(), tmp_path / "new")
     assert not (tmp_path / "new").exists()
-    with pytest.raises(ConfigurationError, match="`scenario` must be one of simulated robots in a study; got 'fish'"):
+    with pytest.raises(
+        ConfigurationError, match="`scenario` must be one of simulated robots where nothing else is given; got 'fish'"
+    ):
         load_variants(whole / "config.toml")
 
 

@@ -184,9 +184,7 @@ def test_runs_that_are_described_otherwise_are_pooled(three, small):
 
 def test_a_run_that_is_not_complete_is_refused(three, small, tmp_path, stop_after):
     kept = start(small(seed=4, generations=LENGTH), tmp_path / "run", should_stop=stop_after(9))
-    message = (
-        r"`runs` must be complete; got seed 4 stopped after 9 generations \[.*\]\. Go on with `turing-learning resume "
-    )
+    message = r"`runs` must be complete; got seed 4 stopped after 9 generations \[.*\]\. Resume it with `turing-learning resume "
     with pytest.raises(ConfigurationError, match=message):
         tl.pool([three[0], kept])
     memory = tl.infer(config=small(seed=4, generations=LENGTH), should_stop=stop_after(9))
@@ -233,4 +231,4 @@ def test_a_run_that_has_lost_its_history_is_refused(kept, three, tmp_path):
 
 def test_a_result_alone_is_refused(three):
     with pytest.raises(RuntimeError, match="must belong to a run; got a result alone"):
-        tl.pool([three[0], replace(three[1], attachments=None)])
+        tl.pool([three[0], replace(three[1], origin=None)])

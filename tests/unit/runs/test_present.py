@@ -6,7 +6,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
 from turing_learning.config import load_configuration
-from turing_learning.runs.results._present import replay, run_table, verdict
+from turing_learning.runs._present import replay, run_table, verdict
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ def test_a_thin_run_infers_the_same(pair):
 
 def test_a_thin_run_keeps_no_populations_no_figures_and_no_state(pair):
     assert sorted(path.name for path in (pair / "thin").iterdir()) == [
-        "checkpoints", "config.toml", "lock", "manifest.json", "result.json"
+        "checkpoints", "config.toml", "lock", "manifest.json", "result.json", "seals.txt"
     ]  # fmt: skip
     (checkpoint,) = (pair / "thin" / "checkpoints").iterdir()
     with np.load(checkpoint, allow_pickle=False) as arrays:

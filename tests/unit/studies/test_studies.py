@@ -108,7 +108,7 @@ def test_convergence_is_the_median_over_the_runs(finished):
 def test_runs_of_a_study_are_small(finished):
     run = finished.path / "runs" / "0001"
     assert sorted(path.name for path in run.iterdir()) == [
-        "checkpoints", "config.toml", "lock", "manifest.json", "result.json"
+        "checkpoints", "config.toml", "lock", "manifest.json", "result.json", "seals.txt"
     ]  # fmt: skip
     assert sum(path.stat().st_size for path in run.rglob("*") if path.is_file()) < 20_000
 
@@ -300,13 +300,13 @@ def test_a_run_killed_after_its_result_is_not_complete_and_is_finished_without_a
 
     path = prepared(tmp_path / "study", runs=1, settings=small | {"run.generations": 3, "run.history": history})
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.runs._execute.now", kill)
+        patch.setattr("turing_learning.runs._run.now", kill)
         with pytest.raises(KeyboardInterrupt):
             run_one(path, 1)
     run = path / "runs" / "0001"
     assert (run / "result.json").exists()
     assert load_study(path).runs[0].state == "stopped"
-    monkeypatch.setattr("turing_learning.runs._session.Session._step", kill)
+    monkeypatch.setattr("turing_learning.runs._run.Run._step", kill)
     assert resume_study(path, executor=executor).complete
     assert RunFolder(run).manifest()["state"] == "finished"
     assert (run / "report.html").exists() == (history == "full")

@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ._files import write_atomically
+from turing_learning._files import write_atomically
 
 KEPT = 2
+CONFIGURATION = "configuration_sha256"
+"""Among the arrays of a checkpoint: to which configuration it belongs. Those of version 0.1.0 have none."""
 _NAME = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
 
 
@@ -78,7 +80,9 @@ def replace_checkpoints(folder: Path, checkpoint: Checkpoint) -> None:
             old.unlink(missing_ok=True)
 
 
-def latest_checkpoint(folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True) -> Latest:
+def latest_checkpoint(
+    folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
+) -> Latest:
     """Read the newest checkpoint that is as it was written.
 
     Parameters
@@ -87,12 +91,14 @@ def latest_checkpoint(folder: Path, accept: Callable[[Checkpoint], bool] = lambd
         May be missing.
     accept
         Asked about each such checkpoint, the newest first, until it says yes.
+    configuration
+        SHA-256 of the run's configuration; checkpoints that name another one count as damaged.
     """
     damaged: list[Path] = []
     refused: list[Path] = []
     for path in _newest_first(folder):
         arrays = _read(path)
-        if arrays is None:
+        if arrays is None or (configuration and str(arrays.get(CONFIGURATION, configuration)) != configuration):
             damaged.append(path)
         elif accept(checkpoint := Checkpoint(_generation_of(path), arrays)):
             return Latest(checkpoint, tuple(damaged), tuple(refused))
@@ -157,12 +163,12 @@ def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
 def _read(path: Path) -> dict[str, np.ndarray] | None:
     try:
         content = path.read_bytes()
-    except OSError:
+        if _digest(content) != _NAME.match(path.name)[2]:  # type: ignore[index]
+            return None
+        with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except (OSError, ValueError, zipfile.BadZipFile):
         return None
-    if _digest(content) != _NAME.match(path.name)[2]:  # type: ignore[index]
-        return None
-    with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        return {name: archive[name] for name in archive.files}
 
 
 def _digest(content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""The whole history of a run: every generation's populations, step sizes and fitness values."""
+"""The history of a run: every generation's populations, step sizes and fitness values; and the traces that a result is made of."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._traces import NOT_RUN, QUANTILES, SELECTION_CODES, Traces
+from turing_learning.coevolution import Generation
+from turing_learning.store import DamagedError, RunFolderError
 
 if TYPE_CHECKING:
     import xarray
 
 GENERATION = "generation"
+SELECTION_CODES = {"active": 0, "all accepted": 1, "all rejected": 2}
+QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
+NOT_RUN = -1  # the code of generations that have not been run
 
 
 @dataclass(frozen=True)
@@ -210,41 +214,77 @@ def open_store(path: Path) -> Mapping[str, Any]:
         return {str(name): group[name] for name in group.array_keys()}
 
 
-def holds(path: Path, layout: Layout, generations: int) -> bool:
-    """Return whether a history on disk fits the layout and has all chunks of its first generations."""
-    if not (path / ".zmetadata").is_file():
-        return False
-    try:
-        arrays = open_store(path)
-    except (OSError, KeyError, ValueError):
-        return False
-    return all(_holds_array(arrays.get(name), layout, spec, generations) for name, spec in layout.variables().items())
-
-
-def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> bool:
-    """Return whether the first generations of a history on disk are as they were flushed.
+def damaged_generations(
+    path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]
+) -> list[tuple[int, int]] | None:
+    """Return which of the first generations of a history on disk are not as they were flushed: (first, behind the last).
 
     Parameters
     ----------
-    path, layout, generations
-        As in `holds`.
+    path, layout
+        Of the history.
+    generations
+        Number of generations that must be there.
     seals
-        Of the recorder that had flushed these generations.
+        Of the recorder that had flushed these generations, or more.
+
+    Returns
+    -------
+    list or None
+        Empty if all are sound; None if nothing can be read, or the coordinates are others.
     """
-    if not holds(path, layout, generations):
-        return False
-    stops = seals["stops"].tolist()
-    if (stops[-1] if stops else 0) != generations:
-        return False
-    arrays = open_store(path)
     try:
-        found = [
-            _checksum({name: arrays[name][start:stop] for name in layout.variables()})
-            for start, stop in pairwise([0, *stops])
-        ]
-    except (OSError, ValueError):  # zarr's words for a chunk that is cut short
-        return False
-    return found == seals["checksums"].tolist()
+        arrays = open_store(path)
+        fits = all(_fits(arrays[name], layout, spec) for name, spec in layout.variables().items())
+        named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
+        counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
+    except Exception:  # whatever Zarr says of files that it did not expect
+        return None
+    stops = seals["stops"].tolist()
+    if not (fits and named and counted and (path / ".zmetadata").is_file()) or (stops[-1:] or [0])[0] < generations:
+        return None
+    found = []
+    for (start, stop), checksum in zip(pairwise([0, *stops]), seals["checksums"].tolist(), strict=True):
+        if start >= generations:
+            break
+        # Zarr takes a chunk that is lost for one that was never written
+        sound = all((path / name / _chunk_file(arrays[name], start)).is_file() for name in layout.variables())
+        try:
+            sound = sound and _checksum({name: arrays[name][start:stop] for name in layout.variables()}) == checksum
+        except Exception:  # whatever Zarr says of a chunk that is cut short
+            sound = False
+        if not sound:
+            found.append((start, stop))
+    return found
+
+
+def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> bool:
+    """Return whether a history on disk holds exactly so many generations, as they were flushed."""
+    ends = seals["stops"].tolist()[-1:] or [0]
+    return ends == [generations] and damaged_generations(path, layout, generations, seals) == []
+
+
+def require_sound(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> None:
+    """Reject a history that is not as it was flushed, naming the generations."""
+    damaged = damaged_generations(path, layout, generations, seals)
+    if damaged == []:
+        return
+    which = ", ".join(f"{start} to {stop - 1}" for start, stop in damaged or [])
+    got = f"damage in generations {which}" if damaged else "files that cannot be read, or of another run"
+    raise DamagedError(
+        f"`run` must have its history as it was written; got {got} [{path}]. Restore the files, or run again."
+    )
+
+
+def _chunk_file(array: Any, generation: int) -> str:
+    """Return the name of the chunk that holds a generation."""
+    return ".".join(map(str, (generation // array.chunks[0], *(0,) * (array.ndim - 1))))
+
+
+def _fits(array: Any, layout: Layout, spec: tuple[tuple[str, ...], str]) -> bool:
+    """Return whether an array has the shape and type of a variable."""
+    dimensions, kind = spec
+    return array.shape == (layout.generations, *layout.shape(dimensions)) and array.dtype == np.dtype(kind)
 
 
 def _nothing(kind: np.dtype[Any]) -> float:
@@ -257,12 +297,6 @@ def _checksum(values: Mapping[str, np.ndarray]) -> int:
     for array in values.values():
         total = zlib.crc32(np.ascontiguousarray(array).data, total)
     return total
-
-
-def _holds_array(array: Any, layout: Layout, spec: tuple[tuple[str, ...], str], generations: int) -> bool:
-    if array is None or array.shape != (layout.generations, *layout.shape(spec[0])):
-        return False
-    return array.nchunks_initialized >= -(-generations // array.chunks[0])
 
 
 def dataset_in_memory(layout: Layout, arrays: Mapping[str, np.ndarray], completed: int) -> "xarray.Dataset":
@@ -282,33 +316,100 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
     """Return a history on disk as named arrays, read when they are used."""
     import xarray
 
-    return xarray.open_zarr(path, chunks=None).isel({GENERATION: slice(0, completed)})
+    try:
+        return xarray.open_zarr(path, chunks=None).isel({GENERATION: slice(0, completed)})
+    except Exception as error:  # whatever Zarr says of files that it did not expect
+        raise RunFolderError(
+            f"`run` must have its history; got {path.parent} without a readable {path.name} ({type(error).__name__}). Restore it, "
+            "or run again."
+        ) from error
 
 
-def thin_dataset(traces: Traces, parameters: Sequence[str]) -> "xarray.Dataset":
-    """Return what the traces keep as named arrays.
-
-    Parameters
-    ----------
-    traces
-        Of the completed generations.
-    parameters
-        Names of the P model parameters.
-    """
+def thin_dataset(traces: "Traces", parameters: Sequence[str], completed: int) -> "xarray.Dataset":
+    """Return what the traces keep of the completed generations as named arrays, for P parameters of these names."""
     import xarray
 
     models, fitness = (GENERATION, "parameter"), (GENERATION, "quantile")
     return xarray.Dataset(
         {
-            "model_fitness_quantiles": (fitness, traces["model_fitness_quantiles"]),
-            "classifier_fitness_quantiles": (fitness, traces["classifier_fitness_quantiles"]),
-            "best_model": (models, traces["best_model"]),
-            "typical_model": (models, traces["typical_model"]),
-            "selection": ((GENERATION,), traces["selection"], selection_attributes()),
+            "model_fitness_quantiles": (fitness, traces["model_fitness_quantiles"][:completed]),
+            "classifier_fitness_quantiles": (fitness, traces["classifier_fitness_quantiles"][:completed]),
+            "best_model": (models, traces["best_model"][:completed]),
+            "typical_model": (models, traces["typical_model"][:completed]),
+            "selection": ((GENERATION,), traces["selection"][:completed], selection_attributes()),
         },
         coords={
-            GENERATION: np.arange(traces.completed),
+            GENERATION: np.arange(completed),
             "parameter": np.array(parameters),
             "quantile": np.array(QUANTILES),
         },
     )
+
+
+def generation_values(generation: Generation) -> dict[str, np.ndarray]:
+    """Return all that is kept of a generation, by the names of the history."""
+    return {
+        "model": generation.models,
+        "model_step_size": generation.model_step_sizes,
+        "model_fitness": generation.model_fitness,
+        "classifier": generation.classifiers,
+        "classifier_step_size": generation.classifier_step_sizes,
+        "classifier_fitness": generation.classifier_fitness,
+        "best_model": generation.best_model,
+        "typical_model": generation.typical_model,
+        "selection": np.array(SELECTION_CODES[generation.selection], dtype=np.int8),
+    }
+
+
+class Traces:
+    """What a thin history keeps of every completed generation, and the seconds it took.
+
+    Best and typical model, quartiles of both populations' fitness, and the state of selection.
+
+    Parameters
+    ----------
+    capacity
+        Number of generations G that there may be.
+    parameters
+        Number of model parameters P.
+    """
+
+    def __init__(self, capacity: int, parameters: int) -> None:
+        self.completed = 0
+        self._arrays: dict[str, np.ndarray] = {
+            "best_model": np.zeros((capacity, parameters)),
+            "typical_model": np.zeros((capacity, parameters)),
+            "model_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
+            "classifier_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
+            "selection": np.full(capacity, NOT_RUN, dtype=np.int8),
+            "seconds": np.zeros(capacity),
+        }
+
+    def record(self, values: Mapping[str, np.ndarray], seconds: float) -> None:
+        """Append the `generation_values` of a generation and the time it took (s)."""
+        given: dict[str, Any] = {**values, "seconds": seconds}
+        for population in ("model", "classifier"):
+            given[f"{population}_fitness_quantiles"] = _quantiles(given[f"{population}_fitness"])
+        for name, array in self._arrays.items():
+            array[self.completed] = given[name]
+        self.completed += 1
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return an array over the completed generations, a view."""
+        return self._arrays[name][: self.completed]
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return copies of all arrays over the completed generations."""
+        return {name: self[name].copy() for name in self._arrays}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Continue from a `state`."""
+        self.completed = len(state["seconds"])
+        for name, array in self._arrays.items():
+            array[: self.completed] = state[name]
+
+
+def _quantiles(values: np.ndarray) -> np.ndarray:
+    """Return the `QUANTILES` as `numpy.quantile` does, for less than its overhead."""
+    places = np.multiply(QUANTILES, len(values) - 1)
+    return np.interp(places, np.arange(len(values)), np.sort(values))

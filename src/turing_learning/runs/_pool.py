@@ -15,9 +15,10 @@ from turing_learning.analysis import (
     r_hat,
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
+from turing_learning.errors import said
 from turing_learning.report import counted, describe_unknown, shown
-from turing_learning.runs.folder._folder import going_on
 
+from ._folder import how_to_resume
 from ._result import Result, named
 
 AGREE, DISAGREE = 1.2, 1.5
@@ -174,7 +175,9 @@ def _refuse_unfit(runs: list[Result]) -> None:
     for run in runs:
         if not run.complete:
             advice = (
-                "Let it run to its end" if run.path is None else f"Go on with {going_on(run.path, run.configuration)}"
+                "Let it run to its end"
+                if run.path is None
+                else f"Resume it with {said(how_to_resume(run.path, run.configuration))}"
             )
             raise ConfigurationError(
                 f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."

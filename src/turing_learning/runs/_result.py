@@ -1,10 +1,11 @@
 """What a run has inferred."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -12,12 +13,12 @@ from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval
 from turing_learning.config import Configuration
 from turing_learning.report import counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
-from turing_learning.runs.folder._folder import RunFolder
-from turing_learning.runs.folder._target import refuse_target, writing
-from turing_learning.runs.folder._traces import SELECTION_CODES, Traces
 from turing_learning.systems import Laboratory, System
 
+from ._folder import RunFolder
+from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
+from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
     import xarray
@@ -32,28 +33,28 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
 
 
-@dataclass(frozen=True)
-class Attachments:
-    """What a result can open or make, its history, its report, and its check; and the configuration that ran.
+class Owner(Protocol):
+    """The run that a result belongs to."""
 
-    `require_there` raises RunFolderError if the run has a folder and is not there any more; it is called before the others.
-    `again` is a function, and its arguments, that attaches the same in another process; only a run in a folder has it.
-    """
+    @property
+    def configuration(self) -> Configuration:
+        """Of the run."""
 
-    configuration: Configuration
-    history: Callable[[], "xarray.Dataset"]
-    report: Callable[["Result", Path | None], Path]
-    check: Callable[..., "Check"]
-    require_there: Callable[[], None] = lambda: None
-    again: tuple[Callable[..., "Attachments"], tuple[Any, ...]] | None = None
+    @property
+    def folder(self) -> RunFolder | None:
+        """Where it is stored; None in memory."""
 
-    def __reduce__(self) -> tuple[Callable[..., "Attachments | None"], tuple[Any, ...]]:
-        """Stay behind where the result of a run in memory is pickled; another process opens a folder, and is given no simulator."""
-        return self.again or (type(None), ())
+    def require_there(self) -> None:
+        """Reject a folder that holds this run no more."""
 
-    def __deepcopy__(self, memo: object) -> "Attachments":
-        """Return the same: what is attached is never changed."""
-        return self
+    def history(self) -> "xarray.Dataset":
+        """Return the history."""
+
+    def report(self, result: "Result", target: Path) -> Path:
+        """Write the report."""
+
+    def check(self, result: "Result", /, **options: Any) -> "Check":
+        """Check the estimate."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,7 @@ class Result:
     seconds_total: float
     seconds_per_generation: float
     path: Path | None = field(default=None, compare=False)
-    attachments: Attachments | None = field(default=None, compare=False, repr=False)
+    origin: Owner | None = field(default=None, compare=False, repr=False)
     failed_simulations: dict[str, Any] | None = None
     networks: dict[str, dict[str, float]] | None = None
 
@@ -180,7 +181,7 @@ class Result:
         RuntimeError
             If the result belongs to no run.
         """
-        return self._attached().configuration
+        return self._owner().configuration
 
     def report(self, path: str | Path | None = None, *, force: bool = False) -> Path:
         """Write the report of the run, one HTML file.
@@ -208,13 +209,12 @@ class Result:
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
-        attached = self._there()
-        if path is None:
-            return attached.report(self, None)
-        target = Path(path)
-        refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
-        with writing(target, "path"):
-            return attached.report(self, target)
+        origin = self._there()
+        target = self.path / "report.html" if path is None and self.path is not None else Path(path or "")
+        if path is not None:
+            refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
+        with nullcontext() if path is None else writing(target, "path"):
+            return origin.report(self, target)
 
     def check(self, **options: Any) -> "Check":
         """Check whether the estimate can be believed: see docs/identifiability.md.
@@ -240,25 +240,23 @@ class Result:
         """
         return self._there().check(self, **options)
 
-    def _there(self) -> Attachments:
-        """Return what is attached, if the run is where it was."""
-        attached = self._attached()
-        attached.require_there()
-        return attached
+    def _there(self) -> Owner:
+        """Return the run, if it is where it was."""
+        origin = self._owner()
+        origin.require_there()
+        return origin
 
-    def _attached(self) -> Attachments:
-        if self.attachments is None:
+    def _owner(self) -> Owner:
+        if self.origin is None:
             raise RuntimeError(
                 "`history` must belong to a run; got a result alone, as one of a run in memory is that comes from another "
                 "process. Give the run a folder, with `out`."
             )
-        return self.attachments
+        return self.origin
 
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""
-        content = {
-            item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "attachments")
-        }
+        content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "origin")}
         content["interval"] = known_or(None, self.interval)
         for name in _WHERE_THERE_ARE_SOME:
             if content[name] is None:
@@ -297,8 +295,7 @@ def summarize(
     traces: Traces,
     seconds: float,
     *,
-    path: Path | None = None,
-    attachments: Attachments | None = None,
+    origin: Owner,
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
     """Make the result of the completed generations, at least one.
@@ -311,6 +308,8 @@ def summarize(
         Of the completed generations.
     seconds
         Time the run took so far (s).
+    origin
+        The run.
     failed_simulations
         Of a custom system.
     """
@@ -332,8 +331,8 @@ def summarize(
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
         seconds_per_generation=float(np.median(traces["seconds"])),
-        path=path,
-        attachments=attachments,
+        path=None if origin.folder is None else origin.folder.path,
+        origin=origin,
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
     )
@@ -375,7 +374,8 @@ def named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
     return dict(zip(names, values.tolist(), strict=True))
 
 
-def result_from_json(content: Mapping[str, Any], *, path: Path, attachments: Attachments) -> Result:
+def result_from_json(content: Mapping[str, Any], *, origin: Owner) -> Result:
     """Make a result from what `result.json` holds."""
+    assert origin.folder is not None
     interval = known_or(UNKNOWN, content["interval"])
-    return Result(**{**content, "interval": interval}, path=path, attachments=attachments)
+    return Result(**{**content, "interval": interval}, path=origin.folder.path, origin=origin)

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import Setting, require
-
-from ._errors import told
+from turing_learning.store import told
 
 
 def refuse_target(

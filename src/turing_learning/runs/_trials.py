@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ._errors import RunFolderError, told
-from ._files import write_atomically
-from ._folder import RunFolder
-from ._manifest import now
+from turing_learning.store import RunFolderError, told
+
+from ._folder import RunFolder, now
 
 if TYPE_CHECKING:
     from turing_learning.coevolution import Samples
@@ -61,14 +60,14 @@ class TrialStore:
             started_s=np.array(trial.started_s),
             faults=np.array(trial.faults, dtype=np.str_),
         )
-        folder = self._folder.trials_path / stage / f"attempt-{attempt}"
+        stage_folder = f"{self._folder.trials_path.name}/{stage}/attempt-{attempt}"
+        name = f"trial-{trial.number:02d}.npz"
         with self._folder.storage():
-            folder.mkdir(parents=True, exist_ok=True)
-            name = f"trial-{trial.number:02d}.npz"
             if trial.faults:
-                rejected = len(list(folder.glob(f"rejected-{trial.number:02d}-*.npz")))
+                place = self._folder.path / stage_folder
+                rejected = len(list(place.glob(f"rejected-{trial.number:02d}-*.npz")))
                 name = f"rejected-{trial.number:02d}-{rejected + 1}.npz"
-            write_atomically(folder / name, buffer.getvalue())
+            self._folder.write(f"{stage_folder}/{name}", buffer.getvalue())
 
     def last_attempt(self, stage: str) -> int:
         """Return the number of the last attempt at a stage that left a trial, 0 if there is none."""

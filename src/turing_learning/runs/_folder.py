@@ -1,0 +1,352 @@
+"""A run folder: its files, and what ran there, when, where and with what."""
+
+import os
+import platform
+import shlex
+import shutil
+import socket
+import subprocess
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
+from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
+from turing_learning.errors import Call, Text, refuse, require, said
+from turing_learning.store import (
+    Kind,
+    RunFolderError,
+    RunStorageError,
+    Store,
+    digest_of,
+    storage,
+    told,
+    writable,
+)
+from turing_learning.store import refuse_format as refuse_future_format
+
+from ._checkpoints import Checkpoint, Latest, latest_checkpoint
+
+__all__ = [  # also what the rooms above need of every store
+    "FINISHED", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError", "how_to_resume", "manifest_rows",
+    "new_manifest", "now", "refuse_future_format", "resume_command", "storage", "this_process", "told", "writable",
+    "write_atomically", "write_json",
+]  # fmt: skip
+
+FORMAT_VERSION = 1
+RUNNING = "running"
+"""State of a run that continues, or was killed."""
+STOPPED = "stopped"
+"""State of a run that was asked to stop."""
+FINISHED = "finished"
+"""State of a run of which everything is there, figures and report too."""
+
+LABORATORY, CAMERA = "laboratory.json", "camera.json"
+_PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
+_RESULTS = (
+    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", "calibration.npz", "trials",
+    "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
+)  # fmt: skip
+_KIND = Kind(
+    "run",
+    "manifest.json",
+    identity=("started", "configuration_sha256"),
+    pieces=("result.json", "post_evaluation.json", "calibration.npz", "check/check.json", "trials/**/*.npz"),
+    newest=FORMAT_VERSION,
+)
+_unverified: set[Path] = set()  # folders of which it has been said
+
+
+def resume_command(path: Path) -> str:
+    """Return the command that resumes a run, to be pasted into a shell."""
+    return f"turing-learning resume {shlex.quote(str(path))}"
+
+
+def how_to_resume(path: Path, configuration: Configuration) -> Text:
+    """Return how to resume a run: by a command, or by a call where a custom system has to be given."""
+    needed = configuration.system.resuming
+    return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
+
+
+class RunFolder(Store):
+    """Where a run keeps its files.
+
+    Parameters
+    ----------
+    path
+        The folder; a leading ~ is the home folder.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        super().__init__(path, _KIND)
+
+    @property
+    def configuration_path(self) -> Path:
+        """The resolved configuration (TOML)."""
+        return self.path / "config.toml"
+
+    @property
+    def manifest_path(self) -> Path:
+        """What ran where (JSON)."""
+        return self.path / "manifest.json"
+
+    @property
+    def result_path(self) -> Path:
+        """What was inferred (JSON)."""
+        return self.path / "result.json"
+
+    @property
+    def history_path(self) -> Path:
+        """Every generation's populations (Zarr)."""
+        return self.path / "history.zarr"
+
+    @property
+    def checkpoints_path(self) -> Path:
+        """From where a run goes on."""
+        return self.path / "checkpoints"
+
+    @property
+    def figures_path(self) -> Path:
+        """PNG and SVG pictures."""
+        return self.path / "figures"
+
+    @property
+    def report_path(self) -> Path:
+        """The page that shows it all."""
+        return self.path / "report.html"
+
+    @property
+    def laboratory_path(self) -> Path:
+        """The laboratory in which the run takes place (JSON); only such a run has one."""
+        return self.path / LABORATORY
+
+    @property
+    def motion_path(self) -> Path:
+        """Motion to calibrate detectors with (NumPy)."""
+        return self.path / "calibration.npz"
+
+    @property
+    def trials_path(self) -> Path:
+        """Every trial that was observed in a laboratory."""
+        return self.path / "trials"
+
+    @property
+    def events_path(self) -> Path:
+        """What happened in the laboratory (a JSON object in each line)."""
+        return self.path / "events.jsonl"
+
+    @property
+    def post_evaluation_path(self) -> Path:
+        """What the last models are worth when they are observed again in the laboratory (JSON)."""
+        return self.path / "post_evaluation.json"
+
+    @property
+    def lock_path(self) -> Path:
+        """Held by the process that writes."""
+        return self.path / "lock"
+
+    def is_run(self) -> bool:
+        """Return whether this is a run folder of any version."""
+        return self.exists()
+
+    def manifest(self) -> dict[str, Any]:
+        """Return the manifest; reject a folder that is no run, or one of a later version, with a RunFolderError."""
+        if not self.exists():
+            got, remedy = f"{self.path} without a readable manifest.json", "Give the folder that `infer` has made."
+            refuse("run", "be a run folder", got, remedy, error=RunFolderError)
+        manifest = self.head()
+        if not isinstance(manifest.get("state"), str):
+            got = f"{self.path}, whose manifest has no state"
+            refuse(
+                "run", "be a run folder", got, "Restore the file.", place=str(self.manifest_path), error=RunFolderError
+            )
+        return manifest
+
+    def begun(self) -> tuple[Any, Any]:
+        """Return when the run in this folder began, and with which configuration: together they are its own."""
+        manifest = self.manifest()
+        return manifest.get("started"), manifest.get("configuration_sha256")
+
+    def require_there(self, begun: tuple[Any, Any]) -> None:
+        """Reject a folder in which a run, see `begun`, is not any more, before anything is read or written."""
+        remedy = "Open it from where it is now: turing_learning.load_run(...)."
+        got = f"{self.path}, where it is not any more"
+        require(self.is_run(), "run", "be in its folder", got, remedy, error=RunFolderError)
+        got, remedy = f"{self.path}, where another run has taken its place", "Make it again, with an `out` of its own."
+        require(self.begun() == begun, "run", "be in its folder", got, remedy, error=RunFolderError)
+
+    def configuration(self) -> Configuration:
+        """Return the stored configuration; reject one that is missing or has been changed with a RunFolderError."""
+        manifest = self.manifest()
+        try:
+            text = self.configuration_path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise RunFolderError(
+                f"`run` must hold its configuration; got {self.path} without a readable config.toml. Restore the file."
+            ) from error
+        remedy = "Restore it, or start a new run with `infer --config`."
+        require(digest_of(text.encode()) == manifest.get("configuration_sha256"), "config.toml",
+                "be as it was when the run began", "a changed one", remedy, place=str(self.configuration_path),
+                error=RunFolderError)  # fmt: skip
+        try:
+            return load_configuration(self.configuration_path)
+        except ConfigurationError as error:
+            raise RunFolderError(error.refusal or str(error)) from error
+
+    def checkpoint(self, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True) -> Latest:
+        """Return the newest usable checkpoint of this run's configuration; those of another count as damaged."""
+        digest = self.manifest().get("configuration_sha256")
+        return latest_checkpoint(self.checkpoints_path, accept, configuration=digest)
+
+    def update_manifest(self, **changes: Any) -> None:
+        """Change entries of the manifest."""
+        self.write("manifest.json", self.manifest() | changes)
+
+    def begin(
+        self, configuration: Configuration, *, force: bool, files: Mapping[str, bytes] | None = None, **entries: Any
+    ) -> None:
+        """Make this the folder of a new run; the caller holds the lock.
+
+        Parameters
+        ----------
+        configuration
+            Of the run.
+        force
+            Whether a run that is here already may be replaced.
+        files
+            Name -> content of what else the run needs.
+        entries
+            Further entries of the manifest.
+        """
+        self.refuse_if_taken(force=force)
+        if self.is_run():
+            (self.path / "seals.txt").unlink(missing_ok=True)
+            write_json(self.manifest_path, {"format_version": FORMAT_VERSION, "state": RUNNING, "replaced": True})
+            for name in _RESULTS:
+                path = self.path / name
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+        remove_partial(self.path)
+        for name, content in (files or {}).items():
+            write_atomically(self.path / name, content)
+        text = to_toml(configuration)
+        write_atomically(self.configuration_path, text.encode())
+        self.create(new_manifest(text, configuration.run.seed) | entries)
+
+    def refuse_if_taken(self, *, force: bool) -> None:
+        """Reject a folder into which a new run may not be written."""
+        if self.is_run():
+            try:
+                ahead = said(how_to_resume(self.path, self.configuration()))
+            except RunFolderError:  # which says more once it is tried
+                ahead = f"`{resume_command(self.path)}`"
+            got = f"{self.path}, which holds a run"
+            remedy = f"Resume it with {ahead}, choose another folder, or replace it with force=True."
+            require(force, "out", "be a new or empty folder", got, remedy, error=RunFolderError)
+        elif others := self.foreign_names():
+            got = f"{self.path}, which holds {others[0]!r} and is not a run"
+            refuse("out", "be a new or empty folder", got, "Choose another folder.", error=RunFolderError)
+
+    def foreign_names(self) -> list[str]:
+        """Return the names in the folder that are not of a run that has only been begun."""
+        begun = {self.configuration_path.name, LABORATORY, CAMERA, "seals.txt", self.lock_path.name}
+        begun = begun if self.lock_path.exists() else set()
+        names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
+        return sorted(name for name in names if name not in begun and not name.endswith(PARTIAL))
+
+    def storage(self) -> AbstractContextManager[None]:
+        """Say of a folder that cannot be written any further how to resume its run, which needs nothing else."""
+        return storage(self.path, f"resume with `{resume_command(self.path)}`.")
+
+    def _say_unverified(self) -> None:
+        if self.path.absolute() not in _unverified:  # once, however many look into the folder
+            _unverified.add(self.path.absolute())
+            super()._say_unverified()
+
+
+def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
+    """Return the manifest of a run that is about to begin.
+
+    Parameters
+    ----------
+    configuration_text
+        The resolved configuration as it is stored.
+    seed
+        Seed of the run.
+    """
+    return {
+        "format_version": FORMAT_VERSION,
+        "state": RUNNING,
+        "seed": seed,
+        "configuration_sha256": digest_of(configuration_text.encode()),
+        "versions": _versions(),
+        "commit": _commit(),
+        "machine": _machine(),
+        "started": now(),
+        "finished": None,
+        "seconds": 0.0,
+        "process": this_process(),
+    }
+
+
+def now() -> str:
+    """Return the time, with the zone, to the second."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+def this_process() -> dict[str, Any]:
+    """Return who runs: process id and host."""
+    return {"pid": os.getpid(), "host": socket.gethostname()}
+
+
+def manifest_rows(manifest: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return names and values for a page, nested objects in one row each."""
+    return [(name.replace("_", " "), _in_words(value)) for name, value in manifest.items() if value is not None]
+
+
+def _in_words(value: Any) -> str:
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {item}" for name, item in value.items() if item is not None)
+    return f"{value:.2f}" if isinstance(value, float) else str(value)
+
+
+def _versions() -> dict[str, str]:
+    versions = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return versions
+
+
+def _commit() -> str | None:
+    """Return the commit when the package runs from a checkout of its repository."""
+    root = Path(__file__).resolve().parents[3]
+    if not (root / ".git").exists() or not (root / "pyproject.toml").exists():
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
+    try:
+        found = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return found.stdout.strip() or None
+
+
+def _machine() -> dict[str, Any]:
+    return {
+        "system": platform.platform(),
+        "architecture": platform.machine(),
+        "processor": _processor(),
+        "processors": os.cpu_count(),
+    }
+
+
+def _processor() -> str | None:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor() or None
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), None)

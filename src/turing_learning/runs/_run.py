@@ -1,0 +1,704 @@
+"""A run: begin or open it, iterate over its generations, leave the loop to stop."""
+
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from turing_learning._files import remove_partial
+from turing_learning.analysis import name_failure
+from turing_learning.coevolution import Generation
+from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
+from turing_learning.errors import refusing_as, said
+from turing_learning.store import RunFolderError, storage, writable
+from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
+
+from ._assemble import assemble, resolved
+from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, replace_checkpoints, save_checkpoint
+from ._folder import (
+    FINISHED,
+    RUNNING,
+    STOPPED,
+    RunFolder,
+    how_to_resume,
+    manifest_rows,
+    new_manifest,
+    now,
+    this_process,
+)
+from ._history import (
+    HistoryRecorder,
+    Layout,
+    ThinRecorder,
+    Traces,
+    create_store,
+    dataset_in_memory,
+    dataset_on_disk,
+    generation_values,
+    intact,
+    memory_arrays,
+    open_store,
+    require_sound,
+    thin_dataset,
+)
+from ._result import Result, result_from_json, summarize
+
+if TYPE_CHECKING:
+    import xarray
+
+    from turing_learning.identifiability import Check
+
+_LOGGER = logging.getLogger("turing_learning")
+_FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
+_RECENT = 50  # generations that rate and outlook are taken from
+
+
+@dataclass(frozen=True)
+class Progress:
+    """The state of a run after a generation.
+
+    Attributes
+    ----------
+    generation
+        Both populations, scored.
+    completed, total
+        Numbers of generations.
+    parameter_names
+        Names of the parameters in which models are stated: the agents', where they are known.
+    truth
+        The agents' parameters, None where there is no truth.
+    seconds_per_generation
+        Mean over the last generations (s).
+    recent : (up to 50, P)
+        Typical models of the last generations; None if not recorded.
+    described
+        Gives models (..., P) in the parameters of `parameter_names`; None if these are their numbers.
+    """
+
+    generation: Generation
+    completed: int
+    total: int
+    parameter_names: tuple[str, ...]
+    truth: tuple[float, ...] | None
+    seconds_per_generation: float
+    recent: np.ndarray | None = None
+    described: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def shown(self, models: np.ndarray) -> np.ndarray:
+        """Return models (..., P) in the parameters of `parameter_names`."""
+        return models if self.described is None else self.described(models)
+
+    @property
+    def outlook(self) -> str | None:
+        """How the models of the last generations compare with the truth, see `analysis.name_failure`; None without a truth."""
+        if self.truth is None or self.recent is None:
+            return None
+        return name_failure(np.median(self.shown(self.recent), axis=0), np.asarray(self.truth))
+
+    @property
+    def seconds_left(self) -> float:
+        """Time until the last generation at the present rate (s)."""
+        return (self.total - self.completed) * self.seconds_per_generation
+
+
+Observer = Callable[[Progress], None]
+
+
+class Run:
+    """A run of Turing Learning, one generation for each turn of a loop over it.
+
+    Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a folder can be opened again. As a
+    context manager it gives back its lock wherever it is left.
+
+    Parameters
+    ----------
+    configuration
+        Of the run.
+    source
+        The samples of its system, which `close` closes if the run has opened it itself.
+    folder
+        Where it is stored, locked; None keeps it in memory.
+
+    Attributes
+    ----------
+    configuration, folder
+        As given.
+
+    Examples
+    --------
+    >>> import turing_learning as tl
+    >>> run = tl.runs.Run.begin(tl.config.load_configuration(scenario="aggregation"))  # doctest: +SKIP
+    >>> for progress in run:  # doctest: +SKIP
+    ...     if progress.completed == 100:
+    ...         break
+    >>> run.result.estimate  # doctest: +SKIP
+    """
+
+    def __init__(self, configuration: Configuration, source: Source, folder: RunFolder | None = None) -> None:
+        self.configuration, self.folder = configuration, folder
+        self._source, self._held = source, ExitStack()
+        self._closed = False
+        self._result: Result | None = None
+        run = configuration.run
+        self._layout = layout_of(configuration)
+        self._traces = Traces(run.generations, len(self._layout.parameters))
+        self._seconds = self._seconds_before = 0.0
+        self._saved = 0
+        self._coevolution = assemble(configuration, source)
+        self._begun = time.perf_counter()
+        self._manifest = new_manifest(to_toml(configuration), run.seed) if folder is None else folder.manifest()
+        state = None if folder is None else self._restored_state(folder)
+        self._arrays: Mapping[str, np.ndarray] = {}
+        self._recorder: HistoryRecorder | ThinRecorder = ThinRecorder()
+        if run.history != "thin":
+            if folder is None:
+                self._arrays = memory_arrays(self._layout)
+            elif state is None:
+                self._arrays = create_store(folder.history_path, self._layout)
+            else:
+                self._arrays = open_store(folder.history_path)
+            seals = None if state is None else part(state, "history/")
+            self._recorder = HistoryRecorder(self._layout, self._arrays, seals)
+
+    @classmethod
+    def begin(
+        cls,
+        configuration: Configuration,
+        out: str | Path | None = None,
+        *,
+        source: Source | None = None,
+        force: bool = False,
+        files: Mapping[str, bytes] | None = None,
+        given: Mapping[str, Any] | None = None,
+    ) -> Self:
+        """Begin a run.
+
+        Parameters
+        ----------
+        configuration
+            Of the run.
+        out
+            A new or empty folder; None keeps the run in memory.
+        source
+            Samples of its system, which the caller closes; None opens those of a system that needs nothing else.
+        force
+            Whether a run that is in the folder already may be replaced.
+        files
+            Name -> content of what else the folder holds.
+        given
+            Where samples and simulator of a custom system come from, for the manifest.
+        """
+        if source is None:
+            with refusing_as(ConfigurationError):
+                source = configuration.system.open(Given())
+        if out is None:
+            return cls(configuration, source)
+        folder = RunFolder(out)
+        with ExitStack() as held, writable("out", folder.path):
+            folder.refuse_if_taken(force=force)
+            folder.path.mkdir(parents=True, exist_ok=True)
+            held.enter_context(folder.locked())
+            folder.begin(configuration, force=force, files=files, **({"given": dict(given)} if given else {}))
+            run = cls(configuration, source, folder)
+            run._held = held.pop_all()
+        return run
+
+    @classmethod
+    def open(
+        cls, path: str | Path, reopen: Callable[[Configuration], Source] | None = None, *, threads: int | None = None
+    ) -> "Run | FinishedRun":
+        """Open a run that was stopped or killed, to resume it; a finished one has its result, and no further generations.
+
+        Parameters
+        ----------
+        path
+            The run folder.
+        reopen
+            Opens the samples of the run's system, while the folder is locked; None opens those of a system that needs nothing else.
+        threads
+            Number of threads; None takes that of the configuration.
+        """
+        folder = RunFolder(path)
+        configuration = folder.configuration()
+        if is_whole(folder, configuration):
+            return FinishedRun(load_run(path))
+        here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
+        with ExitStack() as held, writable("run", folder.path):
+            held.enter_context(folder.locked())
+            if is_whole(folder, configuration) or restored_result(folder, configuration):
+                return FinishedRun(load_run(path))
+            if reopen is None:
+                with refusing_as(RunFolderError):
+                    source = here.system.open(Given())
+            else:
+                source = reopen(here)
+            held.enter_context(source)
+            remove_partial(folder.path)
+            folder.update_manifest(state=RUNNING, process=this_process())
+            run = cls(here, source, folder)
+            run._held = held.pop_all()
+        return run
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give back the lock and what else was opened; the run can be opened again."""
+        self._closed = True
+        self._held.close()
+
+    @property
+    def completed(self) -> int:
+        """Number of completed generations."""
+        return self._traces.completed
+
+    @property
+    def complete(self) -> bool:
+        """Whether all generations are completed."""
+        return self._traces.completed == self.configuration.run.generations
+
+    def __iter__(self) -> Iterator[Progress]:
+        """Run generations; after the last one, or where the loop is left, save everything.
+
+        Raises
+        ------
+        RunStorageError
+            If the run cannot be written.
+        SystemFailedError
+            If the system or its simulator fails; the generations before are saved.
+        """
+        if self._closed:
+            raise RuntimeError(
+                "`run` must be open; got one that was closed. Open it again: turing_learning.runs.Run.open(path)."
+            )
+        try:
+            while not self.complete:
+                generation = self._guarded_step() if self._source.fallible else self._step()
+                if self.completed % self.configuration.run.checkpoint_every == 0 or self.complete:
+                    self._save()
+                yield self._progress(generation)
+        except GeneratorExit:
+            if self._closed:  # the block around the loop has raised
+                return
+        self._finish()
+
+    @property
+    def result(self) -> Result:
+        """What the completed generations have inferred; at least one must be completed."""
+        if self._result is None or self._result.generations != self.completed:
+            failures = self._source.failures
+            self._result = summarize(
+                self.configuration,
+                self._traces,
+                self._seconds or time.perf_counter() - self._begun,
+                origin=self._origin(),
+                failed_simulations=None if failures is None else failures.summary(),
+            )
+        return self._result
+
+    @property
+    def history(self) -> "xarray.Dataset":
+        """Every generation's populations, see `Result.history`."""
+        return self.result.history
+
+    def report(self, path: str | Path | None = None, *, force: bool = False) -> Path:
+        """Write the report, see `Result.report`."""
+        return self.result.report(path, force=force)
+
+    def check(self, **options: Any) -> "Check":
+        """Check whether the estimate can be believed, see `Result.check`."""
+        return self.result.check(**options)
+
+    def storage(self) -> AbstractContextManager[None]:
+        """Say of a folder that cannot be written any further how to resume the run."""
+        if self.folder is None:
+            return nullcontext()
+        return storage(self.folder.path, f"resume with {said(how_to_resume(self.folder.path, self.configuration))}.")
+
+    # Generations
+
+    def _step(self) -> Generation:
+        begun = time.perf_counter()
+        generation = self._coevolution.step()
+        models = self._source.to_units(generation.models)
+        generation = generation if models is generation.models else replace(generation, models=models)
+        values = generation_values(generation)
+        with self.storage():
+            if self.folder is not None:
+                self.folder.require_here()
+            self._recorder.record(values)
+        self._traces.record(values, time.perf_counter() - begun)
+        return generation
+
+    def _guarded_step(self) -> Generation:
+        """Run a generation; where its system fails, save those before, and say where they are."""
+        before, self._source.generation = self._coevolution.state(), self._coevolution.generation
+        try:
+            return self._step()
+        except SystemFailedError as error:
+            self._coevolution.restore(before)
+            if self.completed:
+                self._save()
+            if self.folder is not None:
+                with self.storage():
+                    self.folder.update_manifest(state=STOPPED, seconds=self._seconds)
+            if error.explained or not self.completed:
+                raise
+            where = "Nothing is stored of a run without `out`; give one, to be able to resume."
+            if self.folder is not None:
+                ahead = said(how_to_resume(self.folder.path, self.configuration))
+                where = f"{self.completed} generations are stored; resume with {ahead}."
+            raise type(error)(f"{error} {where}") from error.__cause__
+
+    def _progress(self, generation: Generation) -> Progress:
+        return Progress(
+            generation=generation,
+            completed=self.completed,
+            total=self.configuration.run.generations,
+            parameter_names=self.configuration.scenario.parameter_names,
+            truth=self.configuration.scenario.truth,
+            seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
+            recent=self._traces["typical_model"][-_RECENT:],
+            described=self.configuration.described,
+        )
+
+    # What is stored
+
+    def _save(self) -> None:
+        """Write the history and a checkpoint; a run in memory has its history flushed."""
+        with self.storage():
+            self._recorder.flush()
+            self._seconds = self._seconds_before + time.perf_counter() - self._begun
+            if self.folder is not None:
+                evolving = {f"coevolution/{name}": array for name, array in self._coevolution.state().items()}
+                history = {f"history/{name}": array for name, array in self._recorder.seals().items()}
+                checkpoint = Checkpoint(self.completed, evolving | history | self._outcome())
+                save_checkpoint(self.folder.checkpoints_path, checkpoint)
+            self._saved = self.completed
+
+    def _outcome(self) -> dict[str, np.ndarray]:
+        """Return the arrays of a checkpoint that a result is made of."""
+        failures = {} if self._source.failures is None else self._source.failures.state()
+        return {
+            **{f"traces/{name}": array for name, array in self._traces.state().items()},
+            **{f"{_FAILURES}{name}": array for name, array in failures.items()},
+            "seconds": np.array(self._seconds),
+            CONFIGURATION: np.array(str(self._manifest.get("configuration_sha256"))),
+        }
+
+    def _finish(self) -> None:
+        """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
+        if self._saved != self.completed:
+            self._save()
+        folder, state = self.folder, FINISHED if self.complete else STOPPED
+        if folder is None:
+            self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
+            return
+        result = self.result
+        with self.storage():
+            folder.write("result.json", result.to_json())
+            folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
+            if self.complete and self.configuration.run.history == "thin":
+                folder.update_manifest(state=FINISHED, finished=now())
+                replace_checkpoints(folder.checkpoints_path, Checkpoint(self.completed, self._outcome()))
+            elif self.complete:
+                self._keep_calibration(folder, result)
+                _write_pages(result, folder, self.configuration)
+        self.close()
+
+    def _keep_calibration(self, folder: RunFolder, result: Result) -> None:
+        """Store what detectors of a custom system are calibrated with; a scenario's are simulated."""
+        from turing_learning.detection import keep_calibration
+
+        if self._source.genuine is not None:
+            parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
+            estimate = np.array(list(result.estimate.values()))
+            keep_calibration(folder.path, self._source, parameters, estimate, seed)
+
+    def _restored_state(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
+        """Take over the newest usable checkpoint, if there is one and the history reaches as far."""
+
+        def holds_history(checkpoint: Checkpoint) -> bool:
+            seals = part(checkpoint.arrays, "history/")
+            thin = self.configuration.run.history == "thin"
+            return thin or intact(folder.history_path, self._layout, checkpoint.generation, seals)
+
+        latest = folder.checkpoint(holds_history)
+        checkpoint = latest.checkpoint
+        done = checkpoint.generation if checkpoint else 0
+        if latest.refused:
+            _LOGGER.warning("The history in %s is damaged; the run is resumed from generation %d.", folder.path, done)
+        for path in latest.damaged:
+            _LOGGER.warning("Checkpoint %s is damaged; the run is resumed from generation %d.", path.name, done)
+        discard_checkpoints(folder.checkpoints_path, above=done)
+        if checkpoint is None:
+            return None
+        self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
+        self._traces.restore(part(checkpoint.arrays, "traces/"))
+        if self._source.failures is not None:
+            self._source.failures.restore(part(checkpoint.arrays, _FAILURES))
+        self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
+        self._saved = done
+        return checkpoint.arrays
+
+    def _origin(self) -> "Origin":
+        if self.folder is not None:
+            return origin_of(self.folder, self.configuration, self.completed)
+        kept = self._traces if self.configuration.run.history == "thin" else self._arrays
+        return Origin(self.configuration, self.completed, kept=kept, stored=self._manifest)
+
+
+class FinishedRun:
+    """A run that is finished: an empty loop with a result."""
+
+    complete = True
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *stop: object) -> None:
+        """Do nothing."""
+
+    def __iter__(self) -> Iterator[Progress]:
+        return iter(())
+
+
+def conduct(
+    run: Run | FinishedRun, observer: Observer | None = None, should_stop: Callable[[], bool] | None = None
+) -> Result:
+    """Run to the end, or until `should_stop` returns True after a generation; `observer` is called after each."""
+    with run:
+        generations = iter(run)
+        for progress in generations:
+            if observer is not None:
+                observer(progress)
+            if should_stop is not None and should_stop():
+                generations.close()  # type: ignore[attr-defined] # of a generator: saves, while the folder is locked
+        return run.result
+
+
+def layout_of(configuration: Configuration) -> Layout:
+    """Return the sizes of a run's history."""
+    run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
+    return Layout(
+        generations=run.generations,
+        models=models.parents + models.offspring,
+        parameters=configuration.parameter_names,
+        classifiers=classifiers.parents + classifiers.offspring,
+        weights=classifier_of(configuration).parameters,
+        chunk=min(run.checkpoint_every, run.generations),
+    )
+
+
+def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays whose names start with a prefix, without it."""
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """The run that a result belongs to: in its folder, or with its history in memory.
+
+    Attributes
+    ----------
+    configuration, completed
+        Of the run, and its number of generations.
+    path, begun
+        Its folder, and which run was there, see `RunFolder.begun`; None in memory.
+    kept, stored
+        Of a run in memory: its history, full or thin, and its manifest.
+    given
+        Samples and simulator of a custom system, in the process that had them.
+    """
+
+    configuration: Configuration
+    completed: int
+    path: Path | None = None
+    begun: tuple[Any, Any] = (None, None)
+    kept: "Mapping[str, np.ndarray] | Traces | None" = None
+    stored: Mapping[str, Any] | None = None
+    given: Given = field(default_factory=Given)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Leave a run in memory and a caller's simulator behind, which another process does not have."""
+        if self.path is None:
+            return type(None), ()
+        return type(self), (self.configuration, self.completed, self.path, self.begun)
+
+    @property
+    def folder(self) -> RunFolder | None:
+        """Its folder, as it is now."""
+        return None if self.path is None else RunFolder(self.path)
+
+    def require_there(self) -> None:
+        """Reject a folder that holds this run no more."""
+        if folder := self.folder:
+            folder.require_there(self.begun)
+
+    @property
+    def manifest(self) -> Mapping[str, Any]:
+        """Of the run."""
+        if folder := self.folder:
+            return folder.manifest()
+        assert self.stored is not None
+        return self.stored
+
+    def history(self) -> "xarray.Dataset":
+        """Return the history; one on disk is verified."""
+        names, folder = self.configuration.parameter_names, self.folder
+        if folder is None:
+            if isinstance(self.kept, Traces):
+                return thin_dataset(self.kept, names, self.completed)
+            assert self.kept is not None
+            return dataset_in_memory(layout_of(self.configuration), self.kept, self.completed)
+        if self.configuration.run.history == "thin":
+            traces = _traces_of(_stored_checkpoint(folder, self.configuration), self.configuration)
+            return thin_dataset(traces, names, self.completed)
+        checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
+        if checkpoint is None or not part(checkpoint.arrays, "history/"):
+            _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
+        else:
+            require_sound(path, layout_of(self.configuration), self.completed, part(checkpoint.arrays, "history/"))
+        return dataset_on_disk(path, self.completed)
+
+    def report(self, result: Result, target: Path) -> Path:
+        """Write the report of the run to a file."""
+        from turing_learning.report import write_page
+
+        from ._check import complete_check
+        from ._present import draw, drawn_history, report_page
+
+        history = drawn_history(result)
+        drawings = draw(history, self.configuration)
+        rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
+        return write_page(report_page(result, history, self.configuration, drawings, rows, check), target)
+
+    def check(self, result: Result, /, **options: Any) -> "Check":
+        """Check the estimate of the run, with the samples and simulator that are known in this process."""
+        from ._check import check_run, refuse_unknown_part
+
+        refuse_unknown_part(options)
+        given = {"genuine": self.given.genuine, "simulate": self.given.simulate}
+        return check_run(result, self.configuration, **given | options)
+
+
+def origin_of(folder: RunFolder, configuration: Configuration, completed: int) -> Origin:
+    """Return the origin of a result in a folder, which can be opened from wherever the process is by then."""
+    return Origin(configuration, completed, folder.path.absolute(), folder.begun())
+
+
+# Runs that are stored
+
+
+def load_run(path: str | Path) -> Result:
+    """Open a run that is finished, stopped, killed, or still running.
+
+    Parameters
+    ----------
+    path
+        The run folder.
+
+    Returns
+    -------
+    Result
+        What was inferred up to the last checkpoint.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder is not a run, or has not been saved for the first time.
+    """
+    folder = RunFolder(Path(path))
+    configuration = folder.configuration()
+    finished = folder.manifest()["state"] == FINISHED
+    stored = _stored_result(folder, configuration) if finished else None
+    if stored is not None:
+        return stored
+    found = _result_of(_stored_checkpoint(folder, configuration), folder, configuration)
+    if finished:
+        _LOGGER.warning("%s is damaged; the result is made again from the last checkpoint.", folder.result_path)
+    return found
+
+
+def is_whole(folder: RunFolder, configuration: Configuration) -> bool:
+    """Return whether a run is finished and has its result."""
+    return folder.manifest()["state"] == FINISHED and _stored_result(folder, configuration) is not None
+
+
+def restored_result(folder: RunFolder, configuration: Configuration) -> bool:
+    """Write the result of a finished run again, if its checkpoint is left; the caller holds the lock."""
+    if folder.manifest()["state"] != FINISHED:
+        return False
+    checkpoint = folder.checkpoint().checkpoint
+    if checkpoint is None:
+        return False
+    if folder.result_path.exists():
+        aside = folder.set_aside("result.json")
+        _LOGGER.warning("%s is damaged; it is made again. The damaged file is %s.", folder.result_path, aside.name)
+    folder.write("result.json", _result_of(checkpoint, folder, configuration).to_json())
+    return True
+
+
+def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
+    """Return the result of a finished run; None if it is missing or damaged."""
+    try:
+        content = folder.read("result.json")
+        return result_from_json(content, origin=origin_of(folder, configuration, content["generations"]))
+    except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
+    traces, failures = _traces_of(checkpoint, configuration), part(checkpoint.arrays, _FAILURES)
+    log = FailureLog(configuration.parameter_names)
+    if failures:
+        log.restore(failures)
+    return summarize(
+        configuration,
+        traces,
+        float(checkpoint.arrays["seconds"]),
+        origin=origin_of(folder, configuration, traces.completed),
+        failed_simulations=log.summary() if failures else None,
+    )
+
+
+def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkpoint:
+    checkpoint = folder.checkpoint().checkpoint
+    if checkpoint is None:
+        raise RunFolderError(
+            f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
+            f"Begin it with {said(how_to_resume(folder.path, configuration))}."
+        )
+    return checkpoint
+
+
+def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
+    traces = Traces(configuration.run.generations, len(configuration.parameter_names))
+    traces.restore(part(checkpoint.arrays, "traces/"))
+    return traces
+
+
+def _write_pages(result: Result, folder: RunFolder, configuration: Configuration) -> None:
+    """Draw and write figures and report of a complete run."""
+    from turing_learning.report import write_page
+
+    from ._present import draw, drawn_history, report_page, save_figures
+
+    history = drawn_history(result)
+    drawings = draw(history, configuration)
+    save_figures(drawings, folder.figures_path)
+    closed = {"state": FINISHED, "finished": now()}
+    rows = manifest_rows(folder.manifest() | closed)
+    write_page(report_page(result, history, configuration, drawings, rows), folder.report_path)
+    folder.update_manifest(**closed)

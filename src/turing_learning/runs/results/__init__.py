@@ -1,1 +1,0 @@
-"""What a run has inferred, how it is shown, and several runs told as one."""
