@@ -126,7 +126,7 @@ def resolved(
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
-        if isinstance(scenario, CustomSystem):  # whose data has scales of its own
+        if scenario is not None and config.system.resuming:  # other data has scales of its own
             known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
         return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)

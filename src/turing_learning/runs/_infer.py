@@ -17,7 +17,7 @@ from turing_learning.systems import CustomOptions, Given, Range, Simulator, Sour
 from ._assemble import resolved
 from ._folder import RunFolder, resume_command
 from ._result import Result
-from ._run import Observer, Origin, Run, conduct
+from ._run import Observer, Origin, Run, conduct, refuse_given_source
 
 RUNS = Path("runs")
 
@@ -208,6 +208,7 @@ def resume(
             f"Resume it with `{resume_command(folder.path)}`.",
         )
         require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
+        refuse_given_source(folder)
         with refusing_as(RunFolderError):
             return configuration.system.open(given)
 

@@ -14,7 +14,7 @@ from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
-from turing_learning.errors import refusing_as, said
+from turing_learning.errors import refusing_as, require, said
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
@@ -55,6 +55,7 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
+GIVEN = "given"  # in the manifest: the source of samples came from the caller
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -174,7 +175,6 @@ class Run:
         source: Source | None = None,
         force: bool = False,
         files: Mapping[str, bytes] | None = None,
-        given: Mapping[str, Any] | None = None,
     ) -> Self:
         """Begin a run.
 
@@ -190,12 +190,13 @@ class Run:
             Whether a run that is in the folder already may be replaced.
         files
             Name -> content of what else the folder holds.
-        given
-            Where samples and simulator of a custom system come from, for the manifest.
         """
+        entries = {}
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
+        elif not configuration.system.resuming:  # else `resume` asks for samples and simulator anyway
+            entries["source"] = GIVEN
         if out is None:
             return cls(configuration, source)
         folder = RunFolder(out)
@@ -203,7 +204,7 @@ class Run:
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             held.enter_context(folder.locked())
-            folder.begin(configuration, force=force, files=files, **({"given": dict(given)} if given else {}))
+            folder.begin(configuration, force=force, files=files, **entries)
             run = cls(configuration, source, folder)
             run._held = held.pop_all()
         return run
@@ -233,6 +234,7 @@ class Run:
             if is_whole(folder, configuration) or restored_result(folder, configuration):
                 return FinishedRun(load_run(path))
             if reopen is None:
+                refuse_given_source(folder)
                 with refusing_as(RunFolderError):
                     source = here.system.open(Given())
             else:
@@ -486,6 +488,14 @@ def conduct(
             if should_stop is not None and should_stop():
                 generations.close()  # type: ignore[attr-defined] # of a generator: saves, while the folder is locked
         return run.result
+
+
+def refuse_given_source(folder: RunFolder) -> None:
+    """Reject a run that began with a source of its caller's: without it the run would continue in plain simulation."""
+    got = f"{folder.path}, which began with a source of its caller's"
+    remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
+    given = folder.manifest().get("source") == GIVEN
+    require(not given, "run", "be one that can be resumed without its source", got, remedy, error=RunFolderError)
 
 
 def layout_of(configuration: Configuration) -> Layout:

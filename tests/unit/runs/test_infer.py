@@ -29,6 +29,7 @@ from turing_learning.runs import (
     stored_generations,
 )
 from turing_learning.runs._paper import paper_absolute_errors
+from turing_learning.systems import Given
 
 
 def untimed(folder):
@@ -342,6 +343,24 @@ def test_a_loop_that_raises_has_saved_the_run(small, tmp_path, whole):
         fail_at_five()
     assert stored_generations(tmp_path / "run" / "checkpoints") == 5
     resume(tmp_path / "run")
+    assert untimed(tmp_path / "run") == untimed(whole)
+
+
+def test_a_run_with_a_source_of_its_callers_is_not_resumed_in_plain_simulation(small, tmp_path, whole):
+    configuration = small()
+
+    def source(_configuration):
+        return configuration.system.open(Given())
+
+    for progress in Run.begin(configuration, tmp_path / "run", source=source(configuration)):
+        if progress.completed == 5:
+            break
+    for again in (resume, lambda path: list(Run.open(path))):
+        with pytest.raises(
+            RunFolderError, match=r"which began with a source of its caller's. Give it again: .*Run.open"
+        ):
+            again(tmp_path / "run")
+    assert [progress.completed for progress in Run.open(tmp_path / "run", source)] == [6, 7]
     assert untimed(tmp_path / "run") == untimed(whole)
 
 
