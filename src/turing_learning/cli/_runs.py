@@ -25,6 +25,7 @@ def infer(
     config: Path | None = None,
     preset: str = "default",
     generations: str | None = None,
+    trials: str | None = None,
     seed: str | None = None,
     threads: str | None = None,
     out: Path | None = None,
@@ -39,6 +40,8 @@ def infer(
     Examples:
 
       turing-learning infer aggregation
+
+      turing-learning infer aggregation --trials 1000 --out runs/frugal
 
       turing-learning infer aggregation --generations 200 --seed 7 --out runs/short
 
@@ -56,6 +59,8 @@ def infer(
         "default", or "paper" to keep to the text of the paper.
     generations
         Number of generations; 1000 by default.
+    trials
+        Budget in simulated trials, instead of generations: the estimate from few trials, see docs/few-trials.md.
     seed
         Seed of all random numbers; 1 by default.
     threads
@@ -72,9 +77,10 @@ def infer(
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
 
-    overrides, labels = settings_of(
-        settings, {"run.generations": generations, "run.seed": seed, "run.threads": threads}
-    )
+    options = {"run.generations": generations, "run.trials": trials, "run.seed": seed, "run.threads": threads}
+    overrides, labels = settings_of(settings, options)
+    if trials is not None and generations is not None:
+        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
     if recording.given:
         if scenario is not None:
             refuse("SCENARIO", "be left out for recorded motion", repr(scenario))

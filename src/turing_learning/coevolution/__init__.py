@@ -25,7 +25,7 @@ Other rewards (`Reward`) are functions of `Judgments` that return an array with 
 
 from ._archive import ClassifierArchive
 from ._buffer import SampleBuffer
-from ._few_trials import Batch, FewTrials, Observers
+from ._few_trials import Batch, FewTrials, Observers, batch_count, batch_sizes
 from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import THRESHOLD, Judgments
@@ -54,6 +54,8 @@ __all__ = [
     "SampleBuffer",
     "SampleSource",
     "Samples",
+    "batch_count",
+    "batch_sizes",
     "classifier_reward",
     "jury_reward",
     "model_reward",

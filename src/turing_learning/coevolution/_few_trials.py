@@ -167,6 +167,17 @@ class FewTrials:
         """The estimate (P,): the median of the draws."""
         return np.median(self.draws, axis=0)
 
+    @property
+    def present(self) -> np.ndarray:
+        """The fittest classifiers (N, Q) after the last batch."""
+        return self._present
+
+    @property
+    def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Outputs of the observers for usable trials (S, F) and genuine samples (K, F), and which trials these are (S,)."""
+        usable = np.flatnonzero(self.buffer.usable)
+        return self._seen[usable], self._seen_genuine, usable
+
     def __iter__(self) -> Iterator[Batch]:
         while not self.complete:
             yield self.step()
@@ -192,12 +203,10 @@ class FewTrials:
 
     def _models(self) -> np.ndarray:
         """Return the models (M, P) of the next batch, in the design's units."""
-        spent, dimension = len(self.buffer), self._design.dimension
-        first = round(np.clip(_FIRST_SHARE * self.trials, _FIRST_LEAST * dimension, _FIRST_MOST * dimension))
-        first = min(first, self.trials // 2)
+        spent = len(self.buffer)
+        first, size = batch_sizes(self.trials, self._design.dimension)
         if spent == 0:
             return self._design.start(first)
-        size = max(2, -(-(self.trials - first) // BATCHES))
         return self._design.propose(min(size, self.trials - spent), spent / self.trials)
 
     def _try(self, models: np.ndarray) -> None:
@@ -326,6 +335,19 @@ class FewTrials:
             self.batch = self._known(np.array(state["explained"], dtype=np.float64))
         else:
             self.batch = None
+
+
+def batch_count(trials: int, dimension: int) -> int:
+    """Return the number of batches of a run with so many trials and parameters."""
+    first, size = batch_sizes(trials, dimension)
+    return 1 + -(-(trials - first) // size)
+
+
+def batch_sizes(trials: int, dimension: int) -> tuple[int, int]:
+    """Return how many trials the first batch has, and each later one."""
+    first = round(np.clip(_FIRST_SHARE * trials, _FIRST_LEAST * dimension, _FIRST_MOST * dimension))
+    first = min(first, trials // 2)
+    return first, max(2, -(-(trials - first) // BATCHES))
 
 
 class _Density:

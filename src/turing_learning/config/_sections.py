@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, cast
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
+from turing_learning.coevolution import batch_count
 from turing_learning.errors import require
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -23,6 +24,7 @@ LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
+LEAST_TRIALS = 20
 SETTLED = 0.7  # share of a run after which no model jumps
 
 Count = Annotated[int, Field(ge=1)]
@@ -148,6 +150,11 @@ class RunSection(Section):
     generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = Field(
         default=1000, description="length of the run"
     )
+    trials: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = Field(
+        default=0,
+        description="10 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); "
+        "generations and the population of models do not count. 0: as many trials as the generations need",
+    )
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = Field(
         default=1, description="of all random numbers: the same seed gives the same result, another one another run"
     )
@@ -165,6 +172,11 @@ class RunSection(Section):
         '"thin": the best and the typical models and the quartiles of the fitness, in a hundredth of the space, '
         "as studies keep them",
     )
+
+    @property
+    def thin(self) -> bool:
+        """Whether the history holds no populations."""
+        return self.history == "thin" or self.trials > 0
 
     @property
     def halfway(self) -> int:
@@ -229,6 +241,24 @@ class Configuration(Section):
     def _check_limits(self) -> "Configuration":
         check_limits(self)
         return self
+
+    @model_validator(mode="after")
+    def _check_trials(self) -> "Configuration":
+        trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
+        require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
+        require(not (trials and self.models.hidden), "run.trials", rule, trials)
+        return self
+
+    @property
+    def length(self) -> int:
+        """Number of steps of the run: generations, or batches of trials."""
+        return batch_count(self.run.trials, len(self.parameter_names)) if self.run.trials else self.run.generations
+
+    @property
+    def trials_per_generation(self) -> int:
+        """Number of trials in a generation: executions of the system, whatever the number of replicas in one."""
+        groups = 2 if getattr(self.scenario, "grouping", "mixed") == "separated" else 1
+        return groups * (self.models.parents + self.models.offspring)
 
     @property
     def system(self) -> System:

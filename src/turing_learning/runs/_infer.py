@@ -29,6 +29,7 @@ def infer(
     simulate: Simulator | None = None,
     parameters: Mapping[str, Range] | None = None,
     generations: int | None = None,
+    trials: int | None = None,
     seed: int | None = None,
     preset: str = "default",
     config: str | Path | Configuration | None = None,
@@ -58,6 +59,9 @@ def infer(
         or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
         Number of generations, >= 1.
+    trials
+        Budget in trials, >= 20, instead of generations: every sample is kept and judged again, and the next trials are spent
+        where they tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it.
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
@@ -106,7 +110,15 @@ def infer(
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
     refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
-    overrides = single_settings(settings, generations=generations, seed=seed, threads=threads)
+    rule = "be given without `generations`"
+    require(
+        trials is None or generations is None,
+        "trials",
+        rule,
+        f"{trials} beside {generations}",
+        error=ConfigurationError,
+    )
+    overrides = single_settings(settings, generations=generations, trials=trials, seed=seed, threads=threads)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if genuine is None and simulate is None and parameters is None:
         configuration = resolve(scenario)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
+from turing_learning.coevolution import batch_sizes
 from turing_learning.config import Configuration
 from turing_learning.report import counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
-_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks")
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials")
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
@@ -99,6 +100,9 @@ class Result:
         Time the run took in all sessions (s), compilation included.
     seconds_per_generation
         Median over the generations (s).
+    trials
+        Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in one. None in runs
+        of version 0.1.0.
     path
         The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
@@ -129,6 +133,7 @@ class Result:
     origin: Owner | None = field(default=None, compare=False, repr=False)
     failed_simulations: dict[str, Any] | None = None
     networks: dict[str, dict[str, float]] | None = None
+    trials: int | None = None
 
     @property
     def system(self) -> System:
@@ -296,6 +301,7 @@ def summarize(
     seconds: float,
     *,
     origin: Owner,
+    ends: np.ndarray | None = None,
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
     """Make the result of the completed generations, at least one.
@@ -310,6 +316,8 @@ def summarize(
         Time the run took so far (s).
     origin
         The run.
+    ends : (2, P)
+        Interval of an estimate from few trials, empty where there is none yet; it is not read off the traces.
     failed_simulations
         Of a custom system.
     """
@@ -318,15 +326,26 @@ def summarize(
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
     inferred = estimate(typical, window)
-    ends = configuration.system.on_scales(typical, partial(interval, window=window))
+    if configuration.run.trials:
+        inferred = typical[-1]
+        low, high = (
+            (np.full(len(names), np.nan),) * 2 if ends is None or not ends.size else configuration.described(ends)
+        )
+        between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
+        spent = min(configuration.run.trials, _trials_after(configuration, traces.completed))
+    else:
+        pairs = configuration.system.on_scales(typical, partial(interval, window=window))
+        between = dict(zip(names, pairs.tolist(), strict=True))
+        spent = configuration.trials_per_generation * traces.completed
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
         seed=configuration.run.seed,
-        complete=traces.completed == configuration.run.generations,
+        trials=spent,
+        complete=traces.completed == configuration.length,
         best_model=named(names, best),
         estimate=named(names, inferred),
-        interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
+        interval=known_or(UNKNOWN, between),
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
@@ -336,6 +355,12 @@ def summarize(
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
     )
+
+
+def _trials_after(configuration: Configuration, batches: int) -> int:
+    """Return the number of trials that so many batches have spent."""
+    first, size = batch_sizes(configuration.run.trials, len(configuration.parameter_names))
+    return first + size * (batches - 1)
 
 
 def _networks(

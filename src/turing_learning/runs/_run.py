@@ -12,7 +12,7 @@ import numpy as np
 
 from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
-from turing_learning.coevolution import Generation
+from turing_learning.coevolution import Coevolution, Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.errors import refusing_as, require, said
 from turing_learning.store import RunFolderError, storage, writable
@@ -47,6 +47,7 @@ from ._history import (
     thin_dataset,
 )
 from ._result import Result, result_from_json, summarize
+from ._trials_loop import TrialsLoop
 
 if TYPE_CHECKING:
     import xarray
@@ -56,6 +57,8 @@ if TYPE_CHECKING:
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
+BUFFER = "buffer"  # folder of the samples of a run from few trials
+INTERVAL = "interval"  # of its estimate, among the arrays of a checkpoint
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -147,16 +150,18 @@ class Run:
         self._result: Result | None = None
         run = configuration.run
         self._layout = layout_of(configuration)
-        self._traces = Traces(run.generations, len(self._layout.parameters))
+        self._traces = Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
         self._saved = 0
-        self._coevolution = assemble(configuration, source)
+        self._coevolution: Coevolution | TrialsLoop
+        self._coevolution = TrialsLoop(configuration, source) if run.trials else assemble(configuration, source)
+        self._counts, self._ends = (0, 0), np.empty((0, 0))  # of the buffer that is stored; of the intervals
         self._begun = time.perf_counter()
         self._manifest = new_manifest(to_toml(configuration), run.seed) if folder is None else folder.manifest()
         state = None if folder is None else self._restored_state(folder)
         self._arrays: Mapping[str, np.ndarray] = {}
         self._recorder: HistoryRecorder | ThinRecorder = ThinRecorder()
-        if run.history != "thin":
+        if not run.thin:
             if folder is None:
                 self._arrays = memory_arrays(self._layout)
             elif state is None:
@@ -265,7 +270,7 @@ class Run:
     @property
     def complete(self) -> bool:
         """Whether all generations are completed."""
-        return self._traces.completed == self.configuration.run.generations
+        return self._traces.completed == self.configuration.length
 
     def __iter__(self) -> Iterator[Progress]:
         """Run generations; after the last one, or where the loop is left, save everything.
@@ -284,7 +289,8 @@ class Run:
         try:
             while not self.complete:
                 generation = self._guarded_step() if self._source.fallible else self._step()
-                if self.completed % self.configuration.run.checkpoint_every == 0 or self.complete:
+                every = 1 if self.configuration.run.trials else self.configuration.run.checkpoint_every
+                if self.completed % every == 0 or self.complete:
                     self._save()
                 yield self._progress(generation)
         except GeneratorExit:
@@ -302,6 +308,7 @@ class Run:
                 self._traces,
                 self._seconds or time.perf_counter() - self._begun,
                 origin=self._origin(),
+                ends=self._ends,
                 failed_simulations=None if failures is None else failures.summary(),
             )
         return self._result
@@ -364,7 +371,7 @@ class Run:
         return Progress(
             generation=generation,
             completed=self.completed,
-            total=self.configuration.run.generations,
+            total=self.configuration.length,
             parameter_names=self.configuration.scenario.parameter_names,
             truth=self.configuration.scenario.truth,
             seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
@@ -379,12 +386,29 @@ class Run:
         with self.storage():
             self._recorder.flush()
             self._seconds = self._seconds_before + time.perf_counter() - self._begun
+            if isinstance(self._coevolution, TrialsLoop) and self.complete:
+                self._ends = self._source.to_units(self._coevolution.interval())
             if self.folder is not None:
+                self._save_buffer(self.folder)
                 evolving = {f"coevolution/{name}": array for name, array in self._coevolution.state().items()}
                 history = {f"history/{name}": array for name, array in self._recorder.seals().items()}
                 checkpoint = Checkpoint(self.completed, evolving | history | self._outcome())
                 save_checkpoint(self.folder.checkpoints_path, checkpoint)
             self._saved = self.completed
+
+    def _save_buffer(self, folder: RunFolder) -> None:
+        """Write the samples of the last batch; those before are stored, and stay as they are."""
+        if isinstance(self._coevolution, TrialsLoop):
+            buffer = self._coevolution.trials.buffer
+            folder.write(f"{BUFFER}/{self.completed:05d}.npz", buffer.since(*self._counts))
+            self._counts = buffer.counts
+
+    def _stored_buffer(self, folder: RunFolder, batches: int) -> dict[str, np.ndarray]:
+        """Return the samples of so many batches, by the names of the state."""
+        if not isinstance(self._coevolution, TrialsLoop):
+            return {}
+        parts = [folder.read(f"{BUFFER}/{number:05d}.npz") for number in range(1, batches + 1)]
+        return {f"buffer/{name}": np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def _outcome(self) -> dict[str, np.ndarray]:
         """Return the arrays of a checkpoint that a result is made of."""
@@ -393,6 +417,7 @@ class Run:
             **{f"traces/{name}": array for name, array in self._traces.state().items()},
             **{f"{_FAILURES}{name}": array for name, array in failures.items()},
             "seconds": np.array(self._seconds),
+            **({INTERVAL: self._ends} if self._ends.size else {}),
             CONFIGURATION: np.array(str(self._manifest.get("configuration_sha256"))),
         }
 
@@ -410,8 +435,9 @@ class Run:
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
             if self.complete and self.configuration.run.history == "thin":
                 folder.update_manifest(state=FINISHED, finished=now())
+            if self.complete and self.configuration.run.history == "thin" and not self.configuration.run.trials:
                 replace_checkpoints(folder.checkpoints_path, Checkpoint(self.completed, self._outcome()))
-            elif self.complete:
+            elif self.complete and self.configuration.run.history != "thin":
                 self._keep_calibration(folder, result)
                 _write_pages(result, folder, self.configuration)
         self.close()
@@ -430,8 +456,9 @@ class Run:
 
         def holds_history(checkpoint: Checkpoint) -> bool:
             seals = part(checkpoint.arrays, "history/")
-            thin = self.configuration.run.history == "thin"
-            return thin or intact(folder.history_path, self._layout, checkpoint.generation, seals)
+            return self.configuration.run.thin or intact(
+                folder.history_path, self._layout, checkpoint.generation, seals
+            )
 
         latest = folder.checkpoint(holds_history)
         checkpoint = latest.checkpoint
@@ -443,7 +470,10 @@ class Run:
         discard_checkpoints(folder.checkpoints_path, above=done)
         if checkpoint is None:
             return None
-        self._coevolution.restore(part(checkpoint.arrays, "coevolution/"))
+        self._coevolution.restore(part(checkpoint.arrays, "coevolution/") | self._stored_buffer(folder, done))
+        if isinstance(self._coevolution, TrialsLoop):
+            self._counts = self._coevolution.trials.buffer.counts
+        self._ends = checkpoint.arrays.get(INTERVAL, self._ends)
         self._traces.restore(part(checkpoint.arrays, "traces/"))
         if self._source.failures is not None:
             self._source.failures.restore(part(checkpoint.arrays, _FAILURES))
@@ -454,7 +484,7 @@ class Run:
     def _origin(self) -> "Origin":
         if self.folder is not None:
             return origin_of(self.folder, self.configuration, self.completed)
-        kept = self._traces if self.configuration.run.history == "thin" else self._arrays
+        kept = self._traces if self.configuration.run.thin else self._arrays
         return Origin(self.configuration, self.completed, kept=kept, stored=self._manifest)
 
 
@@ -502,7 +532,7 @@ def layout_of(configuration: Configuration) -> Layout:
     """Return the sizes of a run's history."""
     run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
     return Layout(
-        generations=run.generations,
+        generations=configuration.length,
         models=models.parents + models.offspring,
         parameters=configuration.parameter_names,
         classifiers=classifiers.parents + classifiers.offspring,
@@ -572,7 +602,7 @@ class Origin:
                 return thin_dataset(self.kept, names, self.completed)
             assert self.kept is not None
             return dataset_in_memory(layout_of(self.configuration), self.kept, self.completed)
-        if self.configuration.run.history == "thin":
+        if self.configuration.run.thin:
             traces = _traces_of(_stored_checkpoint(folder, self.configuration), self.configuration)
             return thin_dataset(traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
@@ -679,6 +709,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         traces,
         float(checkpoint.arrays["seconds"]),
         origin=origin_of(folder, configuration, traces.completed),
+        ends=checkpoint.arrays.get(INTERVAL, np.empty((0, 0))),
         failed_simulations=log.summary() if failures else None,
     )
 
@@ -694,7 +725,7 @@ def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Check
 
 
 def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
-    traces = Traces(configuration.run.generations, len(configuration.parameter_names))
+    traces = Traces(configuration.length, len(configuration.parameter_names))
     traces.restore(part(checkpoint.arrays, "traces/"))
     return traces
 

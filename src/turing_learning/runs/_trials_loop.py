@@ -1,0 +1,144 @@
+"""An estimate from few trials in the form of a coevolution: one step is one batch of trials."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from turing_learning.analysis import match
+from turing_learning.classifiers import PooledClassifier
+from turing_learning.coevolution import THRESHOLD, FewTrials, Generation
+from turing_learning.config import Configuration, classifier_of
+from turing_learning.evolution import EvolutionStrategy, generation_rng
+from turing_learning.purposes import CLASSIFIERS, MATCHING
+from turing_learning.systems import Source
+
+_READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
+_JUDGED = 200  # genuine samples by which the fitness of a batch is stated
+
+
+@dataclass(frozen=True, eq=False)
+class _BatchGeneration(Generation):
+    """A batch as a generation: its typical model is the estimate, its best one the model tried that the jury accepts most."""
+
+    estimate: np.ndarray
+
+    @property
+    def typical_model(self) -> np.ndarray:
+        """The estimate (P,) after the batch, in units."""
+        return self.estimate
+
+
+class TrialsLoop:
+    """`FewTrials` for a configuration and its samples, with the interface of `Coevolution`.
+
+    Parameters
+    ----------
+    configuration
+        Of a run with `run.trials`.
+    source
+        Its samples.
+    """
+
+    def __init__(self, configuration: Configuration, source: Source) -> None:
+        system, section, seed = configuration.system, configuration.classifiers, configuration.run.seed
+        jumps, self._source = configuration.representation.jumps, source
+        self.classifier = classifier_of(configuration)
+        dimension, models = len(configuration.parameter_names), configuration.models
+        middle, half = (models.initial_low + models.initial_high) / 2, (models.initial_high - models.initial_low) / 2
+        reach = half * np.broadcast_to(np.asarray(jumps.reach, float), dimension)
+        ends = [each.initial is None and None not in (each.low, each.high) for each in system.parameters.values()]
+        self._limits = np.array(ends if source.genuine is not None else [False] * dimension)
+        learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
+        optimizer = EvolutionStrategy(
+            self.classifier.parameters,
+            parents=section.parents,
+            offspring=section.offspring,
+            seed=(CLASSIFIERS, seed),
+            initial_low=section.initial_low,
+            initial_high=section.initial_high,
+            initial_step_size=section.initial_step_size,
+            minimum_step_size=section.minimum_step_size,
+        )
+        inputs = configuration.input_scale
+        self.trials = FewTrials(
+            source,
+            self.classifier,
+            optimizer,
+            low=middle - reach,
+            high=middle + reach,
+            trials=configuration.run.trials,
+            seed=seed,
+            observers=PooledClassifier(inputs=len(inputs), scale=inputs, threads=configuration.threads),
+            genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
+            groups=jumps.groups,
+            dependent=jumps.dependent,
+            limits=self._limits,
+        )
+        self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
+
+    @property
+    def generation(self) -> int:
+        """Number of completed batches."""
+        return 0 if self.trials.batch is None else self.trials.batch.number + 1
+
+    def step(self) -> Generation:
+        """Spend a batch of trials; return it as a generation, whose models are those that were tried."""
+        before, number = len(self.trials.buffer), self.generation
+        batch, buffer = self.trials.step(), self.trials.buffer
+        jury, tried = self.trials.present, slice(before, len(buffer))
+        samples = buffer.samples[tried, 0]
+        accepted = self.classifier.judge(jury, samples) >= THRESHOLD
+        genuine = self.classifier.judge(jury, buffer.genuine[-_JUDGED:]) >= THRESHOLD
+        fitness = accepted.mean(axis=0)
+        models = self._middle + self._reach * buffer.parameters[tried]
+        selection = "all accepted" if accepted.all() else "active" if accepted.any() else "all rejected"
+        return _BatchGeneration(
+            number=number,
+            models=models,
+            model_step_sizes=np.broadcast_to(batch.spread, models.shape),
+            model_fitness=fitness,
+            model_scores=fitness,
+            classifiers=jury,
+            classifier_step_sizes=np.zeros_like(jury),
+            classifier_fitness=0.5 * (genuine.mean(axis=1) + 1 - accepted.mean(axis=1)),
+            selection=selection,
+            referees=jury[:0],
+            estimate=self._source.to_units(batch.estimate[None])[0],
+        )
+
+    def interval(self) -> np.ndarray:
+        """Return lower and upper ends (2, P), in the optimizer's numbers; NaN where the run has not settled."""
+        trials, wide = self.trials, np.where(self._limits, 1.0, 2.0)
+        counterfeit, genuine, usable = trials.observed
+        parameters = trials.buffer.parameters[usable]
+        if self._limits.any():
+            parameters = np.where(self._limits, np.clip(parameters, -1, 1), parameters)
+        inside = (np.abs(parameters) <= wide).all(axis=1)
+        missing = np.full((2, parameters.shape[1]), np.nan)
+        start = np.clip((trials.estimate - self._middle) / self._reach, -wide, wide)
+        spread = np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3)
+        if np.count_nonzero(inside) < 50:
+            return missing
+        found = match(
+            parameters[inside],
+            counterfeit[inside].T,
+            genuine.T,
+            low=-wide,
+            high=wide,
+            start=start,
+            spread=2 * spread,
+            rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
+        )
+        if not found.settled:
+            return missing
+        ends: np.ndarray = self._middle + self._reach * np.stack((found.interval_low, found.interval_high))
+        return ends
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to resume but the buffer, whose rows are stored as they come."""
+        return {name: array for name, array in self.trials.state().items() if not name.startswith("buffer/")}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state, with the rows of the buffer as "buffer/..."."""
+        self.trials.restore(state)
