@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from turing_learning.cli import main
+from turing_learning.runs import RunFolder
 from turing_learning.systems import CustomSystemError
 
 SMALL = [
@@ -272,10 +273,9 @@ def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, 
 @pytest.mark.usefixtures("wide")
 def test_both_ends_of_an_interval_that_is_not_symmetric_are_in_the_table(call, tmp_path):
     assert call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")[0] == 0
-    file = tmp_path / "run" / "result.json"
-    content = json.loads(file.read_text())
+    content = json.loads((tmp_path / "run" / "result.json").read_text())
     content["interval"] = {name: [0.0, 21.46] for name in content["interval"]}
-    file.write_text(json.dumps(content))
+    RunFolder(tmp_path / "run").write("result.json", content)
     out = call("show", "run")[1]
     assert [row.split("│")[3].strip() for row in out.splitlines() if row.startswith("│ v")] == ["0.000 to 21.460"] * 4
     assert "90 %: the interval of the estimate" in out

@@ -210,7 +210,7 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
             ["infer", "--config", "run/config.toml", "--out", "new"],
             "must be given for a custom system",
         ),
-        (["study", "--config", "run/config.toml", "--out", "new"], "Infer with several seeds, and `pool` the runs."),
+        (["study", "--config", "run/config.toml", "--out", "new"], "a custom system, whose simulator no file can hold"),
         (["detect", "run", "--simulate", "1"], "run.history"),
     ],
 )
@@ -236,10 +236,7 @@ def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
         patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
         assert call("infer", *RECORDED, *SMALL, "--generations", "3", "--out", "run")[0] == 130
     motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
-    assert call(*motion)[2] == (
-        "error: `run` must be finished to have kept motion to calibrate with; got one that was stopped before its end. Resume it "
-        "first, or give `genuine` and `abnormal`.\n"
-    )
+    assert "must be given for a run that has stored no motion" in call(*motion)[2]
     assert "must be on simulated robots for individuals to be simulated" in call("detect", "run", "--simulate", "1")[2]
 
 
@@ -251,7 +248,7 @@ def test_a_short_recording_of_one_individual_is_not_checked(call):
     assert call("infer", *one, "--window", "1.2", *SMALL, "--generations", "1", "--out", "run")[0] == 0
     code, _, err = call("check", "run", *one)
     assert code == 2
-    assert "must tell at least 2 groups of kept-out samples apart; got 1" in err
+    assert "must tell at least 2 groups of held-out samples apart; got 1" in err
     assert not Path("run/check").exists()
 
 
