@@ -15,6 +15,7 @@ In the order of the data:
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 `FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
+`batch_count`, `batch_sizes`                   How many batches such a run has, and how many trials are in each.
 `SampleBuffer`                                 All samples of a run.
 `Moments`, `train_moments`                     What trained jurors say: 0 on average for a model that is right.
 `Observers`                                    Protocol: random classifiers beside the evolved ones.

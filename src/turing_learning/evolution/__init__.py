@@ -10,7 +10,8 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 `FitnessMemory`              and with a memory of fitness.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
-`MomentField`                A map of moments over the parameters, and the density of the right model.
+`MomentField`                A map of moments over the parameters, and the density of the right model; `INDUCING` is the number
+                             of points that it rests on.
 `TrialDesign`                Walkers that follow a density, and batches of trials around them.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.

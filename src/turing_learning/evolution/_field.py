@@ -13,6 +13,7 @@ AMPLITUDES = (0.03, 0.3, 3.0, 30.0)
 _WIDE = 100.0  # variance of constant and slope
 _TRIED_ON = 250  # samples that choose length and amplitude
 INDUCING = 200
+"""Points that a map rests on."""
 _JITTER = 1e-6
 MOST_TEMPER = 2.0
 

@@ -15,7 +15,14 @@ FLIPS = 2000
 FEWEST = 6
 """Groups below which no choice of signs is as rare as `LEVEL` on either side."""
 
-FINE, FAILED_SEARCH, WRONG_MODEL = "fine", "failed search", "wrong model"
+FINE = "fine"
+"""Nothing speaks against the model or its estimate."""
+
+FAILED_SEARCH = "failed search"
+"""The model could do better than its estimate does."""
+
+WRONG_MODEL = "wrong model"
+"""The best models that were found are told from the system."""
 
 
 def sides_rejected(

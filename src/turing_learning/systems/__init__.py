@@ -14,6 +14,8 @@
     Judge samples as they were observed; reject models whose simulation failed.
 `Simulator`, `FailureLog`, `same_time_step`
     A simulator as a type; which simulations failed, and why; which time steps count as the same.
+`physics_steps`
+    Physics steps of single robots in a generation, which the configuration limits.
 """
 
 import lazy_loader
