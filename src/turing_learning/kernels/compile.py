@@ -2,13 +2,18 @@
 
 import contextlib
 import hashlib
-from collections.abc import Callable
+import os
+import pickle
+import uuid
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from numba import njit
-from numba.core.caching import FunctionCache
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+_SEAL_BYTES = hashlib.sha256().digest_size
 
 
 @cache
@@ -20,12 +25,61 @@ def _room_digest() -> str:
     return digest.hexdigest()
 
 
-class _KernelCache(FunctionCache):
-    """Numba's cache, keyed to the source of the whole room.
+class _SealedCacheFile(IndexDataCacheFile):
+    """Numba's cache files, sealed by a digest and flushed to the disk: a damaged one is compiled again, not loaded."""
 
-    Numba looks at the file of the compiled function alone, and would go on using machine code into which an older
-    version of a kernel from another file was inlined.
+    def _dump(self, obj: Any) -> bytes:
+        raw = super()._dump(obj)
+        return hashlib.sha256(raw).digest() + raw
+
+    def _load_index(self) -> dict:
+        try:
+            with Path(self._index_path).open("rb") as file:
+                if pickle.load(file) != self._version:  # noqa: S301 - Numba's own files, beside the code
+                    return {}
+                stamp, overloads = _unsealed(file.read())
+        except Exception:  # empty, cut off, or not there: a damaged pickle can raise anything
+            return {}
+        return overloads if stamp == self._source_stamp else {}
+
+    def _load_data(self, name: str) -> Any:
+        try:
+            return _unsealed(Path(self._data_path(name)).read_bytes())
+        except Exception as error:
+            raise OSError(str(error)) from error  # which Numba takes for a missing file
+
+    @contextlib.contextmanager
+    def _open_for_write(self, filepath: str) -> Iterator[BinaryIO]:
+        temporary = Path(f"{filepath}.tmp.{uuid.uuid4().hex[:16]}")
+        try:
+            with temporary.open("wb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(filepath)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _unsealed(data: bytes) -> Any:
+    seal, raw = data[:_SEAL_BYTES], data[_SEAL_BYTES:]
+    if hashlib.sha256(raw).digest() != seal:
+        raise ValueError("damaged machine code")
+    return pickle.loads(raw)  # noqa: S301 - Numba's own files, beside the code
+
+
+class _KernelCache(FunctionCache):
+    """Numba's cache, keyed to the source of all kernels.
+
+    Numba looks at the file of the compiled function alone, and would use machine code into which an older version of a kernel
+    from another file was inlined.
     """
+
+    def __init__(self, function: Callable) -> None:
+        super().__init__(function)
+        given = self._cache_file
+        base = given._index_name.removesuffix(".nbi")
+        self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple:
         return (*super()._index_key(sig, codegen), _room_digest())
