@@ -78,7 +78,7 @@ class _KernelCache(FunctionCache):
     def __init__(self, function: Callable) -> None:
         super().__init__(function)
         given = self._cache_file
-        base = given._index_name.removesuffix(".nbi")
+        base = f"{given._index_name.removesuffix('.nbi')}-sealed"  # earlier versions find files of their own
         self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
 
     def _index_key(self, sig: Any, codegen: Any) -> tuple:
