@@ -636,7 +636,9 @@ def detection(folder: Path) -> Any:
     from turing_learning.detection import Detector, plant_abnormal, run_classifiers
 
     run = infer("aggregation", AGGREGATION | SMALL | {"scenario.trial.duration_s": 3.0}, out=folder / "run")
-    told = command("detect", folder / "run", "--simulate", 2, "--samples", 3, "--seed", 4, "--json")
+    told = command(
+        "detect", folder / "run", "--simulate", 2, "--samples", 3, "--seed", 4, "--rule", "discriminant", "--json"
+    )
     stored = tl.load_run(folder / "run")
     motion = plant_abnormal(run_classifiers(stored).simulated_scenario(), 3, samples=2, seed=6, threads=1)
     found = {"command": json.loads(told), "motion": digest(motion.samples)}

@@ -137,5 +137,17 @@ def test_a_stored_check_is_found_again_and_not_made_anew(stored):
 
 
 def test_a_stored_run_detects_who_behaves_abnormally(stored, call):
-    printed = call("detect", stored("aggregation"), "--simulate", 2, "--samples", 3, "--seed", 4, "--json")
+    printed = call(
+        "detect",
+        stored("aggregation"),
+        "--simulate",
+        2,
+        "--samples",
+        3,
+        "--seed",
+        4,
+        "--rule",
+        "discriminant",
+        "--json",
+    )
     require_same(json.loads(printed), EXPECTED["detect"])

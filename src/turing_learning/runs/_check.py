@@ -13,7 +13,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.errors import refusing_as
+from turing_learning.errors import refusing_as, require
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
@@ -487,6 +487,8 @@ def check_run(
             "turing_learning.identifiability.Effort(samples=100)."
         )
     _refuse_laboratory(result)
+    trials, rule = configuration.run.trials, "be one of generations, to be checked"
+    require(trials == 0, "run", rule, f"one of {trials} trials", error=ConfigurationError)
     folder = None if result.path is None else RunFolder(result.path)
     options: CustomOptions = {}
     if workers is not None:

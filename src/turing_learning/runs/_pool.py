@@ -15,7 +15,7 @@ from turing_learning.analysis import (
     r_hat,
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
-from turing_learning.errors import said
+from turing_learning.errors import require, said
 from turing_learning.report import counted, describe_unknown, shown
 
 from ._folder import how_to_resume
@@ -143,6 +143,8 @@ def pool(runs: Sequence[Result]) -> Pooled:
     runs = list(runs)
     _refuse_unfit(runs)
     configuration = _common_configuration(runs)
+    trials, rule = configuration.run.trials, "be of generations, to be pooled"
+    require(trials == 0, "runs", rule, f"runs of {trials} trials", error=ConfigurationError)
     _refuse_same_seeds(runs)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     typical = np.stack([_typical_models(run, configuration) for run in runs])

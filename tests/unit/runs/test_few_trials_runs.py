@@ -103,3 +103,13 @@ def test_trials_that_cannot_be_are_rejected(settings, message):
 def test_a_run_of_generations_states_its_trials_too():
     result = tl.infer("aggregation", generations=2, settings={**SMALL, "models.population": 6})
     assert result.trials == 12
+
+
+def test_runs_of_trials_are_neither_checked_nor_pooled_yet(whole):
+    with pytest.raises(
+        ConfigurationError, match=r"`run` must be one of generations, to be checked; got one of 90 trials"
+    ):
+        whole.check()
+    other = inferred(None)
+    with pytest.raises(ConfigurationError, match="`runs` must be"):
+        tl.pool([whole, other])
