@@ -33,7 +33,7 @@ import numpy as np
 
 HERE = Path(__file__).parent
 REFERENCE = HERE / "reference.json"
-TIMES = ("seconds_total", "seconds_per_generation")
+TIMES = ("seconds_total", "seconds_per_generation", "trials")  # and what 0.1.0 did not state
 
 # --- every setting of 0.1.0 -------------------------------------------------------------------------------------------------
 
