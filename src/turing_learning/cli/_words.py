@@ -46,7 +46,8 @@ class OptionWords:
         return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
 
     def call(self, call: Call) -> str:
-        """Return the command in backticks. A run remembers its recording, so arguments that only Python needs are left out."""
-        return (
+        """Return the command in backticks; a run on a recording needs the options that it began with, which no folder holds."""
+        command = (
             f"`turing-learning {call.verb} {shlex.quote(call.path)}`" if call.path else f"`turing-learning {call.verb}`"
         )
+        return f"{command} and the options that the run began with" if call.more else command

@@ -64,7 +64,7 @@ def _models(configuration: Configuration, jumps: Jumps) -> Optimizer:
         settled=run.settled,
     )
     size = section.parents + section.offspring
-    return _optimizer(
+    return optimizer_of(
         section,
         dimension,
         (MODELS, run.seed),
@@ -78,9 +78,9 @@ def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
     """Return the classifiers' optimizer, which is renewed in the first half of the run only."""
     section, run = configuration.classifiers, configuration.run
     if section.renewal == 0:
-        return _optimizer(section, parameters, (CLASSIFIERS, run.seed))
+        return optimizer_of(section, parameters, (CLASSIFIERS, run.seed))
     return RenewedOptimizer(
-        lambda k: _optimizer(section, parameters, (CLASSIFIERS, run.seed, k)),
+        lambda k: optimizer_of(section, parameters, (CLASSIFIERS, run.seed, k)),
         section.renewal,
         last=run.halfway,
     )
@@ -96,7 +96,8 @@ def _archive(configuration: Configuration) -> dict[str, Any]:
     }
 
 
-def _optimizer(section: PopulationSection, dimension: int, seed: tuple[int, ...], **parts: Any) -> EvolutionStrategy:
+def optimizer_of(section: PopulationSection, dimension: int, seed: tuple[int, ...], **parts: Any) -> EvolutionStrategy:
+    """Return the evolution strategy that a section describes."""
     return EvolutionStrategy(
         dimension,
         parents=section.parents,

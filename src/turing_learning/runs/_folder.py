@@ -15,7 +15,7 @@ from typing import Any
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
-from turing_learning.errors import Call, Text, refuse, require, said
+from turing_learning.errors import Call, Setting, refuse, require
 from turing_learning.store import (
     Kind,
     RunFolderError,
@@ -65,7 +65,7 @@ def resume_command(path: Path) -> str:
     return f"turing-learning resume {shlex.quote(str(path))}"
 
 
-def how_to_resume(path: Path, configuration: Configuration) -> Text:
+def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     """Return how to resume a run: by a command, or by a call where a custom system has to be given."""
     needed = configuration.system.resuming
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
@@ -239,11 +239,17 @@ class RunFolder(Store):
         """Reject a folder into which a new run may not be written."""
         if self.is_run():
             try:
-                ahead = said(how_to_resume(self.path, self.configuration()))
+                ahead = how_to_resume(self.path, self.configuration())
             except RunFolderError:  # which says more once it is tried
                 ahead = f"`{resume_command(self.path)}`"
             got = f"{self.path}, which holds a run"
-            remedy = f"Resume it with {ahead}, choose another folder, or replace it with force=True."
+            remedy = (
+                "Resume it with ",
+                ahead,
+                ", choose another folder, or replace it with ",
+                Setting("force", True),
+                ".",
+            )
             require(force, "out", "be a new or empty folder", got, remedy, error=RunFolderError)
         elif others := self.foreign_names():
             got = f"{self.path}, which holds {others[0]!r} and is not a run"

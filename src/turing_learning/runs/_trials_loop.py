@@ -9,9 +9,11 @@ from turing_learning.analysis import match
 from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import THRESHOLD, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.evolution import EvolutionStrategy, generation_rng
+from turing_learning.evolution import generation_rng
 from turing_learning.purposes import CLASSIFIERS, MATCHING
 from turing_learning.systems import Source
+
+from ._assemble import optimizer_of
 
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
@@ -50,16 +52,7 @@ class TrialsLoop:
         ends = [each.initial is None and None not in (each.low, each.high) for each in system.parameters.values()]
         self._limits = np.array(ends if source.genuine is not None else [False] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
-        optimizer = EvolutionStrategy(
-            self.classifier.parameters,
-            parents=section.parents,
-            offspring=section.offspring,
-            seed=(CLASSIFIERS, seed),
-            initial_low=section.initial_low,
-            initial_high=section.initial_high,
-            initial_step_size=section.initial_step_size,
-            minimum_step_size=section.minimum_step_size,
-        )
+        optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed))
         inputs = configuration.input_scale
         self.trials = FewTrials(
             source,

@@ -204,7 +204,7 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         ),
         (
             ["infer", *RECORDED, "--out", "run"],
-            "error: `out` must be a new or empty folder; got run, which holds a run. ",
+            "`turing-learning resume run` and the options that the run began with, ",
         ),
         (
             ["infer", "--config", "run/config.toml", "--out", "new"],
