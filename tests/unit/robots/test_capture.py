@@ -1,5 +1,6 @@
 import threading
 import time
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -100,9 +101,9 @@ class Device:
 def live(monkeypatch):
     opened = []
 
-    def live(device, settings=None):
+    def live(device, settings=None, clock=None):
         monkeypatch.setattr(cv2, "VideoCapture", lambda source: device)
-        opened.append(LiveCapture(0, settings))
+        opened.append(LiveCapture(0, settings, clock=clock))
         return opened[-1]
 
     yield live
@@ -137,9 +138,8 @@ def test_an_image_that_was_lost_shows_in_the_time_stamps(live):
     assert "must give an image every 0.05 s; got one left out before image" in seen(camera, RealClock())[1]
 
 
-def test_a_camera_that_gives_no_more_images_fails_once_all_are_taken(live, monkeypatch):
-    monkeypatch.setattr("turing_learning.robots.tracking._images._WANTED_S", 600.0)  # also on a machine that is busy
-    camera = live(Device(images=3))
+def test_a_camera_that_gives_no_more_images_fails_once_all_are_taken(live):
+    camera = live(Device(images=3), clock=SimpleNamespace(now=lambda: 0.0))  # so that no image is old
     assert len([camera.take() for _ in range(3)]) == 3
     with pytest.raises(CameraError, match="`source` must give images; got none more from camera 0"):
         camera.take()

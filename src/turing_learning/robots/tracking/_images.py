@@ -160,8 +160,7 @@ class LiveCapture(Capture):
     ) -> None:
         super().__init__(source, settings)
         self._clock = clock or RealClock()
-        self.taken_s = self._clock.now()
-        self._wanted_until = self.taken_s + _WANTED_S
+        self.taken_s = self._wanted_until = self._clock.now()
         self._images: deque[tuple[float, np.ndarray]] = deque(maxlen=_MOST_KEPT)
         self._news, self._done = threading.Condition(), False
         self._thread = threading.Thread(target=self._follow, daemon=True)
