@@ -12,12 +12,11 @@
 ==========================  =====================================================================================
 """
 
-from ._load import FORMATS, load_trajectories
+from ._load import FORMATS, from_xarray, load_trajectories
 from ._problems import Jump, Problems
 from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
 from ._trajectories import Trajectories
 from ._windows import Windows
-from ._xarray import from_xarray
 
 __all__ = [
     "DIRECTED",

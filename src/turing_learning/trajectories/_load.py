@@ -3,7 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -12,7 +12,11 @@ from turing_learning.errors import Setting, brief, choice, refuse
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
 from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
+from .readers._movement import read_dataset
 from .readers._text import LONGEST_LINE, refuse_utf16
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 _ALL = (
     _idtracker.FORMAT,
@@ -86,10 +90,42 @@ def load_trajectories(
     recording = chosen.read(path, Options(keypoint, allow_pickle))
     _check_order(recording, path)
     recording = _confident(recording, min_confidence, path)
-    return finish(recording, chosen.name, str(path), fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
+    return _finish(recording, chosen.name, str(path), fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
 
 
-def finish(
+def from_xarray(
+    dataset: "xr.Dataset",
+    *,
+    fps: float | None = None,
+    pixels_per_cm: float | Literal["unknown"] | None = None,
+    y_axis: YAxis | None = None,
+    keypoint: str | None = None,
+) -> Trajectories:
+    """Return a recording from a dataset in the conventions of `movement`.
+
+    Parameters
+    ----------
+    dataset
+        With `position` (time, space, individuals), perhaps keypoints, and `confidence` and `heading` if there are some.
+        NaN is missing.
+    fps, pixels_per_cm, y_axis
+        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it. Times in
+        seconds state the frame rate, too.
+    keypoint
+        Which point stands for the animal, where there are several.
+
+    Raises
+    ------
+    ValueError
+        If dimensions are missing, or something is not stated, or stated twice and differently.
+    """
+    recording = read_dataset(dataset, keypoint, fps, y_axis)
+    stay = "unknown" if dataset.attrs.get("length_unit") == "px" and pixels_per_cm is None else pixels_per_cm
+    software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
+    return _finish(recording, software, file, fps=fps, pixels_per_cm=stay, y_axis=y_axis)
+
+
+def _finish(
     recording: Recording,
     format: str,
     source: str,

@@ -361,14 +361,43 @@ class Trajectories:
     def to_xarray(self) -> "xr.Dataset":
         """Return a dataset in the conventions of the `movement` package; missing positions are NaN there.
 
-        `position` (time, space, keypoints, individuals) and `confidence` (time, keypoints, individuals), time in s; `fps`
-        and what else is known in the attributes. y stays upwards, as the attribute `y_axis` says.
+        `position` (time, space, keypoints, individuals) and `confidence` (time, keypoints, individuals), NaN where it is not
+        known, as movement's writers want it; time in s; `fps` and what else is known in the attributes. y stays upwards, as the
+        attribute `y_axis` says.
 
         Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
         """
-        from ._xarray import to_xarray
+        import xarray as xr
 
-        return to_xarray(self)
+        positions = np.where(self.present[..., None], self.positions, np.nan)
+        sure = np.full(self.present.shape, np.nan) if self.confidence is None else self.confidence
+        planes = {"confidence": sure} | ({} if self.headings is None else {"heading": self.headings})
+        extras = {
+            name: (("time", "keypoints", "individuals"), np.where(self.present, values, np.nan)[:, None])
+            for name, values in planes.items()
+        }
+        return xr.Dataset(
+            {
+                "position": (("time", "space", "keypoints", "individuals"), positions.transpose(0, 2, 1)[:, :, None]),
+                **extras,
+            },
+            coords={
+                "time": (np.arange(len(positions)) + self.first_frame) / self.fps,
+                "space": ["x", "y"],
+                "keypoints": ["centroid"],
+                "individuals": list(self.individuals),
+            },
+            attrs={
+                "fps": self.fps,
+                "time_unit": "seconds",
+                "ds_type": "poses",
+                "source_software": self.format,
+                "source_file": self.source,
+                "length_unit": self.unit,
+                "y_axis": "up",
+                "first_frame": self.first_frame,
+            },
+        )
 
 
 def _steps(steps: int | None, length_s: float | None, fps: float) -> int:

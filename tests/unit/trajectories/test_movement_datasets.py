@@ -154,5 +154,7 @@ def test_a_frame_rate_that_is_no_number_is_refused(recording):
         from_xarray(recording.to_xarray().assign_attrs(fps="fast"))
 
 
-def test_a_recording_without_confidence_has_none_in_the_dataset(tmp_path):
-    assert "confidence" not in load_trajectories(tidy(tmp_path, walk()), **SAID["tidy"]).to_xarray()
+def test_a_recording_without_confidence_has_an_unknown_one_in_the_dataset_as_writers_want_it(tmp_path):
+    dataset = load_trajectories(tidy(tmp_path, walk()), **SAID["tidy"]).to_xarray()
+    assert np.isnan(dataset["confidence"]).all()
+    assert from_xarray(dataset).confidence is None

@@ -1,86 +1,29 @@
-"""To and from datasets in the conventions of the `movement` package."""
+"""Datasets in the conventions of the `movement` package."""
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from turing_learning.errors import brief, refuse
+from turing_learning.trajectories._recording import Recording, YAxis
 
-from ._recording import YAxis
-from ._trajectories import Trajectories
+from ._shared import RATE_DIGITS, check_rate, choose, from_array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DIMENSIONS = ("time", "space", "keypoints", "individuals")
-KEYPOINT = "centroid"
 
+def read_dataset(
+    dataset: "xr.Dataset", keypoint: str | None = None, fps: float | None = None, y_axis: YAxis | None = None
+) -> Recording:
+    """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; what the user states comes first.
 
-def to_xarray(recording: Trajectories) -> "xr.Dataset":
-    """Return the dataset; see `Trajectories.to_xarray`."""
-    import xarray as xr
-
-    positions = np.where(recording.present[..., None], recording.positions, np.nan)
-    names = {"confidence": recording.confidence, "heading": recording.headings}
-    extras = {
-        name: (("time", "keypoints", "individuals"), np.where(recording.present, values, np.nan)[:, None])
-        for name, values in names.items()
-        if values is not None
-    }
-    frames = np.arange(len(positions)) + recording.first_frame
-    return xr.Dataset(
-        {"position": (DIMENSIONS, positions.transpose(0, 2, 1)[:, :, None]), **extras},
-        coords={
-            "time": frames / recording.fps,
-            "space": ["x", "y"],
-            "keypoints": [KEYPOINT],
-            "individuals": list(recording.individuals),
-        },
-        attrs={
-            "fps": recording.fps,
-            "time_unit": "seconds",
-            "ds_type": "poses",
-            "source_software": recording.format,
-            "source_file": recording.source,
-            "length_unit": recording.unit,
-            "y_axis": "up",
-            "first_frame": recording.first_frame,
-        },
-    )
-
-
-def from_xarray(
-    dataset: "xr.Dataset",
-    *,
-    fps: float | None = None,
-    pixels_per_cm: float | Literal["unknown"] | None = None,
-    y_axis: YAxis | None = None,
-    keypoint: str | None = None,
-) -> Trajectories:
-    """Return a dataset in the conventions of the `movement` package as `Trajectories`.
-
-    Parameters
-    ----------
-    dataset
-        `position` (time, space, keypoints, individuals) in any order, in two dimensions; `confidence` if there is one.
-        NaN is missing.
-    fps, pixels_per_cm, y_axis
-        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it. Times in
-        seconds state the frame rate, too.
-    keypoint
-        Which point stands for the animal, where there are several.
-
-    Raises
-    ------
-    ValueError
-        If dimensions are missing, or something is not stated, or stated twice and differently.
+    Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
     """
-    from ._load import finish
-    from .readers._shared import choose, from_array
-
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
-        refuse("dataset", f"have `position` {DIMENSIONS}", str(dict(dataset.sizes)))
+        dimensions = ("time", "space", "keypoints", "individuals")
+        refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)))
     if list(dataset["space"].values) != ["x", "y"]:
         refuse("dataset", "have the coordinates x, y in space", str(list(dataset["space"].values)))
     _check_stated(dataset, y_axis)
@@ -90,20 +33,18 @@ def from_xarray(
         dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, "dataset")))
     elif keypoint is not None:
         refuse("keypoint", "be left out for a dataset without key points", brief(keypoint))
-    recording = from_array(
+    confidence = _plane(dataset, "confidence")
+    return from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
         tuple(str(name) for name in dataset["individuals"].values),
         "dataset, position",
-        confidence=_plane(dataset, "confidence"),
+        confidence=None if confidence is None or np.isnan(confidence).all() else confidence,
         headings=_plane(dataset, "heading"),
         fps=rate,
         first_frame=round(float(dataset["time"].values[0]) * (1.0 if _in_frames(dataset) else rate or fps or 1.0)),
         in_cm=dataset.attrs.get("length_unit") == "cm",
         y_axis=dataset.attrs.get("y_axis"),
     )
-    stay = "unknown" if dataset.attrs.get("length_unit") == "px" and pixels_per_cm is None else pixels_per_cm
-    software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
-    return finish(recording, software, file, fps=fps, pixels_per_cm=stay, y_axis=y_axis)
 
 
 def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
@@ -114,8 +55,6 @@ def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
 
 def _rate(dataset: "xr.Dataset", fps: float | None) -> float | None:
     """Return the frame rate that the dataset states, by its attribute and by times in seconds; `fps` decides between them."""
-    from .readers._shared import RATE_DIGITS, check_rate
-
     stated = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps")
     times = dataset["time"].values
     if _in_frames(dataset) or len(times) < 2:
