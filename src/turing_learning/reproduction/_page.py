@@ -10,7 +10,7 @@ from pathlib import Path
 from turing_learning._files import in_home
 from turing_learning.runs import refuse_target, write_atomically
 
-from ._claims import Claim, load_claims
+from ._claims import Claim, load_claims, prose
 from ._experiment import Experiment
 from ._folder import FULL, ExperimentFolder, Results, Shown
 from ._verdicts import RULES
@@ -23,21 +23,22 @@ MADE = "This page is made from the folders of the experiments:"
 HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")
 """Sections of the paper whose claims the page of all claims holds."""
+VARIANTS = {
+    "estimate": "with the `estimate` in place of the paper's best model",
+    "preset paper": "with the preset `paper`, which keeps to the text",
+    "preset paper, estimate": "with both",
+}
+"""Variants of a verdict -> what they are about."""
 
 _INTRODUCTION = (
-    "# Reproduction",
-    "",
-    "Every claim of sections 3.2, 4 and 5 of the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, "
-    f"2016), what it prints, and what this implementation gives. {MADE}",
-    "",
     "    turing-learning reproduce                  # lists the experiments, their cost and state",
     "    turing-learning reproduce 4.5              # runs one, or resumes it; --fast for a small form in seconds",
     "    turing-learning reproduce all              # all of them; ends with the table of verdicts",
     "    turing-learning reproduce --page docs/reproduction.md",
     "",
-    "The verdict is about the default preset; what stands beside it is the preset `paper`, which keeps to the text of the "
-    "paper, or another way to read off the result. "
-    "Section 5 is about physical robots: here its laboratory is emulated, and the verdicts are about the emulation.",
+    "The page of each experiment says what was done differently, when a claim agrees, and what stands beside the verdict; it has "
+    "all tables and figures. Section 5 is about physical robots: its laboratory is emulated here, and the verdicts are about "
+    "the emulation.",
 )
 
 
@@ -108,27 +109,35 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
     for one in EXPERIMENTS.values():
         results = ExperimentFolder(in_home(experiments) / one.id).results()
         found[one.id] = results if results is not None and results.form == FULL else None
-    rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out", "beside it")]
+    rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
     rows += [_claim_cells(claim, found, link) for claim in claims.values()]
-    lines = [*_INTRODUCTION, "", *_table(rows), ""]
-    lines += _list_under("When a claim agrees", [f"{rule}: {text}." for rule, text in RULES.items()])
+    lines = [
+        "# Reproduction",
+        "",
+        *_score(claims, found, link),
+        *_INTRODUCTION,
+        "",
+        "## All claims",
+        "",
+        *_table(rows),
+        "",
+    ]
     for experiment in EXPERIMENTS.values():
-        figures, results = f"{link}/{experiment.id}/figures", found[experiment.id]
+        results = found[experiment.id]
         lines += [f"## {experiment.id} {experiment.title}", ""]
         if results is None:
             lines += [f"{NOT_RUN.capitalize()}. Expected: {experiment.cost} on two cores.", ""]
             continue
-        lines += [_provenance(results), ""]
-        if not experiment.claims:
-            lines += [*(f"* {text}" for text in results.remarks), "", *_pictures(results.pictures, figures)]
-            continue
-        beside = [("here", "the paper")]  # each figure beside what the paper prints about it
-        for picture in results.pictures:
-            claim = claims[picture.claim]
-            image = f"![{picture.name}]({figures}/{picture.name}.svg) {picture.caption}"
-            beside.append((image, f"{claim.where}: {_printed(claim)}"))
-        lines += [*_table(beside), ""]
-    return "\n".join(lines).rstrip() + "\n"
+        lines += [
+            f"Run at full size: {results.provenance['finished'][:10]}, {results.seconds / 60:.0f} minutes of computing. "
+            f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md).",
+            "",
+            *(f"* {claim}: {claims[claim].where}." for claim in experiment.claims),
+            "",
+        ]
+        shown = [one for one in results.pictures if not re.search(r"\bpaper\b", one.name)]
+        lines += _pictures(shown, f"{link}/{experiment.id}/figures")
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
 
 
 def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
@@ -167,17 +176,41 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     return target
 
 
+def _score(claims: Mapping[str, Claim], found: Mapping[str, Results | None], link: str) -> list[str]:
+    """Say how many claims agree, and of each that differs, how; then what the other variants have."""
+    verdicts = [one for results in found.values() if results for one in results.verdicts if one.claim in claims]
+    counted = {one.claim: one.agrees for one in verdicts if not one.variant}
+    agree, order = sum(counted.values()), list(claims)
+    lines = [
+        f"{MADE} what the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, 2016) claims in "
+        "sections 3.2, 4 and 5, and what this implementation gives with its default preset. "
+        f"Of {len(claims)} claims **{agree} agree** and **{len(counted) - agree} differ**"
+        + (f"; {len(claims) - len(counted)} have not been run." if len(counted) < len(claims) else "."),
+        "",
+    ]
+    for claim in sorted((claim for claim, agrees in counted.items() if not agrees), key=order.index):
+        where = next(one.id for one in EXPERIMENTS.values() if claim in one.claims)
+        lines.append(f"* [{claim}]({link}/{where}/README.md): {prose()['differences'][claim]}")
+    beside = []
+    for variant, words in VARIANTS.items():
+        of = [one.agrees for one in verdicts if one.variant == variant]
+        beside += [f"{words} {sum(of)} of {len(of)} claims agree"] if of else []
+    return [
+        *lines,
+        "",
+        *([f"Other variants were held against some claims: {'; '.join(beside)}.", ""] if beside else []),
+    ]
+
+
 def _claim_cells(claim: Claim, found: Mapping[str, Results | None], link: str) -> tuple[str, ...]:
     experiment = next((one for one in EXPERIMENTS.values() if claim.id in one.claims), None)
     if experiment is None:
-        return claim.id, NO_EXPERIMENT, _printed(claim), "", ""
+        return claim.id, NO_EXPERIMENT, _printed(claim), ""
     name, results = f"[{claim.id}]({link}/{experiment.id}/README.md)", found[experiment.id]
     verdict = None if results is None else results.verdict(claim.id)
-    if results is None or verdict is None:
-        return name, NOT_RUN, _printed(claim), "", ""
-    others = [one for one in results.verdicts if one.claim == claim.id and one.variant]
-    beside = "; ".join(f"{one.variant}: {one.word}" for one in others)
-    return name, f"**{verdict.word}**", verdict.printed, verdict.outcome, beside
+    if verdict is None:
+        return name, NOT_RUN, _printed(claim), ""
+    return name, f"**{verdict.word}**", verdict.printed, verdict.observed
 
 
 def _provenance(results: Results) -> str:
