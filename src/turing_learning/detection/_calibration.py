@@ -1,14 +1,10 @@
 """Motion that a run stores to calibrate detectors with: samples observed in a laboratory, or of a custom system."""
 
 import logging
-import zipfile
-import zlib
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 
-from turing_learning._files import whole
 from turing_learning.analysis import mean_absolute_error
 from turing_learning.models import Parameter
 from turing_learning.systems import Source, SystemFailedError, cut_samples
@@ -22,23 +18,19 @@ _LOGGER = logging.getLogger("turing_learning")
 
 
 def keep_observed(
-    path: Path,
     *,
     learned: np.ndarray,
     held_out: np.ndarray,
     replicas: np.ndarray,
     models: np.ndarray,
     estimate: np.ndarray,
-) -> Path | None:
-    """Write samples that a run has observed in a laboratory to ``calibration.npz`` in its folder.
+) -> dict[str, np.ndarray] | None:
+    """Return what ``calibration.npz`` shall hold of samples that a run has observed in a laboratory.
 
-    Genuine ones as `write_calibration` wants them; as abnormal ones those of the first models that are not near the estimate:
-    they are nearly random.
+    As abnormal ones those of the first models that are not near the estimate: they are nearly random.
 
     Parameters
     ----------
-    path
-        The run folder.
     learned, held_out : (S, T, D), (K, T, D)
         Samples of the agents, from the run and from after it.
     replicas : (M, T, D)
@@ -50,15 +42,15 @@ def keep_observed(
 
     Returns
     -------
-    Path or None
-        The file; None if there is not enough of one kind.
+    dict or None
+        "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are usual, and "abnormal"
+        (S, T, D); None if there is not enough of one kind.
     """
     far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
     count = min(len(learned), len(held_out), MOST)
     if count < 2 or len(far) == 0:
         return None
-    genuine = np.concatenate((spread(learned, count), spread(held_out, count)))
-    return write_calibration(path, genuine, far)
+    return {"genuine": np.concatenate((spread(learned, count), spread(held_out, count))), "abnormal": far}
 
 
 def spread(samples: np.ndarray, count: int) -> np.ndarray:
@@ -66,46 +58,16 @@ def spread(samples: np.ndarray, count: int) -> np.ndarray:
     return samples[np.linspace(0, len(samples) - 1, count).round().astype(int)]
 
 
-def write_calibration(path: Path, genuine: np.ndarray, abnormal: np.ndarray) -> Path:
-    """Write motion to ``calibration.npz`` in a run folder, and return the file.
-
-    Parameters
-    ----------
-    path
-        The run folder.
-    genuine : (S, T, D)
-        Samples of the system: the first half weighs the votes, the second, which nothing has learned from, says what scores are
-        usual.
-    abnormal : (S, T, D)
-        Samples of what is not the system.
-    """
-    target = path / CALIBRATION_FILE
-    with whole(target) as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, genuine=genuine, abnormal=abnormal)
-    return target
-
-
-def stored_calibration(path: Path) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return genuine and abnormal motion (individuals, 1, T, D) of a run folder; None if there is none."""
-    try:
-        with np.load(path / CALIBRATION_FILE, allow_pickle=False) as archive:
-            return archive["genuine"][:, None], archive["abnormal"][:, None]
-    except (OSError, KeyError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
-        return None
-
-
 def keep_calibration(
-    path: Path, source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
-) -> Path | None:
-    """Write held-out samples of a system, and samples of random models of it, to ``calibration.npz`` in a run folder.
+    source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
+) -> dict[str, np.ndarray] | None:
+    """Return what ``calibration.npz`` shall hold: held-out samples of a system, and samples of random models of it.
 
     The first half of the genuine samples are some that the run learned from, to weigh votes; the second half those that were
     held out, to place the threshold. Random models are drawn from the initial ranges without those near the estimate.
 
     Parameters
     ----------
-    path
-        The run folder.
     source, parameters
         Of the run; the source has genuine samples.
     estimate : (P,)
@@ -115,8 +77,8 @@ def keep_calibration(
 
     Returns
     -------
-    Path or None
-        The file; None if fewer than two samples were held out, or the simulations fail.
+    dict or None
+        As in `keep_observed`; None if fewer than two samples were held out, or the simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over
@@ -128,7 +90,7 @@ def keep_calibration(
     except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None
-    return write_calibration(path, genuine, samples[:, 0])
+    return {"genuine": genuine, "abnormal": samples[:, 0]}
 
 
 def _genuine(source: Source, rng: np.random.Generator) -> np.ndarray:

@@ -1,5 +1,6 @@
 """What a run has learned to see."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -17,7 +18,6 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._calibration import stored_calibration
 from ._motion import RecordedMotion
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
@@ -44,6 +44,10 @@ class StoredRun(Protocol):
     @property
     def history(self) -> Any:
         """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
+
+    @property
+    def calibration(self) -> Mapping[str, np.ndarray] | None:
+        """Samples (S, T, D) that the run has stored, "genuine" and "abnormal"; None if there are none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +122,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     if "classifier" not in history:
         got, system = f'{result.path} with run.history = "thin", which keeps no classifiers', result.system
         refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
-    system = result.system
+    system, stored = result.system, result.calibration
     network = classifier_of(configuration)
     populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
     total = len(fitness)
@@ -134,7 +138,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         names=system.signals,
         interval_s=system.interval_s,
         headings=system.headings,
-        calibration=stored_calibration(result.path),
+        calibration=None if stored is None else (stored["genuine"][:, None], stored["abnormal"][:, None]),
         complete=total == configuration.run.generations,
         in_laboratory=result.in_laboratory,
         kind=system.kind,

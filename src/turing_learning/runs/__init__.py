@@ -22,7 +22,7 @@
     One trial of a scenario, as page or film; a scenario by its name; where a film or page of one may be written.
 `RunFolder`, `resume_command`
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to resume it.
-`stored_generations`, `stored_traces`
+`stored_generations`
     What the last checkpoint of a run holds, without the rest of it.
 `new_manifest`, `RUNNING`, `FINISHED`
     When, where and with what a computation was begun; how it stands.

@@ -1,6 +1,5 @@
 from ._check import check_run as check_run
 from ._checkpoints import stored_generations as stored_generations
-from ._checkpoints import stored_traces as stored_traces
 from ._folder import FINISHED as FINISHED
 from ._folder import RUNNING as RUNNING
 from ._folder import RunFolder as RunFolder

@@ -112,21 +112,6 @@ def stored_generations(folder: Path) -> int:
     return max((_generation_of(path) for path in folder.glob("generation-*.npz")), default=0)
 
 
-def stored_traces(folder: Path) -> dict[str, np.ndarray] | None:
-    """Return the traces in the newest usable checkpoint of a folder, None if there is none.
-
-    Parameters
-    ----------
-    folder
-        A run's folder of checkpoints; may be missing.
-    """
-    checkpoint = latest_checkpoint(folder).checkpoint
-    if checkpoint is None:
-        return None
-    prefix = "traces/"
-    return {name.removeprefix(prefix): a for name, a in checkpoint.arrays.items() if name.startswith(prefix)}
-
-
 def discard_checkpoints(folder: Path, above: int) -> None:
     """Remove checkpoints of more than `above` generations."""
     for path in _newest_first(folder):

@@ -13,6 +13,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, refuse, require
@@ -44,17 +46,17 @@ STOPPED = "stopped"
 FINISHED = "finished"
 """State of a run of which everything is there, figures and report too."""
 
-LABORATORY, CAMERA = "laboratory.json", "camera.json"
+LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
-    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", "calibration.npz", "trials",
+    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", CALIBRATION, "trials",
     "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 _KIND = Kind(
     "run",
     "manifest.json",
     identity=("started", "configuration_sha256"),
-    pieces=("result.json", "post_evaluation.json", "calibration.npz", "check/check.json", "trials/**/*.npz"),
+    pieces=("result.json", "post_evaluation.json", CALIBRATION, "check/check.json", "trials/**/*.npz"),
     newest=FORMAT_VERSION,
 )
 _unverified: set[Path] = set()  # folders of which it has been said
@@ -126,7 +128,7 @@ class RunFolder(Store):
     @property
     def motion_path(self) -> Path:
         """Motion to calibrate detectors with (NumPy)."""
-        return self.path / "calibration.npz"
+        return self.path / CALIBRATION
 
     @property
     def trials_path(self) -> Path:
@@ -200,6 +202,12 @@ class RunFolder(Store):
         """Return the newest usable checkpoint of this run's configuration; those of another count as damaged."""
         digest = self.manifest().get("configuration_sha256")
         return latest_checkpoint(self.checkpoints_path, accept, configuration=digest)
+
+    def traces(self) -> dict[str, np.ndarray] | None:
+        """Return the traces in the newest usable checkpoint; None if there is none."""
+        found, prefix = self.checkpoint().checkpoint, "traces/"
+        arrays = {} if found is None else found.arrays
+        return {name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)} or None
 
     def update_manifest(self, **changes: Any) -> None:
         """Change entries of the manifest."""

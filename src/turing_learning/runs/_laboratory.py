@@ -23,7 +23,7 @@ from turing_learning.robots import (
 from turing_learning.store import RunFolderError, told
 
 from ._checkpoints import stored_generations
-from ._folder import CAMERA, LABORATORY, RunFolder, resume_command
+from ._folder import CALIBRATION, CAMERA, LABORATORY, RunFolder, resume_command
 from ._infer import start
 from ._observed import keep_observed_motion
 from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate, read_post_evaluation
@@ -283,5 +283,5 @@ def _evaluate(
         return
     with folder.locked():
         observed = post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)
-        if observed or not folder.motion_path.exists():
+        if observed or folder.find(CALIBRATION) is None:
             keep_observed_motion(result, folder)

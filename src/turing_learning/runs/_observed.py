@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.detection import keep_observed
 from turing_learning.store import RunFolderError
 
-from ._folder import RunFolder
+from ._folder import CALIBRATION, RunFolder
 from ._post_evaluation import POST_EVALUATION, read_post_evaluation
 from ._result import Result
 from ._trials import read_trials
@@ -32,9 +32,9 @@ def keep_observed_motion(result: Result, folder: RunFolder) -> None:
         return
     estimate = np.array(list(result.estimate.values()))
     with folder.storage():
-        kept = keep_observed(
-            folder.path, learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate
-        )
+        kept = keep_observed(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
+        if kept is not None:
+            folder.write(CALIBRATION, kept)
     if kept is None:
         _LOGGER.warning(
             "Nothing is kept to calibrate detectors with: too few samples, or all models are near the estimate."

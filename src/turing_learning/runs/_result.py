@@ -16,7 +16,7 @@ from turing_learning.report import counted, describe_unknown, short_number, show
 from turing_learning.report._page import is_page
 from turing_learning.systems import Laboratory, System
 
-from ._folder import RunFolder
+from ._folder import CALIBRATION, RunFolder
 from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
 from ._target import refuse_target, writing
@@ -258,6 +258,23 @@ class Result:
                 "process. Give the run a folder, with `out`."
             )
         return self.origin
+
+    @property
+    def calibration(self) -> Mapping[str, np.ndarray] | None:
+        """Samples (S, T, D) that the run has stored to calibrate detectors with, "genuine" and "abnormal"; None if there are none.
+
+        Raises
+        ------
+        DamagedError
+            If they are not as they were written.
+        """
+        folder = None if self.path is None else RunFolder(self.path)
+        if folder is None or not folder.motion_path.exists():
+            return None
+        found = folder.read(CALIBRATION)
+        if {"genuine", "abnormal"} <= found.keys():
+            return dict(found)
+        raise folder.damaged(CALIBRATION, "it holds something else")
 
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""

@@ -21,6 +21,7 @@ from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 from ._assemble import assemble, resolved
 from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, replace_checkpoints, save_checkpoint
 from ._folder import (
+    CALIBRATION,
     FINISHED,
     RUNNING,
     STOPPED,
@@ -449,7 +450,8 @@ class Run:
         if self._source.genuine is not None:
             parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
             estimate = np.array(list(result.estimate.values()))
-            keep_calibration(folder.path, self._source, parameters, estimate, seed)
+            if kept := keep_calibration(self._source, parameters, estimate, seed):
+                folder.write(CALIBRATION, kept)
 
     def _restored_state(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint, if there is one and the history reaches as far."""

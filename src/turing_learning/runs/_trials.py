@@ -5,14 +5,13 @@ import json
 import logging
 import os
 import re
-import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.store import RunFolderError, told
+from turing_learning.store import RunFolderError
 
 from ._folder import RunFolder, now
 
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 _ATTEMPT = re.compile(r"attempt-(\d+)")
+_TRIAL = re.compile(r"trials/(?P<stage>[^/]+)/attempt-(?P<attempt>\d+)/(?:trial-(?P<number>\d+)|rejected-.*)\.npz")
 
 
 class TrialStore:
@@ -128,16 +128,21 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     """
     folder = RunFolder(Path(path))
     folder.manifest()
-    attempt = TrialStore(folder).last_attempt(stage)
-    place = folder.trials_path / stage / f"attempt-{attempt}"
-    files = sorted(place.glob("trial-*.npz"), key=lambda file: (len(file.name), file.name))
-    if not files:
+    files = folder.trials_path.glob("*/*/*.npz")
+    known = {*folder.seals.names(), *(file.relative_to(folder.path).as_posix() for file in files)}
+    found = [match for name in known if (match := _TRIAL.fullmatch(name)) and match["stage"] == stage]
+    last = max((int(match["attempt"]) for match in found), default=0)
+    names = {int(match["number"] or -1): match[0] for match in found if int(match["attempt"]) == last}
+    names.pop(-1, None)
+    if not any((folder.path / name).exists() for name in names.values()):
         raise RunFolderError(
             f"`stage` must be one of which the run has trials; got {stage!r} [{folder.trials_path}]. Name a folder in it."
         )
-    trials = [_read_trial(file) for file in files]
+    trials = [_read_trial(folder, names[number]) for number in sorted(names)]
     if len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) > 1:
-        raise RunFolderError(f"`stage` must have trials of one shape; got others [{place}]. Restore the files.")
+        raise RunFolderError(
+            f"`stage` must have trials of one shape; got others [{folder.trials_path / stage}]. Restore the files."
+        )
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),
@@ -146,14 +151,12 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     )
 
 
-def _read_trial(file: Path) -> dict[str, np.ndarray]:
-    what = f"`run` must have trials that can be read; got {file}"
-    with told(RunFolderError, what, "Restore the file."):
-        try:
-            with np.load(file, allow_pickle=False) as stored:
-                return {name: stored[name] for name in ("poses", "models", "labels", "interval_s")}
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            raise RunFolderError(f"{what}, which holds something else. Restore the file.") from error
+def _read_trial(folder: RunFolder, name: str) -> dict[str, np.ndarray]:
+    trial: dict[str, np.ndarray] = folder.read(name)
+    missing = [key for key in ("poses", "models", "labels", "interval_s") if key not in trial]
+    if missing:
+        raise folder.damaged(name, f"it has no {missing[0]}")
+    return trial
 
 
 class EventLog:

@@ -186,7 +186,7 @@ def execute_study(
             folder.refuse_if_taken(plan, force=force)
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
         create_study(plan, folder, stack, force=force)
-        return _execute(folder, plan, hands, client, observer, should_stop)
+        return _execute(folder, folder.plan(), hands, client, observer, should_stop)
 
 
 def create_study(plan: Plan, folder: StudyFolder, stack: ExitStack, *, force: bool = False) -> None:

@@ -1,6 +1,7 @@
 """The table of a study: one entry per run, statistics per parameter, medians per generation; read from the folders of the runs."""
 
 import json
+import logging
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -9,8 +10,11 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import absolute_error, name_failure
+from turing_learning.config import to_toml
+from turing_learning.errors import require
 from turing_learning.report import shown
-from turing_learning.runs import RUNNING, TIMINGS, stored_traces
+from turing_learning.runs import RUNNING, TIMINGS, RunFolder
+from turing_learning.store import RunFolderError, digest_of
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
@@ -21,6 +25,8 @@ GOOD, FAIR = 0.05, 0.1
 
 MODELS = ("best_model", "estimate")
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+
+_LOGGER = logging.getLogger("turing_learning")
 
 BEHAVIORS_PAPER = (0.01, 0.02, 0.07, 0.05)
 """Mean absolute errors of 1000 runs of random behaviors: paper, section 4.6.4."""
@@ -232,27 +238,33 @@ def paired(summaries: Iterable[ParameterSummary]) -> dict[str, dict[str, Paramet
 
 
 def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
-    """Read how a run stands."""
+    """Read how a run stands; one whose files are damaged, or that is another one, counts as stopped, and the log says so."""
     path, settings = folder.run_path(number), plan.settings[number - 1]
-    result = _json(path / "result.json")
-    # a run that has its result may still be drawing, or was killed while it did
-    drawn = (_json(path / "manifest.json") or {}).get("state") != RUNNING
-    if (
-        result is not None
-        and result.get("complete")
-        and drawn
-        and _is_result(result, plan.base.scenario.parameter_names)
-    ):
-        untimed = {name: value for name, value in result.items() if name not in TIMINGS}
-        return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
-    failure = _json(path / FAILURE)
+    run, failure = RunFolder(path), _json(path / FAILURE)
+    try:
+        # a run that has its result may still be drawing, or was killed while it did
+        if run.result_path.exists() and (manifest := run.manifest())["state"] != RUNNING:
+            result = run.read(run.result_path.name)
+            if _is_result(result, plan.base.scenario.parameter_names) and result.get("complete"):
+                configuration = plan.configuration(number)
+                if manifest.get("configuration_sha256") != digest_of(to_toml(configuration).encode()):
+                    rule, got = "hold the run of its number", f"{path}, another run"
+                    require(
+                        run.configuration() == configuration, "study", rule, got, "Restore it.", error=RunFolderError
+                    )
+                untimed = {name: value for name, value in result.items() if name not in TIMINGS}
+                return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
+    except RunFolderError as error:
+        _LOGGER.warning("Run %d of the study is left out until it is resumed: %s", number, error)
     if failure is not None:
         return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
 
 
-def _is_result(result: dict[str, Any], names: Sequence[str]) -> bool:
+def _is_result(result: Any, names: Sequence[str]) -> bool:
     """Return whether a file holds what the table needs; else its run counts as stopped, and is resumed."""
+    if not isinstance(result, dict):
+        return False
     objects = [result.get(key, 0) for key in ("best_model", "estimate", *ERRORS.values(), "truth")]
     models, others = objects[:2], objects[2:]
     numbers = (result.get(key, "") for key in ("mae", "estimate_mae"))
@@ -332,7 +344,7 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
         models: dict[str, list[np.ndarray]] = {"best_model": [], "typical_model": []}
         truths = []
         for run in own:
-            traces = stored_traces(folder.run_path(run.number) / "checkpoints")
+            traces = RunFolder(folder.run_path(run.number)).traces()
             if traces is not None and run.result and run.result["truth"]:
                 truths.append(np.array(list(run.result["truth"].values())))
                 for name, stored in models.items():

@@ -6,6 +6,7 @@ import pytest
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import Detector, _run, random_controllers, run_classifiers, simulate_behaviors
 from turing_learning.runs import infer, load_run, resume
+from turing_learning.store import DamagedError
 
 
 def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
@@ -116,6 +117,9 @@ def test_a_detector_of_a_run_on_an_own_system_takes_its_motion(own_run):
     found = Detector.from_run(own_run, genuine=genuine, abnormal=abnormal)
     assert (found.steps, found.signals) == (12, 1)
     assert Detector.from_run(own_run).genuine_scores.size  # the run has kept motion to calibrate with
+    (own_run.path / "calibration.npz").write_bytes(b"PK")
+    with pytest.raises(DamagedError, match=r"must hold calibration.npz as it was written"):
+        Detector.from_run(own_run, genuine=genuine)
     (own_run.path / "calibration.npz").unlink()
     with pytest.raises(
         ConfigurationError, match=r"^`genuine` must be given for a run on a custom system; got one without. Give motion"

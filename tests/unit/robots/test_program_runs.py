@@ -29,6 +29,7 @@ from turing_learning.runs import (
     resume_laboratory,
     start_laboratory,
 )
+from turing_learning.store import DamagedError
 
 SHORT = FILE.replace("duration_s = 1.0", "duration_s = 0.5")
 
@@ -315,12 +316,14 @@ def test_a_finished_run_goes_without_its_trials(folder, caplog):
     assert (path / "calibration.npz").read_bytes() == kept
     assert caplog.text == ""
     (path / "calibration.npz").write_bytes(b"PK")
+    with pytest.raises(DamagedError, match=r"calibration.npz as it was written; got .*it has been changed"):
+        Detector.from_run(load_run(path))
+    assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment()).complete
+    assert (path / "calibration.npz.damaged").read_bytes() == b"PK"
     with pytest.raises(
         ConfigurationError, match="`run` must have stored motion to calibrate with; got one in a laboratory that"
     ):
         Detector.from_run(load_run(path))
-    (path / "calibration.npz").unlink()
-    assert resume_laboratory(path, equipment=ScriptedLaboratory().equipment()).complete
     assert "Nothing is kept to calibrate detectors with: `stage` must be one of which the run has trials" in caplog.text
 
 
@@ -368,14 +371,18 @@ def test_trials_can_be_read_as_they_were_observed(finished, tmp_path):
     with pytest.raises(RunFolderError, match=r"`run` must be a run folder; got"):
         read_trials(tmp_path, "generation-0001")
     copy = shutil.copytree(finished, tmp_path / "copy")
-    (first, *_) = sorted((copy / "trials" / "generation-0001" / "attempt-1").iterdir())
-    shutil.copy(first, first.with_name("trial-100.npz"))
-    np.testing.assert_array_equal(read_trials(copy, "generation-0001").poses[-1], trials.poses[0])
-    first.write_bytes(b"PK")
-    with pytest.raises(
-        RunFolderError, match=r"`run` must have trials that can be read; got .*npz, which holds something"
-    ):
-        read_trials(copy, "generation-0001")
+    place = copy / "trials" / "generation-0001" / "attempt-1"
+    first, second, *_ = sorted(place.iterdir())
+    for damage, reason in [
+        (lambda: shutil.copy(first, place / "trial-100.npz"), "seals.txt does not know it"),
+        (lambda: first.write_bytes(b"PK"), "it has been changed"),
+        (lambda: shutil.copy(second, first), "it has been changed"),
+        (first.unlink, "No such file"),
+    ]:
+        damage()
+        with pytest.raises(DamagedError, match=reason):
+            read_trials(copy, "generation-0001")
+        (place / "trial-100.npz").unlink(missing_ok=True)
 
 
 def test_a_calibration_that_is_not_there_is_refused_before_anything_moves(folder, tmp_path):

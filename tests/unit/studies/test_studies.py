@@ -433,13 +433,53 @@ def test_a_study_of_before_seals_is_resumed_and_says_once_that_it_is_not_verifie
     assert tables(tmp_path / "old") == tables(finished.path)
 
 
+def written(content):
+    return lambda runs: (runs / "0002" / "result.json").write_text(content)
+
+
+def another_digit(runs):
+    path = runs / "0002" / "result.json"
+    path.write_text(
+        re.sub(r'(?<="vl0": )(-?)(\d)', lambda found: f"{found[1]}{(int(found[2]) + 1) % 10}", path.read_text())
+    )
+
+
+def result_of_another_run(runs):
+    shutil.copy(runs / "0001" / "result.json", runs / "0002" / "result.json")
+
+
+def another_run(runs):
+    shutil.rmtree(runs / "0002")
+    shutil.copytree(runs / "0001", runs / "0002")
+
+
 @pytest.mark.parametrize(
-    "content", ["[]", '{"complete": true}', '{"complete": true, "estimate": 3}', "[" * 100_000, "\x00"]
-)
-def test_a_run_whose_result_holds_something_else_counts_as_stopped(content, finished, tmp_path):
-    shutil.copytree(finished.path, tmp_path / "study")
-    (tmp_path / "study" / "runs" / "0002" / "result.json").write_text(content)
-    assert [run.state for run in load_study(tmp_path / "study").runs] == ["complete", "stopped", "complete"]
+    "damage",
+    [
+        *map(written, ["[]", '{"complete": true}', '{"complete": true, "estimate": 3}', "[" * 100_000, "\x00"]),
+        another_digit, result_of_another_run, another_run,
+    ],
+)  # fmt: skip
+def test_a_run_that_is_not_as_it_was_written_is_left_out_and_made_again(damage, finished, executor, tmp_path, caplog):
+    path = shutil.copytree(finished.path, tmp_path / "study")
+    damage(path / "runs")
+    assert [run.state for run in load_study(path).runs] == ["complete", "stopped", "complete"]
+    assert caplog.messages[0].startswith("Run 2 of the study is left out until it is resumed: ")
+    again = resume_study(path, executor=executor)
+    if damage is another_run:
+        assert "must be that of the study" in again.failed[0].reason
+    else:
+        assert again == finished
+        assert tables(path) == tables(finished.path)
+
+
+def test_medians_are_not_read_from_checkpoints_of_other_runs(finished, tmp_path):
+    path = shutil.copytree(finished.path, tmp_path / "study")
+    (own,) = (path / "runs" / "0002" / "checkpoints").iterdir()
+    (other,) = (path / "runs" / "0001" / "checkpoints").iterdir()
+    own.unlink()
+    shutil.copy(other, own.parent)
+    assert RunFolder(path / "runs" / "0002").traces() is None
 
 
 @pytest.mark.parametrize("runs", [[], [1, 2], [{}], [{"run.seed": "1"}], 3])

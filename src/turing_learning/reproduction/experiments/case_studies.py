@@ -12,7 +12,7 @@ from turing_learning.analysis import Comparison, compare, dispersion, interval, 
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
 from turing_learning.purposes import EMERGENCE_STARTS
-from turing_learning.runs import stored_traces
+from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._claims import load_claims
@@ -167,7 +167,7 @@ def _intervals(result: "StudyResult") -> np.ndarray:
     folder, found = StudyFolder(result.path), []
     plan = folder.plan()
     for run in result.runs:
-        traces = stored_traces(folder.run_path(run.number) / "checkpoints")
+        traces = RunFolder(folder.run_path(run.number)).traces()
         assert traces is not None  # of a complete run
         typical = traces["typical_model"]
         found.append(interval(typical, plan.configuration(run.number).run.estimated_from(len(typical))).T)
