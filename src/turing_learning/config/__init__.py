@@ -16,21 +16,20 @@ Other modules with a file of their own take `Section`, `read_toml` and `line_of`
 
 from turing_learning.errors import is_integer, nearest
 
-from ._classifier import classifier_of
-from ._errors import ConfigurationError, require_at_least
+from ._configuration import Configuration, classifier_of, require_seen, require_whole_cycles
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
-from ._limits import require_seen, require_whole_cycles
 from ._load import PRESETS, load_configuration
 from ._sections import (
     LARGEST_SEED,
     PROSE,
     ClassifiersSection,
     CoevolutionSection,
-    Configuration,
+    ConfigurationError,
     ModelsSection,
     PopulationSection,
     RunSection,
     Section,
+    require_at_least,
 )
 from ._study import Variant, load_variants
 from ._toml import line_of, read_toml, to_toml

@@ -6,8 +6,8 @@ from typing import Any
 
 from turing_learning.errors import brief, refuse
 
-from ._errors import ConfigurationError
-from ._sections import Configuration
+from ._configuration import Configuration
+from ._sections import ConfigurationError
 
 
 def flat_settings(configuration: Configuration) -> dict[str, Any]:

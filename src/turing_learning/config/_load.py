@@ -13,8 +13,8 @@ from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, 
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.systems import CustomSystem
 
-from ._errors import ConfigurationError
-from ._sections import Configuration, PopulationSection, scenario_type
+from ._configuration import Configuration, scenario_type
+from ._sections import ConfigurationError, PopulationSection
 from ._toml import UNBOUNDED, line_of, read_toml
 
 PRESETS: dict[str, dict[str, Any]] = {

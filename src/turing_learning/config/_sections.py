@@ -1,18 +1,11 @@
 """The sections of a configuration as validated, frozen data."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, Literal
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from turing_learning.coevolution import batch_count
-from turing_learning.errors import require
-from turing_learning.models import Representation
-from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomSystem, System, system_of
-
-from ._limits import LARGEST_NEURONS, check_limits
+from turing_learning.errors import RefusedError, integer, require
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the same."""
@@ -20,17 +13,27 @@ PROSE = ("scenario.title", "scenario.description")
 LARGEST_SEED = 2**63 - 1
 """The largest integer that TOML promises to carry."""
 
+LARGEST_NEURONS = 255  # inputs and hidden neurons, as in `classifiers.ElmanClassifier`
 LARGEST_STEP_SIZE = 1e6  # as in `evolution.EvolutionStrategy`
 LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
-LEAST_TRIALS = 20
 SETTLED = 0.7  # share of a run after which no model jumps
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
+
+
+class ConfigurationError(RefusedError):
+    """A setting is rejected; the message names what, where, the value, and what to do."""
+
+
+def require_at_least(least: int, **values: Any) -> None:
+    """Reject what is not an integer of at least `least`, by its name."""
+    for name, value in values.items():
+        integer(name, value, least, error=ConfigurationError)
 
 
 class Section(BaseModel):
@@ -191,109 +194,3 @@ class RunSection(Section):
     def estimated_from(self, completed: int) -> int:
         """Return how many of so many completed generations the estimate is read from, counted from the last."""
         return min(self.estimate_window, max(1, round((1 - SETTLED) * completed)))
-
-
-def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
-    """Return what a table of a scenario stands for, or a scenario is, by its fields."""
-    fields = set(scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ()))
-    return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
-
-
-AnyScenario = Annotated[
-    Annotated[Scenario, Tag("Scenario")] | Annotated[CustomSystem, Tag("CustomSystem")],
-    Discriminator(lambda scenario: scenario_type(scenario).__name__),
-]
-
-
-class Configuration(Section):
-    """Everything that determines a run, resolved: no field is left to a default elsewhere.
-
-    Of a custom system `classifiers.input_scale` holds the scales found in the data, unless others were given.
-    """
-
-    scenario: AnyScenario
-    models: ModelsSection = ModelsSection()
-    classifiers: ClassifiersSection = ClassifiersSection()
-    coevolution: CoevolutionSection = CoevolutionSection()
-    run: RunSection = RunSection()
-
-    @model_validator(mode="after")
-    def _check_scale(self) -> "Configuration":
-        scale = self.classifiers.input_scale
-        signals = len(self.scenario.input_scale)
-        rule = f'be "robot" or {signals} positive numbers, one for each signal'
-        require(scale == "robot" or len(scale) == signals, "classifiers.input_scale", rule, str(list(scale)))
-        return self
-
-    @model_validator(mode="after")
-    def _check_renewal(self) -> "Configuration":
-        renewal = self.classifiers.renewal
-        rule = "be 0 without an archive (coevolution.archive = 0), which would remember what renewed classifiers forget"
-        require(renewal == 0 or self.coevolution.archive > 0, "classifiers.renewal", rule, renewal)
-        return self
-
-    @model_validator(mode="after")
-    def _check_system(self) -> "Configuration":
-        assert self.system  # refuses models that it cannot have
-        return self
-
-    @model_validator(mode="after")
-    def _check_limits(self) -> "Configuration":
-        check_limits(self)
-        return self
-
-    @model_validator(mode="after")
-    def _check_trials(self) -> "Configuration":
-        trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
-        require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
-        require(not (trials and self.models.hidden), "run.trials", rule, trials)
-        return self
-
-    @property
-    def length(self) -> int:
-        """Number of steps of the run: generations, or batches of trials."""
-        return batch_count(self.run.trials, len(self.parameter_names)) if self.run.trials else self.run.generations
-
-    @property
-    def trials_per_generation(self) -> int:
-        """Number of trials in a generation: executions of the system, whatever the number of replicas in one."""
-        groups = 2 if getattr(self.scenario, "grouping", "mixed") == "separated" else 1
-        return groups * (self.models.parents + self.models.offspring)
-
-    @property
-    def system(self) -> System:
-        """What is observed, and what imitates it."""
-        initial = (self.models.initial_low, self.models.initial_high)
-        return system_of(self.scenario, hidden=self.models.hidden, threads=self.threads, initial=initial)
-
-    @property
-    def swarm(self) -> Scenario:
-        """The scenario, where it is one of robots; a custom system is rejected."""
-        rule, custom = "be one of robots", scenario_type(self.scenario) is not Scenario
-        require(not custom, "scenario", rule, f"{self.scenario.name!r}, a custom system")
-        return cast(Scenario, self.scenario)
-
-    @property
-    def representation(self) -> Representation:
-        """What a model is: that of the scenario, or a network."""
-        return self.system.model
-
-    @property
-    def parameter_names(self) -> tuple[str, ...]:
-        """Names of the P parameters of a model, in which the history keeps it."""
-        return self.representation.parameter_names
-
-    def described(self, models: np.ndarray) -> np.ndarray:
-        """Return models (..., P) in the parameters that results state: the agents', by `scenario.parameter_names`."""
-        return self.representation.described(models)
-
-    @property
-    def input_scale(self) -> tuple[float, ...]:
-        """What the classifiers' inputs are divided by, one number for each signal (cm/s, rad/s)."""
-        scale = self.classifiers.input_scale
-        return self.scenario.input_scale if scale == "robot" else scale
-
-    @property
-    def threads(self) -> int | None:
-        """Number of threads, None for all processors."""
-        return None if self.run.threads == "all" else self.run.threads

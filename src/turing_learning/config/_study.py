@@ -10,10 +10,10 @@ from turing_learning.errors import Setting, Text, brief, refuse
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
-from ._errors import ConfigurationError
+from ._configuration import Configuration
 from ._flat import dotted
 from ._load import Origins, merged, opened, preset_named, resolve
-from ._sections import Configuration
+from ._sections import ConfigurationError
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
 """What a study changes where nothing else says so."""

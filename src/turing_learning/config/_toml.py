@@ -9,8 +9,8 @@ from typing import Any
 
 from turing_learning.errors import Refusal, brief
 
-from ._errors import ConfigurationError
-from ._sections import Configuration
+from ._configuration import Configuration
+from ._sections import ConfigurationError
 
 UNBOUNDED = "unbounded"  # TOML has no null; this stands for the missing side of an arena
 

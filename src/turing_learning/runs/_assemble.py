@@ -1,6 +1,6 @@
 """From arguments to a configuration, and from a configuration to the loop that it describes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from turing_learning.config import (
     dotted,
     load_configuration,
 )
+from turing_learning.errors import brief, nearest, require
 from turing_learning.evolution import (
     EvolutionStrategy,
     FitnessMemory,
@@ -131,3 +132,10 @@ def resolved(
             known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
         return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
     return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+
+
+def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Reject an option that is none of the known arguments of a call."""
+    for name, value in options.items():
+        shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
+        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)

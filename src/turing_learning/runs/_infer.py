@@ -1,7 +1,7 @@
 """The doors: infer, start, resume."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from inspect import signature
@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
-from turing_learning.errors import brief, nearest, refusing_as, require
+from turing_learning.errors import brief, refusing_as, require
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe
 
-from ._assemble import resolved
+from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder, resume_command
 from ._result import Result
 from ._run import Observer, Origin, Run, conduct, refuse_given_source
@@ -142,13 +142,6 @@ def infer(
         result = conduct(Run.begin(configuration, out, force=force, source=source), observer, should_stop)
     assert isinstance(result.origin, Origin)
     return replace(result, origin=replace(result.origin, given=given))  # can be checked in this process
-
-
-def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Reject an option that is none of the known arguments of a call."""
-    for name, value in options.items():
-        shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
-        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)
 
 
 def start(

@@ -14,7 +14,7 @@ from turing_learning.coevolution import batch_sizes
 from turing_learning.config import Configuration
 from turing_learning.report import counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
-from turing_learning.systems import Laboratory, System
+from turing_learning.systems import Given, Laboratory, System
 
 from ._folder import CALIBRATION, RunFolder
 from ._history import SELECTION_CODES, Traces
@@ -56,6 +56,9 @@ class Owner(Protocol):
 
     def check(self, result: "Result", /, **options: Any) -> "Check":
         """Check the estimate."""
+
+    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result":
+        """Run another configuration, for a check."""
 
 
 @dataclass(frozen=True)

@@ -634,6 +634,20 @@ class Origin:
         given = {"genuine": self.given.genuine, "simulate": self.given.simulate}
         return check_run(result, self.configuration, **given | options)
 
+    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> Result:
+        """Run a configuration, in a folder or in memory; one that is in the folder already is resumed."""
+
+        def reopen(configuration: Configuration) -> Source:
+            with refusing_as(RunFolderError):
+                return configuration.system.open(given)
+
+        if path is not None and RunFolder(path).is_run():
+            return conduct(Run.open(path, reopen))
+        with refusing_as(ConfigurationError):
+            source = configuration.system.open(given)
+        with source:
+            return conduct(Run.begin(configuration, path, source=source))
+
 
 def origin_of(folder: RunFolder, configuration: Configuration, completed: int) -> Origin:
     """Return the origin of a result in a folder, which can be opened from wherever the process is by then."""

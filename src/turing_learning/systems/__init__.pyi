@@ -1,7 +1,8 @@
 from ._calls import Simulator as Simulator
 from ._custom import CenteredClassifier as CenteredClassifier
+from ._custom import CustomSource as CustomSource
 from ._custom import CustomSystem as CustomSystem
-from ._custom import Given as Given
+from ._custom import GuardedInterrogation as GuardedInterrogation
 from ._custom import same_time_step as same_time_step
 from ._describe import CustomOptions as CustomOptions
 from ._describe import Range as Range
@@ -10,14 +11,13 @@ from ._genuine import Genuine as Genuine
 from ._genuine import SplitSamples as SplitSamples
 from ._genuine import cut_samples as cut_samples
 from ._genuine import read_genuine as read_genuine
-from ._source import CustomSource as CustomSource
-from ._source import GuardedInterrogation as GuardedInterrogation
 from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps
 from ._swarm import system_of as system_of
 from ._system import CustomSystemError as CustomSystemError
 from ._system import FailureLog as FailureLog
+from ._system import Given as Given
 from ._system import Source as Source
 from ._system import System as System
 from ._system import SystemFailedError as SystemFailedError

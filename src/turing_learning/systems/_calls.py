@@ -1,14 +1,14 @@
-"""Calls of a simulator: what is asked, what comes back, and doing it in this process or in others."""
+"""Calls of a simulator: what is asked, what comes back, and making them in this process or in others."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from ..errors import refuse
+from ..errors import integer, number, refuse, require
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._genuine import with_gaps
 from ._system import CustomSystemError
@@ -36,17 +36,7 @@ class Failed:
 Answer = np.ndarray | Failed
 
 
-class Runner(Protocol):
-    """Executes calls."""
-
-    def run(self, calls: Sequence[Call]) -> Iterator[Answer]:
-        """Yield the answers in the order of the calls."""
-
-    def close(self) -> None:
-        """Give back what was taken."""
-
-
-def answer(simulate: Simulator, call: Call, vectorized: bool) -> Answer:
+def answer(simulate: Simulator, vectorized: bool, call: Call) -> Answer:
     """Call a simulator; return what it returns as an array, with the models first, or why there is none."""
     given = call.parameters.copy()
     try:
@@ -72,62 +62,45 @@ def _place(error: Exception) -> str:
     return place
 
 
-class InProcess:
-    """Call a simulator here, one call after the other.
+class Runner:
+    """Call a simulator: here, or in worker processes, which are started on the first call and stay.
 
     Parameters
     ----------
     simulate
-        The simulator.
-    vectorized
-        Whether it takes several models at once.
-    """
-
-    def __init__(self, simulate: Simulator, *, vectorized: bool) -> None:
-        self._simulate = simulate
-        self._vectorized = vectorized
-
-    def run(self, calls: Sequence[Call]) -> Iterator[Answer]:
-        """Yield the answers in the order of the calls."""
-        return (answer(self._simulate, call, self._vectorized) for call in calls)
-
-    def close(self) -> None:
-        """Do nothing."""
-
-
-class InWorkers:
-    """Call a simulator in worker processes, which are started on the first call and kept.
-
-    Parameters
-    ----------
-    simulate
-        The simulator; a fresh process must be able to import it.
+        The simulator; with workers a fresh process must be able to import it.
     vectorized
         Whether it takes several models at once.
     workers
-        Number of processes, >= 1. The answers do not depend on it.
+        Number of processes; None for this one. The answers do not depend on it.
     timeout_s
-        A call that takes longer is given up, and its process killed; None waits for ever.
+        With workers only: a call that takes longer is given up, and its process killed; None waits for ever.
     """
 
-    def __init__(self, simulate: Simulator, *, vectorized: bool, workers: int, timeout_s: float | None = None) -> None:
+    def __init__(self, simulate: Simulator, *, vectorized: bool, workers: int | None, timeout_s: float | None) -> None:
+        require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
+        self._answer = partial(answer, simulate, vectorized)
+        self._count, self._timeout_s = workers, timeout_s
+        self._workers: Workers | None = None
+        if workers is None:
+            rule = "be given together with `workers`, as only a process can be ended"
+            require(timeout_s is None, "timeout_s", rule, timeout_s)
+            return
+        integer("workers", workers, 1)
+        if timeout_s is not None:
+            number("timeout_s", timeout_s, above=0)
         try:
-            self._function = packed(partial(_answer_in_worker, simulate, vectorized))
+            self._function = packed(self._answer)
         except Exception as error:  # pickle raises what the object's own methods raise
             rule = "be a function that another process can import"
             remedy = "Define it at the top level of a module, or leave `workers` out."
             refuse("simulate", rule, f"{simulate!r} ({error})", remedy)
-        self._count, self._timeout_s = workers, timeout_s
-        self._workers: Workers | None = None
 
     def run(self, calls: Sequence[Call]) -> Iterator[Answer]:
-        """Yield the answers in the order of the calls.
-
-        Raises
-        ------
-        CustomSystemError
-            If a worker cannot load the simulator.
-        """
+        """Yield the answers in the order of the calls; raise CustomSystemError if a worker cannot load the simulator."""
+        if self._count is None:
+            yield from map(self._answer, calls)
+            return
         if self._workers is None:
             self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
         for future in self._workers.in_order((call,) for call in calls):
@@ -149,7 +122,3 @@ class InWorkers:
         if workers is not None:
             workers.kill()
             workers.close()
-
-
-def _answer_in_worker(simulate: Simulator, vectorized: bool, call: Call) -> Answer:
-    return answer(simulate, call, vectorized)

@@ -11,8 +11,8 @@ from ..coevolution import Classifier, Samples
 from ..errors import Setting, Text, brief, refuse, require
 from ..models import FULL_VIEW, ElmanModel, Parameter, Representation
 from ..swarm import Scenario
-from ._custom import CustomSystem, Given
-from ._system import Source, System
+from ._custom import CustomSystem
+from ._system import Given, Source, System
 
 if TYPE_CHECKING:
     from ..models import Behavior

@@ -1,6 +1,7 @@
 """What a run asks of a system, whatever its kind."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
 
 import numpy as np
@@ -11,7 +12,6 @@ from ..models import Parameter, Representation
 
 if TYPE_CHECKING:
     from ..swarm import Scenario
-    from ._custom import Given
     from ._genuine import Genuine
 
 MOST_LISTED = 100
@@ -29,6 +29,38 @@ class SystemFailedError(RuntimeError):
 
 class CustomSystemError(SystemFailedError):
     """A custom system or its simulator has failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What a caller hands over of a custom system, beyond what a run stores.
+
+    Attributes
+    ----------
+    genuine
+        Samples, in any form that `describe` takes, or `Genuine` once they are checked.
+    simulate
+        The simulator.
+    workers, timeout_s
+        Number of processes that call it, None for this one, and the longest duration of a call (s).
+    groups : (K,)
+        Of a check: labels of the samples.
+    more
+        Other options, which only a new run takes.
+    """
+
+    genuine: Any = None
+    simulate: Any = None
+    workers: int | None = None
+    timeout_s: float | None = None
+    groups: Any = None
+    more: Mapping[str, Any] | None = None
+
+    @property
+    def named(self) -> dict[str, Any]:
+        """Name -> value of everything that may have been given."""
+        names = ("genuine", "simulate", "workers", "timeout_s", "groups")
+        return {name: getattr(self, name) for name in names} | dict(self.more or {})
 
 
 class System(Protocol):
@@ -102,10 +134,10 @@ class System(Protocol):
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
         """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
 
-    def accept(self, given: "Given") -> "Given":
+    def accept(self, given: Given) -> Given:
         """Return what is given, checked; refuse what it has no use for, and what differs from that of the stored run."""
 
-    def open(self, given: "Given") -> "Source":
+    def open(self, given: Given) -> "Source":
         """Return its samples; the caller closes them. Refuse what is missing."""
 
 

@@ -19,6 +19,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.purposes import CHECK, INTERROGATION
 from turing_learning.runs import Run, RunFolder, RunFolderError, RunStorageError
 from turing_learning.runs._present import check_listing, draw_check
+from turing_learning.runs._run import Origin
 from turing_learning.systems import CustomSystemError
 
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
@@ -45,13 +46,13 @@ def live(rng):
 @pytest.fixture
 def recoveries(monkeypatch):
     """What the recoveries of a check are run on."""
-    systems = []
+    systems, recover = [], Origin.recover
 
-    def spied(**system):
-        systems.append(system)
-        return tl.infer(**system)
+    def spied(origin, configuration, path, given):
+        systems.append(given.genuine)
+        return recover(origin, configuration, path, given)
 
-    monkeypatch.setattr("turing_learning.runs._check.infer", spied)
+    monkeypatch.setattr(Origin, "recover", spied)
     return systems
 
 
@@ -86,7 +87,7 @@ def test_a_recovery_of_a_live_system_learns_from_as_many_samples_as_are_observed
     result = tl.infer(genuine=live, generations=3, **given)
     (recovery,) = result.check(effort=QUICK).recoveries
     assert recovery.truth == result.estimate
-    assert recoveries[0]["genuine"](np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
+    assert recoveries[0].live(np.random.default_rng(0)).shape == live(np.random.default_rng(0)).shape
 
 
 def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_them():
