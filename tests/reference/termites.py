@@ -77,7 +77,7 @@ def along_motion(matches: Matches, tracker: str, least_speed: float = 5.0) -> np
 
 
 def listing() -> str:
-    """Return the disagreements as docs/trajectories.md shows them."""
+    """Return the disagreements as docs/results/termites.txt has them."""
     lines = []
     for one, other, limit in (("tracktor", "toxtrac", 10), ("idtracker", "tracktor", 20), ("idtracker", "toxtrac", 15)):
         matches = match(one, other)
