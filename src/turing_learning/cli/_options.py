@@ -1,21 +1,23 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
+import re
 import shlex
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from turing_learning.errors import nearest, refuse, refusing_as
+from turing_learning.errors import nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
-    from turing_learning.families import Family
+    from turing_learning.families import Family, Replicates
     from turing_learning.trajectories import Trajectories, Windows
 
 WINDOW_S = 4.0
+SIGNALS = ("speed", "turn")
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
 
@@ -54,6 +56,10 @@ class Tracks:
     """Point of the body that stands for the animal, in a file with several."""
     every: Integer | None = None
     """Keep one frame in K, of a file that has only those, or is faster than the motion."""
+    bridge: Integer | None = None
+    """Fill gaps of up to K frames by straight motion."""
+    smooth: Integer | None = None
+    """Average positions over K frames, an odd number, before signals are measured; detect as the run was inferred."""
 
     @property
     def given(self) -> dict[str, Any]:
@@ -63,7 +69,12 @@ class Tracks:
     @property
     def typed(self) -> str:
         """The options as they are typed; empty if there are none."""
-        return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in self.given.items())
+        texts = (
+            (name, each)
+            for name, value in self.given.items()
+            for each in (value if isinstance(value, list) else [value])
+        )
+        return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(each))}" for name, each in texts)
 
     def refuse_beside(self, rule: str) -> None:
         """Reject the first option that is given."""
@@ -79,12 +90,12 @@ class Tracks:
         try:
             with refusing_as(ConfigurationError):
                 recording = load_trajectories(path, keypoint=self.keypoint, **options)  # type: ignore[arg-type]
-                if self.every is None:
-                    return recording
-                if self.every >= 1 and self.every % recording.every:
+                if self.every is not None:
                     rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                    refuse("every", rule, str(self.every), place=str(path))
-                return recording.thinned(self.every)
+                    fits = self.every < 1 or self.every % recording.every == 0
+                    require(fits, "every", rule, str(self.every), place=str(path))
+                    recording = recording.thinned(self.every)
+                return recording if self.bridge is None else recording.bridged(self.bridge)
         except ConfigurationError as error:
             if error.refusal is None or error.refusal.name != "path":
                 raise
@@ -101,64 +112,104 @@ class Tracks:
 class Recording(Tracks):
     """Recorded motion and the family of models that imitates it."""
 
-    trajectories: Path | None = None
-    """File of a tracker."""
+    trajectories: Annotated[list[Path] | None, Parameter(negative="")] = None
+    """File of a tracker; several times for several recordings, each with individuals of its own."""
     model: str | None = None
     """Family of models, see docs/families.md."""
     window: Real | None = None
     """Length of the samples (s); by default 4, or that of the run."""
+    signals: str | None = None
+    """What the classifiers see, separated by commas: speed, turn, neighbor_distance, neighbor_bearing."""
+    tank: Annotated[list[str] | None, Parameter(negative="")] = None
+    """Walls of the models' tank, as 40x30 (cm), or recorded for as far as positions reach; once, or for each recording."""
     hold_out_individuals: str | None = None
     """Individuals, separated by commas, that are for testing alone."""
+    hold_out_recordings: str | None = None
+    """Numbers, from 1 and separated by commas, of the recordings that are for testing alone."""
 
-    def opened(self, steps: int | None = None) -> tuple["Windows", "Family", "Trajectories"]:
-        """Open the recording, cut it into windows, by default of `steps`, and fit the family of models to it.
+    def opened(
+        self, steps: int | None = None, signals: Sequence[str] | None = None
+    ) -> tuple["Windows", "Family | Replicates", "tuple[Trajectories, ...]"]:
+        """Open the recordings, cut them into windows, by default of `steps` and `signals`, and fit the family of models to them.
 
         Headings are not measured if the individuals of the family have none.
         """
         from turing_learning.config import ConfigurationError
-        from turing_learning.families import FAMILIES
+        from turing_learning.families import FAMILIES, as_recorded
+        from turing_learning.trajectories import pooled_windows
 
-        if self.trajectories is None or self.model is None:
-            missing = "--trajectories" if self.trajectories is None else "--model"
+        if not self.trajectories or self.model is None:
+            missing = "--trajectories" if not self.trajectories else "--model"
             example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
             refuse(missing, "be given for recorded motion", "none", example)
         if self.model not in FAMILIES:
             refuse("--model", f"be one of {', '.join(FAMILIES)}", repr(self.model), nearest(self.model, FAMILIES))
-        apart = (
-            [] if self.hold_out_individuals is None else [name.strip() for name in self.hold_out_individuals.split(",")]
-        )
-        if "" in apart:
-            got = f"{self.hold_out_individuals!r}, where one is empty"
-            refuse("--hold-out-individuals", "be names, separated by commas", got)
-        motion, chosen = self.read(self.trajectories, "--trajectories"), FAMILIES[self.model]
+        apart = _listed(self.hold_out_individuals, "--hold-out-individuals", "names")
+        numbers = _listed(self.hold_out_recordings, "--hold-out-recordings", "numbers")
+        count, chosen = len(self.trajectories), FAMILIES[self.model]
+        fits = all(each.isdecimal() and 1 <= int(each) <= count for each in numbers) and len(set(numbers)) < count
+        rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
+        require(fits, "--hold-out-recordings", rule, repr(self.hold_out_recordings))
+        motion = tuple(self.read(path, "--trajectories") for path in self.trajectories)
         if not chosen.headings:
-            motion = replace(motion, headings=None)
+            motion = tuple(replace(each, headings=None) for each in motion)
         length: dict[str, Any] = {"length_s": WINDOW_S if self.window is None else self.window}
         if self.window is None and steps is not None:
             length = {"steps": steps}
         with refusing_as(ConfigurationError):
-            windows = motion.windows(**length, hold_out_individuals=apart)
-            family = chosen(
-                individuals=len(motion.individuals),
-                steps=windows.learning.shape[1],
-                interval_s=windows.interval_s,
-                signals=windows.names,
+            windows = pooled_windows(
+                motion,
+                **length,
+                signals=_listed(self.signals, "--signals", "names") or signals or SIGNALS,
+                smooth_frames=1 if self.smooth is None else self.smooth,
+                hold_out_individuals=apart,
+                hold_out_recordings=[int(number) - 1 for number in numbers],
             )
+            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(self.tank or [])]
+            if self.tank == ["recorded"]:
+                tanks = [_tank("recorded", each) for each in motion]
+            family = as_recorded(chosen, motion, windows, tanks=tanks)
         return windows, family, motion
 
     def system(self) -> dict[str, Any]:
-        """Return what `turing_learning.infer` takes, and print what is found in the recording."""
+        """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
         windows, family, motion = self.opened()
-        assert self.trajectories is not None
-        found = str(motion.problems).splitlines()
-        for line in found[:MOST_PROBLEMS]:
-            print(f"{self.trajectories.name}: {line}")
-        if len(found) > MOST_PROBLEMS:
-            more = len(found) - MOST_PROBLEMS
-            print(f"{self.trajectories.name}: and {more} more; all by `recording.check()` in Python")
-        title = f"{self.trajectories.name}, as {self.model}"
+        paths = self.trajectories or []
+        names = [path.name if len(paths) == 1 else titled(path) for path in paths]
+        for name, each in zip(names, motion, strict=True):
+            found = str(each.problems).splitlines()
+            for line in found[:MOST_PROBLEMS]:
+                print(f"{name}: {line}")
+            if len(found) > MOST_PROBLEMS:
+                print(f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python")
+        more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         given = {"genuine": windows, "simulate": family, "parameters": family.parameters}
-        return {**given, "name": self.model, "title": title}
+        return {**given, "name": self.model, "title": f"{titled(paths[0])}{more}, as {self.model}"}
+
+
+def titled(path: Path) -> str:
+    """Return the name of a file with its folder, since trackers give all files one name."""
+    return f"{path.absolute().parent.name}/{path.name}".lstrip("/")
+
+
+def _listed(text: str | None, option: str, what: str) -> list[str]:
+    """Return the parts of a text between commas."""
+    parts = [] if text is None else [part.strip() for part in text.split(",")]
+    require("" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty")
+    return parts
+
+
+def _tank(text: str, recording: "Trajectories") -> tuple[float, float]:
+    """Return width and height of a tank (cm), those of the places where individuals have been if that is asked for."""
+    if text == "recorded":
+        where = recording.positions[recording.present]
+        width, height = (where.max(axis=0) - where.min(axis=0)).tolist()
+        return width, height
+    sides = re.fullmatch(r"([0-9.]+)x([0-9.]+)", text)
+    try:
+        return float(sides[1]), float(sides[2])  # type: ignore[index]
+    except (TypeError, ValueError):
+        refuse("--tank", "be width x height in cm, or recorded", repr(text), "For example: --tank 40x30")
 
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -47,7 +47,7 @@ def infer(
 
       turing-learning infer --config my.toml --set classifiers.hidden=8
 
-      turing-learning infer --trajectories fish.txt --fps 25 --scale 12.3 --model couzin
+      turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def resume(
         return None
     if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
         _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
-    genuine, simulate, _ = recording.opened(_steps(run, recording)) if recording.given else (None, None, None)
+    genuine, simulate, _ = recording.opened(*_measured(run, recording)) if recording.given else (None, None, None)
     _execute(
         lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
     )
@@ -319,7 +319,7 @@ def check(
     effort = replace(Effort(), **{name: value for name, value in given.items() if value is not None})
     system: dict[str, Any] = {}
     if recording.given:
-        windows, family, motion = recording.opened(_steps(run, recording))
+        windows, family, motion = recording.opened(*_measured(run, recording))
         system = {"genuine": windows, "simulate": family, "recording": motion}
     stages, console = Console(stderr=True), Console()
     found = result.check(
@@ -344,14 +344,14 @@ def opened(run: Path) -> "Result":
     return replace(load_run(run), path=RunFolder(run).path)
 
 
-def _steps(run: Path, recording: Recording) -> int | None:
-    """Return the length of the samples of a run; reject the options of recordings for one on simulated robots."""
+def _measured(run: Path, recording: Recording) -> tuple[int, tuple[str, ...]]:
+    """Return length and signals of the samples of a run; reject the options of recordings for one on simulated robots."""
     from turing_learning.runs import RunFolder
 
     system = RunFolder(run).configuration().system
     if not system.resuming:
         recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
-    return system.steps
+    return system.steps, system.signals
 
 
 def _refuse_other_simulator(run: Path, call: str) -> None:

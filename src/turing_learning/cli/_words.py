@@ -13,6 +13,13 @@ _OPTIONS = {
     "keypoint": "--keypoint",
     "every": "--every",
     "hold_out_individuals": "--hold-out-individuals",
+    "hold_out_recordings": "--hold-out-recordings",
+    "max_gap": "--bridge",
+    "smooth_frames": "--smooth",
+    "names": "--signals",
+    "signals": "--signals",
+    "tank_cm": "--tank",
+    "tanks": "--tank",
     "steps": "--window",
 }
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""

@@ -203,7 +203,7 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
     refuse("genuine", rule, got, remedy, error=ConfigurationError)
 
 
-def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMotion:
+def recorded_motion(recording: Trajectories, run: RunClassifiers, *, smooth_frames: int = 1) -> RecordedMotion:
     """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
 
     For a run without headings, those of the recording are left out of account.
@@ -214,6 +214,8 @@ def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMot
         What a tracker wrote, at the frame rate of the run.
     run
         From `run_classifiers`.
+    smooth_frames
+        As in `compute_signals`: that of the run's windows.
     """
 
     def check(holds: object, name: str, rule: str, got: object, remedy: str) -> None:
@@ -236,7 +238,7 @@ def recorded_motion(recording: Trajectories, run: RunClassifiers) -> RecordedMot
     if run.headings == "without":
         recording = replace(recording, headings=None)
     try:
-        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0)
+        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0, smooth_frames=smooth_frames)
     except ValueError as error:
         if recording.every > 1:
             raise ConfigurationError(str(error)) from error

@@ -9,6 +9,7 @@
 `BurstAndCoast`     A persistent random walk in kicks, each followed by a glide (Calovi et al. 2018).
 `Robots`            The paper's robots, whose controller is a table from sensor state to wheel speeds.
 `FAMILIES`          The families by name.
+`as_recorded`       A family with groups, steps and signals as recorded; `Replicates` where recordings differ in group or tank.
 ==================  ===========================================================================================
 
 A family of one's own derives from `Particles`, names its parameters and yields positions step by step. Positions and
@@ -20,6 +21,7 @@ from ._burst_and_coast import BurstAndCoast
 from ._couzin import Couzin
 from ._family import Family
 from ._plane import Particles
+from ._replicates import Replicates, as_recorded
 from ._robots import Robots
 from ._vicsek import Vicsek
 
@@ -32,4 +34,15 @@ FAMILIES: dict[str, type[Family]] = {
 }
 """The families by the names that commands use."""
 
-__all__ = ["FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "Robots", "Vicsek"]
+__all__ = [
+    "FAMILIES",
+    "Boids",
+    "BurstAndCoast",
+    "Couzin",
+    "Family",
+    "Particles",
+    "Replicates",
+    "Robots",
+    "Vicsek",
+    "as_recorded",
+]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -41,6 +42,8 @@ class BurstAndCoast(Particles):
     """
 
     variation: float = 0.5
+
+    social: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

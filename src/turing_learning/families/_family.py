@@ -56,6 +56,8 @@ class Family(ABC):
     """The least value that a parameter may have."""
     headings: ClassVar[bool] = False
     """Whether individuals have headings, with which their signals are measured then."""
+    social: ClassVar[bool] = True
+    """Whether individuals take notice of each other."""
 
     def __post_init__(self) -> None:
         for name, lowest in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
@@ -108,7 +110,7 @@ class Family(ABC):
             If the parameters have another shape, or one is not finite or too small.
         """
         positions, headings = self._paths(self._checked(parameters), rng)
-        companions = with_nearest if _NEIGHBOR & set(self.signals) else alone
+        companions = with_nearest if NEIGHBOR & set(self.signals) else alone
         seen = companions(positions, self.observed)
         if headings is not None:
             headings = np.broadcast_to(headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1])
@@ -194,7 +196,7 @@ class Family(ABC):
         names = self.signals
         if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
             refuse("signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names))
-        if self.individuals == 1 and _NEIGHBOR & set(names):
+        if self.individuals == 1 and NEIGHBOR & set(names):
             refuse("signals", "not speak of neighbors where there is one individual", brief(names))
 
 
@@ -216,4 +218,4 @@ def with_nearest(positions: np.ndarray, observed: int) -> np.ndarray:
     return np.stack([focal, nearest], axis=3).swapaxes(1, 2)
 
 
-_NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
+NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}

@@ -122,19 +122,28 @@ def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: i
 
 
 def recorded_quantities(
-    recording: Trajectories, group: Group, estimate: np.ndarray, *, seed: int
+    recordings: Sequence[Trajectories], group: Group, estimate: np.ndarray, *, seed: int
 ) -> tuple[Quantity, ...]:
-    """Compare how near neighbors are, and how aligned a group is, in a recording and in groups that execute the estimate."""
-    positions = group.simulate(np.tile(estimate, (GROUPS, 1)), stream(seed, COMPARING, 1))
-    here = np.diff(recording.positions, axis=0)
-    both = recording.present[1:] & recording.present[:-1]
-    genuine: dict[str, np.ndarray] = {}
-    if len(recording.individuals) > 1:
-        near = recording.signals(("neighbor_distance",))
-        genuine = {"neighbor_distance": near.values[near.valid], "polarization": polarization(here, both)}
-    return compare_quantities(
-        genuine, _together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s), SIGNALS
-    )
+    """Compare how near neighbors are, and how aligned groups are, in recordings and in groups that execute the estimate."""
+    rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
+    found: list[list[Values]] = [[], []]
+    for recording in recordings:
+        here = np.diff(recording.positions, axis=0)
+        both = recording.present[1:] & recording.present[:-1]
+        if len(recording.individuals) > 1:
+            near = recording.signals(("neighbor_distance",))
+            known = {"neighbor_distance": near.values[near.valid], "polarization": polarization(here, both)}
+            found[0].append(known)
+    for each in groups:
+        positions = each.simulate(np.tile(estimate, (-(-GROUPS // len(groups)), 1)), rng)
+        found[1].append(_together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s))
+    sides = [
+        {name: np.concatenate([np.ravel(each[name]) for each in side if name in each]) for name in side[0]}
+        if side
+        else {}
+        for side in found
+    ]
+    return compare_quantities(sides[0], sides[1], SIGNALS)
 
 
 def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:

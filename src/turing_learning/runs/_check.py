@@ -2,7 +2,7 @@
 
 import logging
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass, fields, replace
 from inspect import signature
@@ -26,8 +26,10 @@ from turing_learning.systems import (
     Source,
     cut_samples,
     describe,
+    observed,
     same_time_step,
 )
+from turing_learning.trajectories import Trajectories
 
 from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder
@@ -35,12 +37,11 @@ from ._result import Result
 
 if TYPE_CHECKING:
     from turing_learning.identifiability import Check, Effort, Evidence
-    from turing_learning.trajectories import Trajectories
 
 FOLDER, CHECK = "check", "check/check.json"
 COMPARED = 500  # simulated samples whose signals are compared
 LEAST_INDIVIDUALS = 5
-"""With fewer individuals, those of each are divided by blocks of time, too."""
+"""With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -74,7 +75,7 @@ class _Checker:
     seed: int
     recoveries: int
     length: int
-    recording: "Trajectories | None"
+    recording: Sequence[Trajectories]
     stage: Stage
     folder: RunFolder | None
 
@@ -132,7 +133,7 @@ class _Checker:
             "seed": self.seed,
             "recoveries": self.recoveries,
             "recovery_generations": self.length,
-            "recording": self.recording is not None,
+            "recording": bool(self.recording),
             "groups": None if self.source.genuine is None or self.groups is None else self.groups.tolist(),
         } | asdict(self.effort)
 
@@ -174,7 +175,7 @@ class _Checker:
             return swarm_quantities(self.configuration, model, seed=self.seed)
         names, count = self.configuration.system.signals, min(COMPARED, 2 * self.effort.samples)
         found = signal_quantities(evidence, self.estimate, names, SIGNALS, count=count, seed=self.seed)
-        if self.recording is None or not hasattr(self.given.simulate, "simulate"):
+        if not self.recording or not hasattr(self.given.simulate, "simulate"):
             return found
         group = recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)
         return (*found, *(each for each in group if each.name not in names))
@@ -300,7 +301,7 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     Parameters
     ----------
     genuine
-        As it was given; windows of recorded motion know of which individual they are.
+        As it was given; windows of recorded motion know of which individual, and of which recording, they are.
     data
         The same, split.
     groups : (K,)
@@ -319,6 +320,9 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     index = getattr(genuine, "held_out_index", None)
     if index is None or not len(index):
         return None, "samples"
+    recordings = getattr(genuine, "held_out_recording", ())
+    if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
+        return recordings, "recordings"
     individuals = index[:, 0]
     apart = not np.isin(individuals, genuine.learning_index[:, 0]).any()
     if apart or len(np.unique(individuals)) >= LEAST_INDIVIDUALS:
@@ -334,7 +338,7 @@ def check_run(
     *,
     genuine: Any = None,
     simulate: Simulator | None = None,
-    recording: "Trajectories | None" = None,
+    recording: Trajectories | Sequence[Trajectories] | None = None,
     groups: Any = None,
     effort: "Effort | None" = None,
     recoveries: int = 1,
@@ -354,8 +358,8 @@ def check_run(
     genuine, simulate
         Of a custom system, as when the run began; needed where the run was loaded from a folder.
     recording
-        The recording that the samples are from, to compare distances of neighbors and polarization, too. The simulator has
-        to say where everybody was, as model families do.
+        The recording that the samples are from, or several, to compare distances of neighbors and polarization, too. The
+        simulator has to say where everybody was, as model families do.
     groups : (K,)
         Labels of the samples, of any kind; those with the same one are alike, for example of one individual. None takes the
         individuals of windows of recorded motion, and each sample for itself otherwise.
@@ -406,6 +410,7 @@ def check_run(
     require(trials == 0, "run", rule, f"one of {trials} trials", error=ConfigurationError)
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
     given, say = Given(genuine, simulate, workers, timeout_s, groups), stage or (lambda text: None)
+    recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())
     with ExitStack() as stack:
         if folder is not None:
             with writable("run", folder.path):
@@ -414,17 +419,17 @@ def check_run(
             source = stack.enter_context(system.open(given))
         labels, grouping = None, ""
         if source.genuine is not None:
-            labels, grouping = held_out_groups(genuine, source.genuine, groups)
-        elif recording is not None:
+            labels, grouping = held_out_groups(observed(genuine), source.genuine, groups)
+        elif recordings:
             refuse("recording", "be left out for simulated robots", "one", error=ConfigurationError)
-        if recording is not None and system.interval_s > 0:
+        for each in recordings if system.interval_s > 0 else ():
             rule = f"have the frame rate of the samples, {1 / system.interval_s:.6g} per second"
-            got, remedy = f"{recording.fps:.6g}", "Give the recording that the samples are from."
-            same = same_time_step(system.interval_s, 1 / recording.fps)
+            got, remedy = f"{each.fps:.6g}", "Give the recording that the samples are from."
+            same = same_time_step(system.interval_s, 1 / each.fps)
             require(same, "recording", rule, got, remedy, error=ConfigurationError)
         found = _Checker(
             result, source, given, labels, grouping, effort or Effort(), seed, recoveries,
-            length, recording, say, folder,
+            length, recordings, say, folder,
         ).run(force=force)  # fmt: skip
         if folder is not None:
             _draw(result, configuration, found, folder, say)

@@ -8,7 +8,7 @@
     caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError` where a simulator failed.
 `describe`
     A custom system from what a caller hands over: samples, simulator, `Range` of each parameter, `CustomOptions`.
-`Genuine`, `read_genuine`, `cut_samples`, `SplitSamples`
+`Genuine`, `read_genuine`, `cut_samples`, `observed`, `SplitSamples`
     Samples of a system, checked and split into those for learning and those held out for testing; samples that are split already.
 `CenteredClassifier`, `GuardedInterrogation`
     Judge samples as they were observed; reject models whose simulation failed.

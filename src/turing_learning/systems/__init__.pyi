@@ -10,6 +10,7 @@ from ._describe import describe as describe
 from ._genuine import Genuine as Genuine
 from ._genuine import SplitSamples as SplitSamples
 from ._genuine import cut_samples as cut_samples
+from ._genuine import observed as observed
 from ._genuine import read_genuine as read_genuine
 from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm

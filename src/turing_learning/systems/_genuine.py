@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import brief, nearest, refuse, require
 from ..swarm import SCENARIOS, Scenario
-from ..trajectories import Signals, Trajectories
+from ..trajectories import Signals, Trajectories, Windows, join_windows
 
 LARGEST = 1e9
 """Largest magnitude of a genuine value."""
@@ -206,14 +206,18 @@ def _held_out(given: float | Sequence[int], count: int, rng: np.random.Generator
 
 
 def observed(genuine: Any) -> Any:
-    """Return genuine samples as they are given, and of a scenario or its name a source of its agents' motion."""
+    """Return genuine samples as they are given, windows of several recordings joined, and of a scenario or its name a source of its
+    agents' motion."""
+    listed = isinstance(genuine, list | tuple) and len(genuine) > 0
+    if listed and all(isinstance(one, Windows) for one in genuine):
+        return join_windows(genuine)
     require(
-        not isinstance(genuine, Trajectories | Signals),
+        not isinstance(genuine[0] if listed else genuine, Trajectories | Signals),
         "genuine",
         "be samples, into which a recording is cut",
-        type(genuine).__name__,
+        type(genuine[0] if listed else genuine).__name__,
         "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
-        "`load_trajectories` returned.",
+        "`load_trajectories` returned; of several: genuine=pooled_windows(recordings, length_s=4.0).",
     )
     if isinstance(genuine, str):
         rule, remedy = "be samples, a scenario or the name of one", "A file is read with `load_trajectories`."

@@ -8,6 +8,7 @@
 `Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
 `compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings.
+`pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.
 `Signals`, `Windows`        Signals with the steps at which they exist; samples for learning and for testing.
 ==========================  =====================================================================================
 """
@@ -15,8 +16,8 @@
 from ._load import FORMATS, from_xarray, load_trajectories
 from ._problems import Jump, Problems
 from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
-from ._trajectories import Trajectories
-from ._windows import Windows
+from ._trajectories import Trajectories, pooled_windows
+from ._windows import Windows, join_windows
 
 __all__ = [
     "DIRECTED",
@@ -29,5 +30,7 @@ __all__ = [
     "Windows",
     "compute_signals",
     "from_xarray",
+    "join_windows",
     "load_trajectories",
+    "pooled_windows",
 ]

@@ -3,16 +3,16 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import Setting, brief, integer, refuse
+from turing_learning.errors import RefusedError, Setting, brief, integer, refuse, refusing_as, require
 
 from ._problems import JUMP_FACTOR, Problems, counted, find_problems
 from ._signals import Signals, compute_signals
 from ._stretches import bridge, every
-from ._windows import Cut, Windows, cut_windows
+from ._windows import Cut, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -398,6 +398,43 @@ class Trajectories:
                 "first_frame": self.first_frame,
             },
         )
+
+
+def pooled_windows(
+    recordings: Sequence[Trajectories], *, hold_out_recordings: Sequence[int] = (), **options: Any
+) -> Windows:
+    """Cut windows of several recordings, each with individuals of its own, for one run.
+
+    Parameters
+    ----------
+    recordings
+        At one frame rate, in the same unit.
+    hold_out_recordings
+        Which of them, from 0, are for testing alone; the others are for learning alone then. Without any, times of each recording
+        are held out.
+    **options
+        As for `Trajectories.windows`.
+
+    Returns
+    -------
+    Windows
+        `learning_recording` and `held_out_recording` say of which recording each is.
+
+    Raises
+    ------
+    ValueError
+        If recordings differ in rate, unit or headings, or as for `Trajectories.windows`; with the recording.
+    """
+    require(len(recordings), "recordings", "be one or more", "none")
+    apart = {"hold_out": 0.0} if hold_out_recordings else {}
+    parts = []
+    for k, each in enumerate(recordings):
+        place = each.source or f"recording {k + 1}"
+        same, rule = each.unit == recordings[0].unit, f"be in {recordings[0].unit}, as the first recording"
+        require(same, "recordings", rule, each.unit, place=place)
+        with refusing_as(RefusedError, place=place if len(recordings) > 1 else ""):
+            parts.append(each.windows(**options | apart))
+    return join_windows(parts, hold_out_recordings)
 
 
 def _steps(steps: int | None, length_s: float | None, fps: float) -> int:

@@ -1,11 +1,11 @@
 """Signals to samples: windows for learning and for testing, with no frame in common."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from turing_learning.errors import integer, refuse
+from turing_learning.errors import integer, is_integer, refuse, require
 
 from ._signals import Signals
 
@@ -48,7 +48,8 @@ class Windows:
     learning, held_out : (K, T, D)
         Samples, in order of time; signals in the units that `SIGNALS` names, cm/s and rad/s for "speed" and "turn".
     learning_index, held_out_index : (K, 2)
-        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step.
+        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step; of several
+        recordings individuals and rows are counted on, from one recording to the next.
     names
         Of the D signals.
     interval_s
@@ -61,6 +62,8 @@ class Windows:
     blocks
         (first row, row after the last, "learning" or "held out") of each block of frames; "learning and held out" where only
         individuals are held out.
+    recordings : (R, 2)
+        Number of individuals and of rows of each recording.
     """
 
     learning: np.ndarray
@@ -73,6 +76,78 @@ class Windows:
     steps_without_signal: int
     steps_with_jump: int
     blocks: tuple[tuple[int, int, str], ...]
+    recordings: np.ndarray
+
+    @property
+    def learning_recording(self) -> np.ndarray:
+        """Of which recording (K,), from 0, each window for learning is."""
+        return self._recording(self.learning_index)
+
+    @property
+    def held_out_recording(self) -> np.ndarray:
+        """The same of each held-out window."""
+        return self._recording(self.held_out_index)
+
+    def _recording(self, index: np.ndarray) -> np.ndarray:
+        return np.searchsorted(np.cumsum(self.recordings[:, 1]), index[:, 1], side="right")
+
+
+def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
+    """Join windows of several recordings, whose individuals are different ones.
+
+    Parameters
+    ----------
+    parts
+        Windows of each recording, of one length, with the same signals and frame rate.
+    hold_out
+        Which recordings, from 0, are for testing alone, the others for learning alone; without any, held-out windows are those of
+        each recording.
+
+    Raises
+    ------
+    ValueError
+        If windows are measured differently, or recordings to be held out do not exist or are all.
+    """
+    first = parts[0]
+    for k, part in enumerate(parts):
+        for name, one, other in (
+            ("steps", first.learning.shape[1], part.learning.shape[1]),
+            ("signals", first.names, part.names),
+            ("headings", first.headings, part.headings),
+            ("fps", f"{1 / first.interval_s:.6g}", f"{1 / part.interval_s:.6g}"),
+        ):
+            require(
+                one == other, name, "be the same in all recordings", f"{one} and {other}", place=f"recording {k + 1}"
+            )
+    if hold_out:
+        fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(set(hold_out)) < len(parts)
+        rule = f"be some of 0 to {len(parts) - 1}, but not all"
+        require(fits, "hold_out_recordings", rule, str(list(hold_out)))
+    counts = np.concatenate([part.recordings for part in parts])
+    starts = np.cumsum(counts, axis=0) - counts
+    firsts = starts[np.cumsum([0, *(len(part.recordings) for part in parts[:-1])])]
+    sides: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {side: [] for side in SIDES}
+    blocks: list[tuple[int, int, str]] = []
+    for k, (part, first_of) in enumerate(zip(parts, firsts, strict=True)):
+        of_sides = ((part.learning, part.learning_index), (part.held_out, part.held_out_index))
+        only = None if not hold_out else SIDES[k in hold_out]
+        for side, (samples, index) in zip(SIDES, of_sides, strict=True):
+            sides[only or side].append((samples, index + first_of))
+        blocks += [(begin + first_of[1], end + first_of[1], only or side) for begin, end, side in part.blocks]
+    (learning, learning_index), (held_out, held_out_index) = (
+        tuple(np.concatenate(each) for each in zip(*sides[side], strict=True)) for side in SIDES
+    )
+    return replace(
+        first,
+        learning=learning,
+        held_out=held_out,
+        learning_index=learning_index,
+        held_out_index=held_out_index,
+        steps_without_signal=sum(part.steps_without_signal for part in parts),
+        steps_with_jump=sum(part.steps_with_jump for part in parts),
+        blocks=tuple(blocks),
+        recordings=counts,
+    )
 
 
 def cut_windows(
@@ -97,6 +172,7 @@ def cut_windows(
         steps_without_signal=int((~signals.valid[:, individuals]).sum()),
         steps_with_jump=0 if jumps is None else int(jumps[:, individuals].sum()),
         blocks=blocks,
+        recordings=np.array([[valid.shape[1], len(valid) + 1]]),
     )
 
 

@@ -90,6 +90,67 @@ def test_individuals_are_kept_for_testing(call):
     )
 
 
+def write_group(path, seed, individuals=3):
+    """Write a plain table of a group that moves for 30 s."""
+    steps = np.cumsum(np.random.default_rng(seed).normal(0.3, 0.2, (300, individuals, 2)), axis=0)
+    rows = [f"{t},{k},{x},{y}" for t, each in enumerate(steps) for k, (x, y) in enumerate(each)]
+    Path(path).parent.mkdir(exist_ok=True)
+    Path(path).write_text("\n".join(["frame,id,x,y", *rows]) + "\n")
+
+
+def test_several_recordings_make_one_run(call):
+    for k, day in enumerate(("monday", "tuesday", "friday")):
+        write_group(f"{day}/fish.csv", k, individuals=3 + k // 2)
+    options = [*given("monday/fish.csv", 10), "--trajectories", "tuesday/fish.csv", "--trajectories", "friday/fish.csv"]
+    options = [*without(options, "--model"), "--model", "couzin", "--signals", "speed, neighbor_distance"]
+    options += ["--tank", "recorded", "--smooth", "3", "--bridge", "2", "--hold-out-recordings", "2"]
+    code, out, err = call("infer", *options, *SMALL, "--generations", "2", "--out", "run")
+    assert (code, err) == (0, "")
+    config = Path("run/config.toml").read_text()
+    assert 'title = "monday/fish.csv and 2 more, as couzin"' in config
+    assert 'signals = ["speed", "neighbor_distance"]' in config
+    assert call("resume", "run", *options)[0] == 0
+    assert call("resume", "run", *without(options, "--signals"))[0] == 0
+    code, _, err = call("resume", "run", *without(options, "--smooth"))
+    assert "that the run began with" in err
+    quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
+    assert call("check", "run", *options, *quick)[0] == 0
+    assert json.loads(Path("run/check/check.json").read_text())["test"]["grouping"] == "individuals"
+    detect = ["detect", "run", "friday/fish.csv", "--genuine", "monday/fish.csv", "--genuine", "tuesday/fish.csv"]
+    code, out, _ = call(*detect, *given("", 10)[2:8], "--smooth", "3", "--json")
+    assert code == 0
+    found = json.loads(out)
+    assert sorted(each["rank"] for each in found["individuals"]) == [1, 2, 3, 4]
+    assert "On your normal recordings" in " ".join(found["remarks"])
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--tank", "40"], "`--tank` must be width x height in cm, or recorded; got '40'. For example: --tank 40x30"),
+        (["--tank", "0x30"], "`--tank` must be two finite numbers above 0"),
+        (
+            ["--signals", "speed,distance"],
+            "`--signals` must be some of speed, turn, neighbor_distance, neighbor_bearing",
+        ),
+        (["--hold-out-recordings", "3"], "`--hold-out-recordings` must be numbers of some of the 2 recordings, from 1"),
+        (["--hold-out-recordings", "1,2"], "from 1, but not of all; got '1,2'."),
+        (["--bridge", "0"], "`--bridge` must be an integer of at least 1; got 0."),
+        (["--smooth", "2"], "`--smooth` must be odd and 1 or more; got 2"),
+        (
+            ["--tank", "9x9", "--tank", "9x9", "--tank", "9x9"],
+            "`--tank` must be one, or one for each of 2 recordings; got 3",
+        ),
+    ],
+)
+def test_options_of_several_recordings_that_make_no_sense_are_refused(call, more, message):
+    write_group("a.csv", 1)
+    options = without([*given("a.csv", 10), "--trajectories", "a.csv"], "--model")
+    code, _, err = call("infer", *options, "--model", "couzin", *more, "--out", "run")
+    assert code == 2
+    assert message in err
+
+
 def test_what_is_found_in_a_recording_is_told_before_it_is_learned_from(call):
     rng = np.random.default_rng(1)
     steps = np.cumsum(rng.normal(0.6, 0.2, (400, 20, 2)), axis=0)

@@ -44,9 +44,9 @@ def test_a_recorded_group_is_compared_with_groups_of_the_model():
     aligned = np.array([list(model.values())])
     positions = group.simulate(aligned, np.random.default_rng(1))[0]
     recording = Trajectories(positions, np.ones(positions.shape[:2], dtype=bool), 10.0, tuple("abcdef"))
-    same = recorded_quantities(recording, group, aligned[0], seed=1)
-    wild = recorded_quantities(recording, group, np.array([6.0, 6.2, 4.0]), seed=1)
+    same = recorded_quantities([recording], group, aligned[0], seed=1)
+    wild = recorded_quantities([recording], group, np.array([6.0, 6.2, 4.0]), seed=1)
     assert [each.name for each in same] == ["neighbor_distance", "polarization"]
     assert same[1].overlap > wild[1].overlap + 0.3
     alone = replace(recording, positions=positions[:, :1], present=recording.present[:, :1], individuals=("a",))
-    assert recorded_quantities(alone, group, aligned[0], seed=1) == ()
+    assert recorded_quantities([alone], group, aligned[0], seed=1) == ()
