@@ -548,7 +548,10 @@ def recording_by_command(folder: Path) -> Any:
     path = HERE.parent / "reference" / "data" / "tracktor" / "termite_video_idtracked.txt"
     settings = toml(METHOD | SMALL | {"run.generations": 6}, folder / "settings.toml")
     options = ("--fps", 25, "--scale", 30, "--y-axis", "down", "--window", 2, "--every", 2, "--model", "vicsek")
-    command("infer", "--trajectories", path, *options, "--config", settings, "--out", folder / "run")
+    signals = (
+        ("--signals", "speed,turn") if hasattr(tl.trajectories, "pooled_windows") else ()
+    )  # 0.1.0 has no such option
+    command("infer", "--trajectories", path, *options, *signals, "--config", settings, "--out", folder / "run")
     return outcome(tl.load_run(folder / "run"))
 
 

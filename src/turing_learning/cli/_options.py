@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from turing_learning.trajectories import Trajectories, Windows
 
 WINDOW_S = 4.0
-SIGNALS = ("speed", "turn")
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
 
@@ -119,7 +118,8 @@ class Recording(Tracks):
     window: Real | None = None
     """Length of the samples (s); by default 4, or that of the run."""
     signals: str | None = None
-    """What the classifiers see, separated by commas: speed, turn, neighbor_distance, neighbor_bearing."""
+    """What the classifiers see, with commas: speed, turn, neighbor_distance, neighbor_bearing. All by default; speed and turn of one
+    individual, or where the models take no notice of others."""
     tank: Annotated[list[str] | None, Parameter(negative="")] = None
     """Walls of the models' tank, as 40x30 (cm), or recorded for as far as positions reach; once, or for each recording."""
     hold_out_individuals: str | None = None
@@ -160,7 +160,7 @@ class Recording(Tracks):
             windows = pooled_windows(
                 motion,
                 **length,
-                signals=_listed(self.signals, "--signals", "names") or signals or SIGNALS,
+                signals=_listed(self.signals, "--signals", "names") or signals or _usual(chosen, motion),
                 smooth_frames=1 if self.smooth is None else self.smooth,
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
@@ -190,6 +190,14 @@ class Recording(Tracks):
 def titled(path: Path) -> str:
     """Return the name of a file with its folder, since trackers give all files one name."""
     return f"{path.absolute().parent.name}/{path.name}".lstrip("/")
+
+
+def _usual(family: "type[Family]", motion: "Sequence[Trajectories]") -> tuple[str, ...]:
+    """Return the signals that say most: those of neighbors, too, of groups whose models take notice of each other."""
+    from turing_learning.trajectories import SIGNALS
+
+    together = family.social and all(len(each.individuals) > 1 for each in motion)
+    return tuple(SIGNALS) if together else ("speed", "turn")
 
 
 def _listed(text: str | None, option: str, what: str) -> list[str]:

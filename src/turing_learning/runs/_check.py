@@ -320,7 +320,7 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
     index = getattr(genuine, "held_out_index", None)
     if index is None or not len(index):
         return None, "samples"
-    recordings = getattr(genuine, "held_out_recording", ())
+    recordings = np.asarray(getattr(genuine, "held_out_recording", ()))
     if len(np.unique(recordings)) >= LEAST_INDIVIDUALS:
         return recordings, "recordings"
     individuals = index[:, 0]

@@ -125,6 +125,26 @@ def test_several_recordings_make_one_run(call):
 
 
 @pytest.mark.parametrize(
+    ("model", "individuals", "signals"),
+    [
+        ("couzin", 3, ("speed", "turn", "neighbor_distance", "neighbor_bearing")),
+        ("vicsek", 3, ("speed", "turn", "neighbor_distance", "neighbor_bearing")),
+        ("couzin", 1, ("speed", "turn")),
+        ("burst-and-coast", 3, ("speed", "turn")),
+    ],
+)
+def test_signals_of_neighbors_are_the_default_where_models_have_them(tmp_path, model, individuals, signals):
+    from turing_learning.cli._options import Recording
+
+    write_group(tmp_path / "group" / "fish.csv", 1, individuals=individuals)
+    files = [tmp_path / "group" / "fish.csv"]
+    options = {"trajectories": files, "fps": 10.0, "scale": 1.0, "y_axis": "up", "model": model}
+    windows, family, _ = Recording(**options).opened()
+    assert windows.names == family.signals == signals
+    assert Recording(**options).opened(20, ("speed",))[0].names == ("speed",)
+
+
+@pytest.mark.parametrize(
     ("more", "message"),
     [
         (["--tank", "40"], "`--tank` must be width x height in cm, or recorded; got '40'. For example: --tank 40x30"),
