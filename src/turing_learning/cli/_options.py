@@ -118,8 +118,8 @@ class Recording(Tracks):
     window: Real | None = None
     """Length of the samples (s); by default 4, or that of the run."""
     signals: str | None = None
-    """What the classifiers see, with commas: speed, turn, neighbor_distance, neighbor_bearing. All by default; speed and turn of one
-    individual, or where the models take no notice of others."""
+    """What the classifiers see, with commas: speed, turn, neighbor_distance, neighbor_bearing. All by default; speed and turn of
+    one individual, or where the models take no notice of others."""
     tank: Annotated[list[str] | None, Parameter(negative="")] = None
     """Walls of the models' tank, as 40x30 (cm), or recorded for as far as positions reach; once, or for each recording."""
     hold_out_individuals: str | None = None
