@@ -1,5 +1,3 @@
-from ._claims import Claim as Claim
-from ._claims import load_claims as load_claims
 from ._least_squares import LeastSquares as LeastSquares
 from ._least_squares import check_statements as check_statements
 from ._least_squares import expected_squared_error as expected_squared_error
@@ -11,4 +9,6 @@ from ._reproduce import Standing as Standing
 from ._reproduce import default_folder as default_folder
 from ._reproduce import reproduce as reproduce
 from ._reproduce import standings as standings
+from ._verdicts import Claim as Claim
+from ._verdicts import load_claims as load_claims
 from ._work import Stopped as Stopped

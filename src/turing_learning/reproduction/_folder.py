@@ -2,20 +2,17 @@
 
 import csv
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from turing_learning._files import write_atomically, write_json
-from turing_learning.errors import require
+from turing_learning.errors import refuse, require
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
+from ._experiment import Experiment, Findings
 from ._verdicts import Verdict
 from ._work import PIECES
-
-if TYPE_CHECKING:
-    from ._experiment import Experiment, Findings
 
 FORMAT_VERSION = 1
 FULL, FAST = "full", "fast"
@@ -23,11 +20,11 @@ FULL, FAST = "full", "fast"
 
 @dataclass(frozen=True)
 class Shown:
-    """A table or figure that an experiment has left: its name, what it shows, the claim that it belongs to, and if it is inline."""
+    """A table or figure that an experiment has left."""
 
     name: str
     caption: str
-    claim: str = ""
+    claim: str = ""  # that it belongs to
     inline: bool = False
 
 
@@ -39,9 +36,9 @@ class Results:
     verdicts: tuple[Verdict, ...]
     tables: tuple[Shown, ...]
     pictures: tuple[Shown, ...]
+    remarks: tuple[str, ...]  # sentences in Markdown
     seconds: float  # of computing, of all pieces of work
-    provenance: dict[str, Any]  # versions, machine and time; the commits of the results, and of how many pieces of work
-    remarks: tuple[str, ...] = ()  # sentences in Markdown
+    provenance: dict[str, Any]  # versions, machine, time and commit of the results
 
     def verdict(self, claim: str) -> Verdict | None:
         """Return the verdict that counts for a claim."""
@@ -50,52 +47,40 @@ class Results:
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """Where an experiment keeps its files."""
+    """The files of an experiment.
+
+    ``pieces`` holds the pieces of work; it is large, and not to be committed. ``results.json`` holds the verdicts and what belongs
+    to them, and is written last.
+    """
 
     path: Path
-
-    @property
-    def pieces_path(self) -> Path:
-        """Pieces of work; large, and not to be committed."""
-        return self.path / "pieces"
-
-    @property
-    def results_path(self) -> Path:
-        """Verdicts and what belongs to them (JSON), written last."""
-        return self.path / "results.json"
 
     @property
     def readme_path(self) -> Path:
         """The page of the experiment."""
         return self.path / "README.md"
 
-    def begin(self, experiment: "Experiment", *, fast: bool) -> Store:
+    def begin(self, experiment: Experiment, *, fast: bool) -> Store:
         """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces."""
-        sizes = json.loads(json.dumps(asdict(experiment.fast if fast else experiment.full)))
-        content = {
-            "format_version": FORMAT_VERSION,
-            "experiment": experiment.id,
-            "form": FAST if fast else FULL,
-            "sizes": sizes,
-        }
-        held = self._read(self.path / "configuration.json")
+        form, sizes = (FAST, experiment.fast) if fast else (FULL, experiment.full)
+        content = {"format_version": FORMAT_VERSION, "experiment": experiment.id, "form": form}
+        content["sizes"] = json.loads(json.dumps(asdict(sizes)))
+        held = self._read("configuration.json")
         if held is None:
             self.path.mkdir(parents=True, exist_ok=True)
             write_json(self.path / "configuration.json", content)
             held = content
         for key in PIECES.identity:
-            if held.get(key) != content[key]:
-                raise RunFolderError(
-                    f"`out` must be a folder of the same {key}, {content[key]!r}; got {held.get(key)!r} [{self.path}]. "
-                    "Choose another folder with --out."
-                )
-        store = Store(self.pieces_path, PIECES)
+            require(held.get(key) == content[key], "out", f"be a folder of the same {key}, {content[key]!r}",
+                    repr(held.get(key)), "Choose another folder with --out.", place=str(self.path),
+                    error=RunFolderError)  # fmt: skip
+        store = Store(self.path / "pieces", PIECES)
         if not store.exists():
             store.create(content)
         return store
 
-    def write(self, findings: "Findings", *, fast: bool, seconds: float, commits: Mapping[str, int]) -> None:
-        """Write tables, figures, and the results, in this order; see `Work` for seconds and commits."""
+    def write(self, findings: Findings, *, fast: bool, seconds: float) -> None:
+        """Write tables, figures, and the results, in this order; the pieces of work took so many seconds."""
         from turing_learning.runs import new_manifest
 
         for name in ("tables", "figures"):
@@ -105,30 +90,22 @@ class ExperimentFolder:
         for picture in findings.pictures:
             picture.save(self.path / "figures")
         manifest = new_manifest("", 0)
-        provenance = {
-            "finished": manifest["started"],
-            "commit": manifest["commit"],
-            "machine": {key: manifest["machine"][key] for key in ("processor", "processors")},
-            "versions": manifest["versions"],
-            "commits": dict(sorted(commits.items())),
-        }
-        write_json(
-            self.results_path,
-            {
-                "format_version": FORMAT_VERSION,
-                "form": FAST if fast else FULL,
-                "verdicts": [asdict(verdict) for verdict in findings.verdicts],
-                "tables": [asdict(Shown(table.name, table.caption, inline=table.inline)) for table in findings.tables],
-                "pictures": [asdict(Shown(one.name, one.caption, one.title)) for one in findings.pictures],
-                "remarks": list(findings.remarks),
-                "seconds": round(seconds, 1),
-                "provenance": provenance,
-            },
+        machine = {key: manifest["machine"][key] for key in ("processor", "processors")}
+        results = Results(
+            form=FAST if fast else FULL,
+            verdicts=tuple(findings.verdicts),
+            tables=tuple(Shown(table.name, table.caption, inline=table.inline) for table in findings.tables),
+            pictures=tuple(Shown(one.name, one.caption, one.title) for one in findings.pictures),
+            remarks=tuple(findings.remarks),
+            seconds=round(seconds, 1),
+            provenance={key: manifest[key] for key in ("commit", "versions")}
+            | {"finished": manifest["started"], "machine": machine},
         )
+        write_json(self.path / "results.json", {"format_version": FORMAT_VERSION} | asdict(results))
 
     def results(self) -> Results | None:
         """Return what is there; None if the experiment has not been finished here."""
-        content = self._read(self.results_path)
+        content = self._read("results.json")
         if content is None:
             return None
         try:
@@ -137,15 +114,13 @@ class ExperimentFolder:
                 verdicts=tuple(Verdict(**one) for one in content["verdicts"]),
                 tables=tuple(Shown(**one) for one in content["tables"]),
                 pictures=tuple(Shown(**one) for one in content["pictures"]),
+                remarks=tuple(content.get("remarks", ())),
                 seconds=content["seconds"],
                 provenance=content["provenance"],
-                remarks=tuple(content.get("remarks", ())),
             )
         except (KeyError, TypeError) as error:
-            raise RunFolderError(
-                f"`{self.results_path.name}` must hold results; got something else, without {error} [{self.results_path}]. "
-                "Restore it, or give the command again."
-            ) from error
+            refuse("results.json", "hold results", f"something else, without {error}", "Restore it, or give the command again.",
+                   place=str(self.path / "results.json"), error=RunFolderError)  # fmt: skip
 
     def table(self, name: str) -> list[list[str]]:
         """Return the rows of a table, its headings first."""
@@ -155,18 +130,18 @@ class ExperimentFolder:
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""
         own = {LOCK, SEALS, PIECES.head}
-        return sum(path.name not in own and ".damaged" not in path.name for path in self.pieces_path.glob("[!.]*"))
+        return sum(path.name not in own and ".damaged" not in path.name for path in self.path.glob("pieces/[!.]*"))
 
-    def _read(self, path: Path) -> dict[str, Any] | None:
+    def _read(self, name: str) -> dict[str, Any] | None:
+        path = self.path / name
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             return None
         except (OSError, ValueError, RecursionError) as error:
-            raise RunFolderError(
-                f"`{path.name}` must be readable JSON; got {error} [{path}]. Restore it, or choose another folder."
-            ) from error
-        require(isinstance(content, dict), path.name, "hold an object", content, "Restore it, or choose another folder.",
+            refuse(name, "be readable JSON", str(error), "Restore it, or choose another folder.", place=str(path),
+                   error=RunFolderError)  # fmt: skip
+        require(isinstance(content, dict), name, "hold an object", content, "Restore it, or choose another folder.",
                 place=str(path), error=RunFolderError)  # fmt: skip
         refuse_format(content.get("format_version"), FORMAT_VERSION, path, "experiment")
         return content

@@ -16,8 +16,7 @@ from ._work import Work
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
 
-REPLICAS = {"replica-1": "orange", "replica-2": "purple"}
-"""Name and marker; as in the paper, agents wear blue."""
+REPLICAS = {"replica-1": "orange", "replica-2": "purple"}  # name and marker; as in the paper, agents wear blue
 AGENTS = 8
 KINDS = ("agents", "model")
 MARKER = "red"
@@ -81,6 +80,12 @@ class LaboratoryRuns:
     classifiers: np.ndarray  # (R, K, N, Q), of K generations
     classifier_fitness: np.ndarray  # (R, K, N), subjective
 
+    @classmethod
+    def stacked(cls, pieces: Mapping[str, Mapping[str, np.ndarray]]) -> "LaboratoryRuns":
+        """Return what pieces of work hold of one run each."""
+        names = cls.__dataclass_fields__
+        return cls(**{name: np.stack([piece[name] for piece in pieces.values()]) for name in names})
+
     @property
     def best(self) -> np.ndarray:
         """The models (R, P) of the last generation with the highest mean fitness in the post-evaluation."""
@@ -101,15 +106,13 @@ def laboratory_file(work: Work, preset: str) -> Path:
     folder = work.folder(f"laboratory-{preset}")
     folder.mkdir(parents=True, exist_ok=True)
     overhead_camera().save(folder / "camera.json", force=True)
-    lines = [f'preset = "{preset}"', "", "[camera]", 'calibration = "camera.json"', ""]
-    for k in range(1, AGENTS + 1):
-        lines += ["[[robots]]", f'name = "agent-{k}"', 'role = "agent"', 'marker = "blue"', ""]
+    robots = [f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)]
     for name, marker in REPLICAS.items():
-        lines += ["[[robots]]", f'name = "{name}"', 'role = "replica"', f'marker = "{marker}"']
-        lines += [f'address = "{name}"', ""]
-    lines += ["[evaluation]", f"repeats = {work.sizes.runs.repeats}", ""]
+        robots.append(f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n')
+    text = f'preset = "{preset}"\n\n[camera]\ncalibration = "camera.json"\n\n'
+    text += "\n".join(f"[[robots]]\n{robot}" for robot in robots)
     path = folder / "lab.toml"
-    path.write_text("\n".join(lines), encoding="utf-8")
+    path.write_text(f"{text}\n[evaluation]\nrepeats = {work.sizes.runs.repeats}\n", encoding="utf-8")
     return path
 
 
@@ -121,7 +124,7 @@ def emulated_runs(work: Work) -> LaboratoryRuns:
         f"emulated-seed{seed}": (path, work.folder(f"emulated-run-seed{seed}"), sizes.overrides(seed), sizes.kept)
         for seed in sizes.seeds
     }
-    return _stacked(work.all_arrays(_emulated, given))
+    return LaboratoryRuns.stacked(work.all_arrays(_emulated, given))
 
 
 def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
@@ -132,12 +135,7 @@ def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
         f"simulated-{preset}-seed{seed}": (path, sizes.overrides(seed), sizes.kept, sizes.repeats)
         for seed in sizes.seeds
     }
-    return _stacked(work.all_arrays(_simulated, given))
-
-
-def _stacked(pieces: Mapping[str, Mapping[str, np.ndarray]]) -> LaboratoryRuns:
-    names = LaboratoryRuns.__dataclass_fields__
-    return LaboratoryRuns(**{name: np.stack([piece[name] for piece in pieces.values()]) for name in names})
+    return LaboratoryRuns.stacked(work.all_arrays(_simulated, given))
 
 
 def _emulated(
@@ -181,9 +179,8 @@ def _simulated(
     from turing_learning.robots import load_laboratory
     from turing_learning.runs import simulate_laboratory
 
-    found: dict[str, list[np.ndarray]] = {
-        name: [] for name in ("models", "fitness", "classifiers", "classifier_fitness")
-    }
+    names = ("models", "fitness", "classifiers", "classifier_fitness")
+    found: dict[str, list[np.ndarray]] = {name: [] for name in names}
 
     def keep(progress: "Progress") -> None:
         generation = progress.generation

@@ -12,25 +12,18 @@ from turing_learning.evolution import EvolutionStrategy, Seed, generation_rng
 from turing_learning.purposes import LEAST_SQUARES_MODELS, LEAST_SQUARES_TRIALS
 from turing_learning.swarm import MixedSwarm, Scenario
 
-LATE = 0.3
-"""Share of the generations, the last ones, that `Inferred.typical` is about."""
+LATE = 0.3  # share of the generations, the last ones, that `Inferred.typical` is about
 CLOSE = 1e-6  # agreement of a minimum that was searched for with the one that the theorem states
 
 
 @dataclass(frozen=True, eq=False)
 class Inferred:
-    """What least squares has inferred.
+    """What least squares has inferred."""
 
-    Attributes
-    ----------
-    best : (P,)
-        The model of the last generation with the smallest error: the paper's rule. A model has one trial in a generation.
-    typical : (P,)
-        The median, over the last three tenths of the generations, of the median of all models.
-    """
-
-    best: np.ndarray
-    typical: np.ndarray
+    best: (
+        np.ndarray
+    )  # (P,), of the last generation, with the smallest error: the paper's rule; a model has one trial in it
+    typical: np.ndarray  # (P,), the median over the last three tenths of the generations of the median of all models
 
 
 @dataclass(frozen=True)
@@ -110,11 +103,6 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
     (M,)
         Summed over agents, time steps and signals.
 
-    Raises
-    ------
-    RefusedError
-        If there is not the same number of genuine samples for each model, or the scale does not fit.
-
     Source
     ------
     Paper, section 4.5, its metric-based method.
@@ -148,11 +136,6 @@ def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.
     (n,)
         The model's output in each state; for a state that never occurs the expected value over all time steps.
 
-    Raises
-    ------
-    RefusedError
-        If the shapes do not fit, or the rows are no probabilities.
-
     Source
     ------
     Paper, section 4.5, theorem 1 and corollaries 2 and 3; the third for any number of states.
@@ -184,11 +167,6 @@ def expected_squared_error(
     float
         Summed over time steps and over the n times n cases of each.
 
-    Raises
-    ------
-    RefusedError
-        If the shapes do not fit, or the rows are no probabilities.
-
     Source
     ------
     Paper, section 4.5, the expected error in the proof of theorem 1.
@@ -208,24 +186,12 @@ def _checked(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) ->
 
 @dataclass(frozen=True)
 class Check:
-    """How a statement fares in random cases.
+    """How a statement fares in random cases."""
 
-    Attributes
-    ----------
-    statement
-        Which, in the paper's numbering.
-    cases
-        Number of cases.
-    difference
-        Largest distance of a minimum that was searched for from the one that is stated.
-    distance
-        Smallest distance of that minimum from the agent's outputs.
-    """
-
-    statement: str
+    statement: str  # in the paper's numbering
     cases: int
-    difference: float
-    distance: float
+    difference: float  # largest distance of a minimum that was searched for from the one that is stated
+    distance: float  # smallest distance of that minimum from the agent's outputs
 
     @property
     def holds(self) -> bool:
@@ -247,32 +213,30 @@ def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
     ------
     Paper, section 4.5.
     """
-    integer("cases", cases, 1)
-    rng = np.random.default_rng(seed)
-    return (
-        _check("theorem 1 and corollary 1: two states", cases, rng, states=2, steps=1),
-        _check("corollary 2: three to six states", cases, rng, states=None, steps=1),
-        _check("corollary 3: two states, ten time steps", cases, rng, states=2, steps=10),
-    )
-
-
-def _check(statement: str, cases: int, rng: np.random.Generator, *, states: int | None, steps: int) -> Check:
     from scipy.optimize import minimize
 
-    differences, distances = [], []
-    for _ in range(cases):
-        count = states or int(rng.integers(3, 7))
-        chances = rng.dirichlet(np.full(count, 5.0), steps)
-        outputs = rng.uniform(-1, 1, count)
-        # from a random start, knowing nothing of the statements
-        start = rng.uniform(-3, 3, count)
-        found = minimize(expected_squared_error, start, (chances, outputs), tol=1e-12, method="Powell").x
-        if steps == 1:  # E{Y}
-            stated = np.full(count, chances[0] @ outputs)
-        else:  # the paper's equation for x_1 and x_2
-            sums = chances.sum(axis=0)
-            own, other = np.square(chances).sum(axis=0) / sums, (chances * (1 - chances)).sum(axis=0) / sums
-            stated = own * outputs + other * outputs[::-1]
-        differences.append(np.abs(found - stated).max())
-        distances.append(np.abs(found - outputs).max())
-    return Check(statement, cases, float(max(differences)), float(min(distances)))
+    integer("cases", cases, 1)
+    rng, checks = np.random.default_rng(seed), []
+    for statement, states, steps in (
+        ("theorem 1 and corollary 1: two states", 2, 1),
+        ("corollary 2: three to six states", None, 1),
+        ("corollary 3: two states, ten time steps", 2, 10),
+    ):
+        differences, distances = [], []
+        for _ in range(cases):
+            count = states or int(rng.integers(3, 7))
+            chances = rng.dirichlet(np.full(count, 5.0), steps)
+            outputs = rng.uniform(-1, 1, count)
+            # from a random start, knowing nothing of the statements
+            start = rng.uniform(-3, 3, count)
+            found = minimize(expected_squared_error, start, (chances, outputs), tol=1e-12, method="Powell").x
+            if steps == 1:  # E{Y}
+                stated = np.full(count, chances[0] @ outputs)
+            else:  # the paper's equation for x_1 and x_2
+                sums = chances.sum(axis=0)
+                own, other = np.square(chances).sum(axis=0) / sums, (chances * (1 - chances)).sum(axis=0) / sums
+                stated = own * outputs + other * outputs[::-1]
+            differences.append(np.abs(found - stated).max())
+            distances.append(np.abs(found - outputs).max())
+        checks.append(Check(statement, cases, float(max(differences)), float(min(distances))))
+    return tuple(checks)

@@ -3,7 +3,7 @@
 import logging
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 from types import ModuleType
@@ -14,24 +14,15 @@ import numpy as np
 from turing_learning.errors import integer, optional, require
 from turing_learning.swarm import MixedSwarm, Scenario
 
-LARGEST = 1.5
-"""Wheel speeds of models lie between minus this and this: behind the largest of the agents, so that no truth is on the border."""
-LEVELS = 20
-"""Parts into which the cycles are cut, in the order of their turn rates."""
-LAGS = (1, 10)
-"""Lags of the autocorrelations (cycles)."""
-CYCLES = 50_000
-"""Most cycles that the mixture is fitted to: the estimate hardly changes with more."""
-SPARE = 1
-"""Components of the mixture beyond the sensor states, for collisions."""
-DRAWS = 2000
-"""From a neural posterior."""
-OUTSIDE = 1e-3
-"""Mass of the posterior that a later round does not search."""
-AROUND = 10_000
-"""Draws of the posterior that tell where this is."""
-MARGIN = 0.2
-"""Of the box around these draws, on each side, as a share of its length."""
+LARGEST = 1.5  # wheel speeds of models lie between minus this and this: behind the agents' largest, so no truth is on the border
+LEVELS = 20  # parts into which the cycles are cut, in the order of their turn rates
+LAGS = (1, 10)  # of the autocorrelations (cycles)
+CYCLES = 50_000  # most cycles that the mixture is fitted to: the estimate hardly changes with more
+SPARE = 1  # components of the mixture beyond the sensor states, for collisions
+DRAWS = 2000  # from a neural posterior
+OUTSIDE = 1e-3  # mass of the posterior that a later round does not search
+AROUND = 10_000  # draws of the posterior that tell where this is
+MARGIN = 0.2  # of the box around these draws, on each side, as a share of its length
 
 Stop = Callable[[], bool]
 
@@ -155,13 +146,9 @@ def infer_by_abc_smc(
 
     with _quiet_pyabc(seed):
         prior = pyabc.Distribution(**{name: pyabc.RV("uniform", -LARGEST, 2 * LARGEST) for name in names})
-        method = pyabc.ABCSMC(
-            simulate,
-            prior,
-            pyabc.AdaptivePNormDistance(p=1),
-            population_size=round(2 * evaluations**0.5),
-            sampler=pyabc.sampler.SingleCoreSampler(),
-        )
+        distance, sampler = pyabc.AdaptivePNormDistance(p=1), pyabc.sampler.SingleCoreSampler()
+        size = round(2 * evaluations**0.5)
+        method = pyabc.ABCSMC(simulate, prior, distance, population_size=size, sampler=sampler)
         history = method.new("sqlite://", {"summaries": observed})
         try:
             method.run()
@@ -179,13 +166,11 @@ def _quiet_pyabc(seed: int) -> Iterator[None]:
     level, state = logger.level, np.random.get_state()  # noqa: NPY002
     logger.setLevel(logging.ERROR)
     np.random.seed(seed)  # noqa: NPY002
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            yield
-    finally:
-        np.random.set_state(state)  # noqa: NPY002
-        logger.setLevel(level)
+    with warnings.catch_warnings(), ExitStack() as after:
+        after.callback(logger.setLevel, level)
+        after.callback(np.random.set_state, state)
+        warnings.simplefilter("ignore")
+        yield
 
 
 def infer_by_npe(
@@ -247,20 +232,15 @@ def _truncated(utils: Any, posterior: Any) -> Any:
 @contextmanager
 def _quiet_sbi(torch: Any, seed: int) -> Iterator[None]:
     """Hold back what sbi says, take one thread, and seed torch's global random numbers; leave all as it was."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        with (
-            torch.random.fork_rng(devices=[]),
-            warnings.catch_warnings(),
-            redirect_stdout(StringIO()),
-            redirect_stderr(StringIO()),
-        ):
-            warnings.simplefilter("ignore")
-            torch.manual_seed(seed)
-            yield
-    finally:
-        torch.set_num_threads(threads)
+    silence = warnings.catch_warnings(), redirect_stdout(StringIO()), redirect_stderr(StringIO())
+    with ExitStack() as after:
+        for context in (torch.random.fork_rng(devices=[]), *silence):
+            after.enter_context(context)
+        after.callback(torch.set_num_threads, torch.get_num_threads())
+        torch.set_num_threads(1)
+        warnings.simplefilter("ignore")
+        torch.manual_seed(seed)
+        yield
 
 
 class _NoTracker:

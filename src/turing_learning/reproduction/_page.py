@@ -10,36 +10,21 @@ from pathlib import Path
 from turing_learning._files import in_home
 from turing_learning.runs import refuse_target, write_atomically
 
-from ._claims import Claim, load_claims, prose
 from ._experiment import Experiment
 from ._folder import FULL, ExperimentFolder, Results, Shown
-from ._verdicts import RULES
+from ._verdicts import RULES, Claim, load_claims, prose
 from .experiments import EXPERIMENTS
 
 NOT_RUN = "not run yet"
 NO_EXPERIMENT = "no experiment yet"
-MADE = "This page is made from the folders of the experiments:"
-"""By which the page of all claims is known."""
+MADE = "This page is made from the folders of the experiments:"  # by which the page of all claims is known
 HEAD = 2048  # bytes of a page, within which it says so
-SECTIONS = ("3.2", "4.", "5-")
-"""Sections of the paper whose claims the page of all claims holds."""
+SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
 VARIANTS = {
     "estimate": "with the `estimate` in place of the paper's best model",
     "preset paper": "with the preset `paper`, which keeps to the text",
     "preset paper, estimate": "with both",
-}
-"""Variants of a verdict -> what they are about."""
-
-_INTRODUCTION = (
-    "    turing-learning reproduce                  # lists the experiments, their cost and state",
-    "    turing-learning reproduce 4.5              # runs one, or resumes it; --fast for a small form in seconds",
-    "    turing-learning reproduce all              # all of them; ends with the table of verdicts",
-    "    turing-learning reproduce --page docs/reproduction.md",
-    "",
-    "The page of each experiment says what was done differently, when a claim agrees, and what stands beside the verdict; it has "
-    "all tables and figures. Section 5 is about physical robots: its laboratory is emulated here, and the verdicts are about "
-    "the emulation.",
-)
+}  # variants of a verdict -> what they are about
 
 
 def write_readme(experiment: Experiment, folder: ExperimentFolder) -> Path:
@@ -58,10 +43,8 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     elif results.form == FULL:
         state = _provenance(results)
     else:
-        command, state = (
-            f"{command} --fast",
-            "**The fast form: it shows that the experiment works, and proves nothing.**",
-        )
+        command += " --fast"
+        state = "**The fast form: it shows that the experiment works, and proves nothing.**"
     printed = [f"{claims[claim].where}: {_printed(claims[claim])}" for claim in experiment.claims]
     lines = [f"# {experiment.id} {experiment.title}", "", command, "", state, ""]
     lines += _list_under("What the paper prints", printed)
@@ -88,7 +71,7 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
 
 
 def page(experiments: str | Path, link: str = "../experiments") -> str:
-    """Return the page of all claims of sections 3.2, 4 and 5, from the folders of the experiments.
+    """Return the page of all claims of sections 3.2, 4 and 5 (Markdown), from the folders of the experiments.
 
     Only full-size results count; fast forms are as if they had not been run.
 
@@ -98,11 +81,6 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
         The folder that holds a folder for each experiment.
     link
         The same folder as the page sees it.
-
-    Returns
-    -------
-    str
-        Markdown.
     """
     claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
     found: dict[str, Results | None] = {}
@@ -111,17 +89,8 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
         found[one.id] = results if results is not None and results.form == FULL else None
     rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
     rows += [_claim_cells(claim, found, link) for claim in claims.values()]
-    lines = [
-        "# Reproduction",
-        "",
-        *_score(claims, found, link),
-        *_INTRODUCTION,
-        "",
-        "## All claims",
-        "",
-        *_table(rows),
-        "",
-    ]
+    lines = ["# Reproduction", "", *_score(claims, found, link), prose()["introduction"]]
+    lines += ["## All claims", "", *_table(rows), ""]
     for experiment in EXPERIMENTS.values():
         results = found[experiment.id]
         lines += [f"## {experiment.id} {experiment.title}", ""]
@@ -214,16 +183,16 @@ def _claim_cells(claim: Claim, found: Mapping[str, Results | None], link: str) -
 
 
 def _provenance(results: Results) -> str:
-    """Say when and where an experiment ran, and which commits computed how many pieces of work, and wrote the tables."""
+    """Say when and where an experiment ran, and which commit wrote the tables."""
 
     def digits(commit: str, none: str) -> str:
         return commit[:10] + ("-dirty" if commit.endswith("-dirty") else "") or none
 
     found, machine = results.provenance, results.provenance["machine"]
-    counts = found.get("commits", {})
-    computed = ", ".join(f"{digits(commit, 'not recorded')} ({count})" for commit, count in counts.items())
     commits = f"tables of commit {digits(found['commit'] or '', 'unknown')}"
-    commits += f", runs and other pieces of work of commits {computed}" if computed else ""
+    if counts := found.get("commits"):  # of results that were stored when pieces of work were counted by commit
+        computed = ", ".join(f"{digits(commit, 'not recorded')} ({count})" for commit, count in counts.items())
+        commits += f", runs and other pieces of work of commits {computed}"
     return (
         f"Run at full size: {found['finished'][:10]}, {commits}, version "
         f"{found['versions']['turing-learning']}, {machine['processors']} processors of {machine['processor']}; "
@@ -255,9 +224,8 @@ def _table(rows: Sequence[Iterable[str]]) -> list[str]:
 
 
 def _pictures(pictures: Iterable[Shown], folder: str) -> list[str]:
-    return [
-        line for one in pictures for line in (f"![{one.name}]({folder}/{one.name}.svg)", "", f"*{one.caption}*", "")
-    ]
+    texts = [(f"![{one.name}]({folder}/{one.name}.svg)", "", f"*{one.caption}*", "") for one in pictures]
+    return [line for text in texts for line in text]
 
 
 def _short(cell: str) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import require
+from turing_learning.errors import refuse, require
 from turing_learning.store import storage, writable
 
 from ._experiment import Experiment
@@ -20,21 +20,17 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Standing:
-    """How an experiment stands in a folder.
-
-    Attributes
-    ----------
-    experiment
-        Which.
-    results
-        What it has left; None until it is finished.
-    pieces
-        Pieces of work that have been begun.
-    """
+    """How an experiment stands in a folder."""
 
     experiment: Experiment
-    results: Results | None
-    pieces: int
+    results: Results | None  # what it has left; None until it is finished
+    pieces: int  # of work that have been begun
+
+    @classmethod
+    def of(cls, experiment: Experiment, path: Path) -> "Standing":
+        """Return how an experiment stands in a folder of experiments."""
+        folder = ExperimentFolder(path / experiment.id)
+        return cls(experiment, folder.results(), folder.pieces())
 
     @property
     def state(self) -> str:
@@ -63,30 +59,15 @@ def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Sta
         The folder that holds a folder for each experiment; see `default_folder`.
     fast
         Which default folder.
-
-    Raises
-    ------
-    RunFolderError
-        If something there cannot be read.
     """
     path = default_folder(fast=fast) if out is None else in_home(out)
-    return tuple(_standing(experiment, path) for experiment in EXPERIMENTS.values())
-
-
-def _standing(experiment: Experiment, path: Path) -> Standing:
-    folder = ExperimentFolder(path / experiment.id)
-    return Standing(experiment, folder.results(), folder.pieces())
+    return tuple(Standing.of(experiment, path) for experiment in EXPERIMENTS.values())
 
 
 def reproduce(
-    experiment: str = ALL,
-    *,
-    fast: bool = False,
-    out: str | Path | None = None,
-    workers: int | None = None,
-    should_stop: Callable[[], bool] | None = None,
-    say: Say | None = None,
-) -> tuple[Standing, ...]:
+    experiment: str = ALL, *, fast: bool = False, out: str | Path | None = None, workers: int | None = None,
+    should_stop: Callable[[], bool] | None = None, say: Say | None = None,
+) -> tuple[Standing, ...]:  # fmt: skip
     """Conduct an experiment, or all, and leave tables, figures, results and a page in a folder for each.
 
     What has been done before is not done again: a call that was stopped or killed is resumed by the same call.
@@ -105,10 +86,6 @@ def reproduce(
         Asked again and again; once it returns True, the present piece of work is given up.
     say
         Gets a line when a piece of work has been done.
-
-    Returns
-    -------
-    tuple of Standing
 
     Raises
     ------
@@ -134,9 +111,9 @@ def reproduce(
             with store.locked():
                 sizes = one.fast if fast else one.full
                 work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
-                folder.write(one.conduct(work), fast=fast, seconds=work.seconds, commits=work.commits)
+                folder.write(one.conduct(work), fast=fast, seconds=work.seconds)
                 write_readme(one, folder)
-    return tuple(_standing(one, path) for one in chosen)
+    return tuple(Standing.of(one, path) for one in chosen)
 
 
 def possible(name: str, say: Say | None = None) -> list[Experiment]:
@@ -145,13 +122,12 @@ def possible(name: str, say: Say | None = None) -> list[Experiment]:
     require(name in known, "experiment", f"be one of {', '.join(known)}", repr(name), error=ConfigurationError)
     chosen = []
     for one in EXPERIMENTS.values() if name == ALL else [EXPERIMENTS[name]]:
-        need = f"{', '.join(one.missing)}. Run: pip install 'turing-learning[{one.extra}]'"
+        need, command = ", ".join(one.missing), f"Run: pip install 'turing-learning[{one.extra}]'"
         if not one.missing:
             chosen.append(one)
         elif name != ALL:
-            raise ConfigurationError(
-                f"`experiment` must be one whose packages are installed; got {one.id}, which needs {need}"
-            )
+            got = f"{one.id}, which needs {need}"
+            refuse("experiment", "be one whose packages are installed", got, command, error=ConfigurationError)
         elif say is not None:
-            say(f"{one.id}: left out, it needs {need}")
+            say(f"{one.id}: left out, it needs {need}. {command}")
     return chosen

@@ -1,53 +1,78 @@
-"""When what came out agrees with what the paper prints: one rule per kind of claim.
-
-docs/decisions/0027 lists the rules that were changed when results were known.
-"""
+"""What the paper prints, claim by claim, and how it fares: when is a claim held to agree with what came out?"""
 
 import math
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from turing_learning.errors import choice
 
-from ._claims import load_claims, prose
-
 PAPER_RUNS = 30
-ROUNDING = 0.005
-"""Half a unit of the last digit of the paper's absolute errors."""
+ROUNDING = 0.005  # half a unit of the last digit of the paper's absolute errors
 
-RULES: Mapping[str, str] = prose()["rules"]
-"""Kind of claim -> when it agrees."""
+
+@dataclass(frozen=True)
+class Claim:
+    """One number or picture of the paper."""
+
+    id: str  # section and name, for example "4.3-aggregation-ae"
+    where: str  # section, figure and conditions
+    kind: str  # "value" for printed numbers, "figure" for a picture without
+    seen: str  # what is to be seen, of a figure
+    values: Mapping[str, Any]  # the printed numbers by name
+    note: str  # what else is to be known
+
+    @property
+    def section(self) -> str:
+        """Section of the paper."""
+        return self.id.partition("-")[0]
+
+
+@cache
+def load_claims() -> Mapping[str, Claim]:
+    """Return id -> claim, in the order of the paper.
+
+    Source
+    ------
+    Paper, sections 3.2, 4 and 5.
+    """
+    claims = {}
+    for entry in _data("claims.toml")["claim"]:
+        words = {key: entry.pop(key, "") for key in ("id", "where", "seen", "note")}
+        claims[words["id"]] = Claim(**words, kind=entry.pop("kind", "value"), values=MappingProxyType(entry))
+    return MappingProxyType(claims)
+
+
+@cache
+def prose() -> dict[str, Any]:
+    """Return what experiments.toml holds: what the experiments are about, their captions, and when claims agree."""
+    return _data("experiments.toml")
+
+
+def _data(name: str) -> dict[str, Any]:
+    return tomllib.loads((files(__package__) / name).read_text(encoding="utf-8"))
+
+
+RULES: Mapping[str, str] = prose()["rules"]  # kind of claim -> when it agrees
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How a claim fares.
+    """How a claim fares."""
 
-    Attributes
-    ----------
-    claim
-        Its id.
-    agrees
-        Whether what came out agrees with it.
-    printed, observed
-        What the paper prints, and what came out, in few words.
-    rule
-        Key of `RULES`.
-    variant
-        What the verdict is about: "" for the one that counts, otherwise what stands beside it, for example "preset paper".
-    reason
-        Why it differs, where that is known.
-    """
-
-    claim: str
+    claim: str  # its id
     agrees: bool
-    printed: str
-    observed: str
-    rule: str
-    variant: str = ""
-    reason: str = ""
+    printed: str  # what the paper prints, in few words
+    observed: str  # what came out
+    rule: str  # key of `RULES`
+    variant: str = ""  # "" for the verdict that counts, otherwise what stands beside it, for example "preset paper"
+    reason: str = ""  # why it differs, where that is known
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "agrees", bool(self.agrees))  # a comparison of NumPy's cannot be stored
@@ -116,18 +141,14 @@ def shares_not_worse(own: float, own_runs: int, printed: float, printed_runs: in
 
 def within_spread(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
     """Apply the rule "errors of the baseline"."""
-    return all(
-        abs(own.mean - theirs.mean) <= theirs.standard_deviation + ROUNDING
-        for own, theirs in zip(observed, printed, strict=True)
-    )
+    pairs = zip(observed, printed, strict=True)
+    return all(abs(own.mean - theirs.mean) <= theirs.standard_deviation + ROUNDING for own, theirs in pairs)
 
 
 def listed(names: Sequence[str], spreads: Sequence[Spread], digits: int = 3) -> str:
     """Return names with means and standard deviations in parentheses."""
-    return ", ".join(
-        f"{name} {one.mean:.{digits}f} ({one.standard_deviation:.{digits}f})"
-        for name, one in zip(names, spreads, strict=True)
-    )
+    pairs = zip(names, spreads, strict=True)
+    return ", ".join(f"{name} {one.mean:.{digits}f} ({one.standard_deviation:.{digits}f})" for name, one in pairs)
 
 
 def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> str:

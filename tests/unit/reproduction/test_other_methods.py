@@ -58,7 +58,6 @@ def folder(tmp_path):
         Findings([], [table], [Picture("one", "", "A picture", Figure())], ["Who wins."]),
         fast=False,
         seconds=1,
-        commits={},
     )
     return folder
 

@@ -74,22 +74,13 @@ def test_the_time_of_a_piece_counts_also_when_it_was_done_earlier(tmp_path):
 
 
 def test_a_piece_that_is_asked_for_again_counts_once(tmp_path):
-    (tmp_path / "one.json").write_text('{"seconds": 12.5, "commit": "abc", "found": {}}')
+    (tmp_path / "one.json").write_text(
+        '{"seconds": 12.5, "commit": "abc", "found": {}}'
+    )  # pieces of 0.1.0 have a commit
     work = Work(tmp_path, None)
     for _ in range(2):
         work.piece("one", dict)
-    assert (work.seconds, work.commits) == (12.5, {"abc": 1})
-
-
-def test_every_piece_says_which_commit_computed_it(tmp_path):
-    (tmp_path / "old.json").write_text('{"seconds": 1.0, "found": {}}')
-    work = Work(tmp_path, None)
-    for read in (work, Work(tmp_path, None)):
-        read.piece("old", dict)
-        read.piece("new", dict)
-        read.arrays("newest", dict)
-        commit = json.loads((tmp_path / "new.json").read_text())["commit"]
-        assert read.commits == ({"": 3} if commit == "" else {"": 1, commit: 2})
+    assert work.seconds == 12.5
 
 
 def test_nothing_is_begun_after_a_stop_was_asked_for(tmp_path):

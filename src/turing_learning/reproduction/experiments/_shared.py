@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from turing_learning.analysis import Comparison, compare
 from turing_learning.swarm import Scenario
 
 from .._experiment import stacked
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
     from turing_learning.studies import StudyResult
     from turing_learning.swarm import Simulation
 
-PRESETS = ("default", "paper")
-"""The first one decides; the other stands beside it."""
+PRESETS = ("default", "paper")  # the first one decides; the other stands beside it
 KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 """What a run infers, and its errors in the result of the run; the first one is the paper's rule, and decides."""
 
@@ -28,21 +28,34 @@ def variant_of(preset: str, kind: str = "best_model") -> str:
     return ", ".join([*parts, *([] if kind == "best_model" else [kind])])
 
 
+def small(population: int, every: int) -> dict[str, Any]:
+    """Return settings of a fast form: few models and classifiers, checkpoints every so many generations."""
+    return {"models.population": population, "classifiers.population": population, "run.checkpoint_every": every}
+
+
+@dataclass(frozen=True)
+class RunSizes:
+    """How many runs of how many generations."""
+
+    runs: int = 30
+    generations: int = 1000
+    first_seed: int = 2001
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the runs."""
+        return tuple(range(self.first_seed, self.first_seed + self.runs))
+
+
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """What the runs of a study with one preset have inferred.
-
-    Attributes
-    ----------
-    models, errors : kind -> (R, P)
-        Models of R runs, by the kinds of `KINDS`, and their absolute errors.
-    """
+    """What R runs of a study with one preset have inferred."""
 
     preset: str
     names: tuple[str, ...]
     seeds: tuple[int, ...]
-    models: dict[str, np.ndarray]
-    errors: dict[str, np.ndarray]
+    models: dict[str, np.ndarray]  # kind -> (R, P), by the kinds of `KINDS`
+    errors: dict[str, np.ndarray]  # kind -> (R, P), their absolute errors
 
     @classmethod
     def of(cls, result: "StudyResult", preset: str, names: tuple[str, ...]) -> "Runs":
@@ -60,19 +73,22 @@ class Runs:
 
     def models_frame(self) -> pd.DataFrame:
         """Return what every run has inferred: model, seed, parameters."""
-        frames = {kind: pd.DataFrame(self.models[kind], columns=self.names) for kind in KINDS}
-        for frame in frames.values():
-            frame.insert(0, "seed", self.seeds)
-        return stacked(frames, "model")
+        return stacked({kind: seeded(self.seeds, self.models[kind], self.names) for kind in KINDS}, "model")
 
-    def errors_frame(self) -> pd.DataFrame:
-        """Return statistics of the errors: model, parameter, runs, mean, standard deviation, median."""
-        return stacked({kind: errors_frame(self.errors[kind], self.names) for kind in KINDS}, "model")
+    def errors_frame(self, claim: str = "") -> pd.DataFrame:
+        """Return statistics of the errors: model, parameter, runs, mean, standard deviation, median; beside what a claim prints."""
+        frame = stacked({kind: errors_frame(self.errors[kind], self.names) for kind in KINDS}, "model")
+        return beside_the_paper(frame, claim) if claim else frame
 
 
 def values_of(result: "StudyResult", name: str) -> np.ndarray:
     """Return what each run of a study has under a name, parameter by parameter (R, P)."""
     return np.array([list(run.result[name].values()) for run in result.runs if run.result is not None])
+
+
+def seeded(seeds: Sequence[int], models: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
+    """Return models (R, P) with the seeds of their runs."""
+    return pd.DataFrame({"seed": seeds}).join(pd.DataFrame(models, columns=list(names)))
 
 
 def errors_frame(errors: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
@@ -82,14 +98,19 @@ def errors_frame(errors: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
 
 
 def beside_the_paper(frame: pd.DataFrame, claim: str) -> pd.DataFrame:
-    """Return statistics of errors with what a claim prints of the best model of a run."""
-    printed = spreads_frame(printed_spreads(claim), "paper_mean", "paper_standard_deviation")
-    return frame.join(printed)  # the best model comes first, and nothing is printed of others
+    """Return statistics of errors with what a claim prints of the best model of a run; it comes first."""
+    return frame.join(spreads_frame(printed_spreads(claim), "paper_mean", "paper_standard_deviation"))
 
 
 def spreads_frame(spreads: Sequence[Spread], mean: str = "mean", deviation: str = "standard_deviation") -> pd.DataFrame:
     """Return means and standard deviations as columns of these names."""
     return pd.DataFrame([(one.mean, one.standard_deviation) for one in spreads], columns=[mean, deviation])
+
+
+def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
+    """Test each of P columns of values (R, P) against the same column of others (R, P)."""
+    tests = [compare(genuine[:, k], [others[:, k]]) for k in range(genuine.shape[1])]
+    return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
 
 
 @dataclass(frozen=True)

@@ -13,15 +13,13 @@ from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import prediction_figure
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, Table, stacked
 from .._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
 from .._verdicts import Verdict, listed, printed_spreads, spreads_of, within_spread
 from .._work import Work
-from ._shared import ShareSizes, sensor_shares, spreads_frame
+from ._shared import ShareSizes, seeded, sensor_shares, spreads_frame
 
-AGGREGATION_CLAIM = "4.5-least-squares-aggregation"
-CLUSTERING_CLAIM = "4.5-least-squares-clustering"
-THEOREM_CLAIM = "4.5-theorem"
+ID, CAPTIONS = "4.5", Captions("4.5")
 TYPICAL = "typical model of the last generations"
 SCATTER = (
     "a model is scored by one trial, in which the rarer readings hardly occur, so that the best of a generation may have any "
@@ -66,19 +64,25 @@ class _Outcome:
 
 def conduct(work: Work) -> Findings:
     """Run least squares in both case studies, compute what the theorem predicts, and check its statements."""
-    aggregation = _outcome(work, AGGREGATION, AGGREGATION_CLAIM)
-    clustering = _outcome(work, OBJECT_CLUSTERING, CLUSTERING_CLAIM)
+    outcomes = aggregation, clustering = (
+        _outcome(work, AGGREGATION, "4.5-least-squares-aggregation"),
+        _outcome(work, OBJECT_CLUSTERING, "4.5-least-squares-clustering"),
+    )
     cases = work.sizes.cases
     found = work.piece("theorem", lambda: {"checks": [asdict(check) for check in check_statements(cases)]})
-    checks, outcomes = [Check(**check) for check in found["checks"]], (aggregation, clustering)
+    checks = [Check(**check) for check in found["checks"]]
+    texts = (f"{one.statement}: {one.cases} cases, largest difference {one.difference:.0e}" for one in checks)
+    stated = (
+        "the optimum of the squared error is E{Y} in every state, or the weighted mean of corollary 3; never the agent"
+    )
     return Findings(
         [
             _errors_verdict(aggregation),
             _picture_verdict(clustering, clustering.models),
             _picture_verdict(clustering, clustering.typical, TYPICAL),
-            _theorem_verdict(checks),
+            Verdict("4.5-theorem", all(check.holds for check in checks), stated, "; ".join(texts), "theorem"),
         ],
-        [*map(_models_table, outcomes), _predictions_table(outcomes), _checks_table(checks)],
+        _tables(outcomes, checks),
         [picture for outcome in outcomes for picture in _pictures(outcome)],
     )
 
@@ -92,12 +96,11 @@ def _outcome(work: Work, scenario: Scenario, claim: str) -> _Outcome:
         found = method.infer(seed, work.should_stop)
         return None if found is None else {"best": found.best.tolist(), "typical": found.typical.tolist()}
 
-    found = [work.piece(f"{scenario.name}-{seed}", partial(inferred, seed)) for seed in seeds]
-    models, typical = (np.array([one[name] for one in found]) for name in ("best", "typical"))
-
     def measured() -> dict[str, Any]:
         return {"shares": sensor_shares(scenario, sizes.shares).mean(axis=0).tolist()}
 
+    found = [work.piece(f"{scenario.name}-{seed}", partial(inferred, seed)) for seed in seeds]
+    models, typical = (np.array([one[name] for one in found]) for name in ("best", "typical"))
     # the weighted means of theorem 1, and those of corollary 3, for shares that change during a trial
     shares = np.array(work.piece(f"shares-{scenario.name}", measured)["shares"])
     wheels = np.array(scenario.controller).reshape(-1, 2).T
@@ -106,9 +109,6 @@ def _outcome(work: Work, scenario: Scenario, claim: str) -> _Outcome:
         for chances in (shares.mean(axis=0, keepdims=True), shares)
     )
     return _Outcome(scenario, claim, seeds, models, typical, weighted, corrected)
-
-
-# Verdicts.
 
 
 def _errors_verdict(outcome: _Outcome) -> Verdict:
@@ -127,97 +127,53 @@ def _errors_verdict(outcome: _Outcome) -> Verdict:
 
 def _picture_verdict(outcome: _Outcome, models: np.ndarray, variant: str = "") -> Verdict:
     low, middle, high = np.quantile(models, (0.25, 0.5, 0.75), axis=0)
-    nearer = [np.abs(end - outcome.weighted) < np.abs(end - outcome.truth) for end in (low, high)]
+    agrees = all((abs(end - outcome.weighted) < abs(end - outcome.truth)).all() for end in (low, high))
     texts = (
         f"{name} {median:.2f} ({first:.2f} to {third:.2f}; weighted mean {mean:.2f}, truth {true:g})"
         for name, median, first, third, mean, true in zip(
             outcome.names, middle, low, high, outcome.weighted, outcome.truth, strict=True
         )
     )
-    agrees = bool(np.all(nearer))
-    return Verdict(
-        outcome.claim,
-        agrees,
-        "both parameters of a wheel near their weighted mean over the sensor states, far from the truth",
-        f"medians and quartiles: {', '.join(texts)}",
-        "baseline's picture",
-        variant,
-        "" if agrees else SCATTER,
-    )
+    printed = "both parameters of a wheel near their weighted mean over the sensor states, far from the truth"
+    observed, reason = f"medians and quartiles: {', '.join(texts)}", "" if agrees else SCATTER
+    return Verdict(outcome.claim, agrees, printed, observed, "baseline's picture", variant, reason)
 
 
-def _theorem_verdict(checks: Sequence[Check]) -> Verdict:
-    texts = (f"{one.statement}: {one.cases} cases, largest difference {one.difference:.0e}" for one in checks)
-    return Verdict(
-        THEOREM_CLAIM,
-        all(check.holds for check in checks),
-        "the optimum of the squared error is E{Y} in every state, or the weighted mean of corollary 3; never the agent",
-        "; ".join(texts),
-        "theorem",
-    )
-
-
-# Tables and figures.
-
-
-def _models_table(outcome: _Outcome) -> Table:
-    frames = {}
-    for kind, models in (("best_model", outcome.models), ("typical", outcome.typical)):
-        frames[kind] = pd.DataFrame({"seed": outcome.seeds}).join(pd.DataFrame(models, columns=outcome.names))
-    caption = (
-        f"{outcome.scenario.title}: the model with the smallest error in the last generation of every run, and the {TYPICAL}: "
-        "the median of their medians"
-    )
-    return Table(f"{outcome.scenario.name}-models", caption, stacked(frames, "model"))
-
-
-def _predictions_table(outcomes: Sequence[_Outcome]) -> Table:
-    frames = {}
+def _tables(outcomes: Sequence[_Outcome], checks: Sequence[Check]) -> list[Table]:
+    tables, predictions = [], {}
     for one in outcomes:
-        predictions = {"truth": one.truth, "theorem_1": one.weighted, "corollary_3": one.corrected}
-        frame = pd.DataFrame({"parameter": one.names, **predictions}).join(spreads_frame(spreads_of(one.models)))
-        for name, models in (("", one.models), ("typical_", one.typical)):
-            columns = [f"{name}{quartile}" for quartile in ("lower_quartile", "median", "upper_quartile")]
-            frame[columns] = np.quantile(models, (0.25, 0.5, 0.75), axis=0).T
-        frames[one.scenario.name] = frame
-    caption = (
-        "What least squares has inferred, beside the weighted means of theorem 1 and, for shares that change during the "
-        "trial, of corollary 3; shares as measured here"
-    )
-    return Table("predictions", caption, stacked(frames, "scenario"))
-
-
-def _checks_table(checks: Sequence[Check]) -> Table:
-    columns = ["statement", "cases", "largest_difference", "smallest_distance"]
-    frame = pd.DataFrame([list(asdict(one).values()) for one in checks], columns=columns)
-    caption = (
-        "The minimum of the expected squared error, searched for in random cases: largest difference from the stated one, "
-        "smallest distance from the agent"
-    )
-    return Table("theorem", caption, frame.assign(holds=[one.holds for one in checks]))
+        kinds = {"best_model": one.models, "typical": one.typical}
+        models = stacked({kind: seeded(one.seeds, each, one.names) for kind, each in kinds.items()}, "model")
+        words = {"scenario": one.scenario.name, "title": one.scenario.title, "typical": TYPICAL}
+        tables.append(CAPTIONS.table("{scenario}-models", models, **words))
+        columns = {"truth": one.truth, "theorem_1": one.weighted, "corollary_3": one.corrected}
+        frame = pd.DataFrame({"parameter": one.names, **columns}).join(spreads_frame(spreads_of(one.models)))
+        for name, found in (("", one.models), ("typical_", one.typical)):
+            quartiles = [f"{name}{quartile}" for quartile in ("lower_quartile", "median", "upper_quartile")]
+            frame[quartiles] = np.quantile(found, (0.25, 0.5, 0.75), axis=0).T
+        predictions[one.scenario.name] = frame
+    tables.append(CAPTIONS.table("predictions", stacked(predictions, "scenario")))
+    names = ["statement", "cases", "largest_difference", "smallest_distance"]
+    frame = pd.DataFrame([list(asdict(one).values()) for one in checks], columns=names)
+    return [*tables, CAPTIONS.table("theorem", frame.assign(holds=[one.holds for one in checks]))]
 
 
 def _pictures(outcome: _Outcome) -> list[Picture]:
-    name, title, runs = outcome.scenario.name, outcome.scenario.title, len(outcome.seeds)
-    boxes = box_figure(outcome.models, names=outcome.names, truth=outcome.truth)
-    caption = f"{title}: parameters inferred by least squares, {runs} runs; the truth is dashed."
-    pictures = [Picture(f"{name}-boxes", outcome.claim, caption, boxes)]
+    words: dict[str, Any] = {"scenario": outcome.scenario.name, "title": outcome.scenario.title}
+    words["runs"] = len(outcome.seeds)
+    look: dict[str, Any] = {"names": outcome.names, "truth": outcome.truth}
+    boxes = box_figure(outcome.models, **look)
+    pictures = [CAPTIONS.picture("{scenario}-boxes", outcome.claim, boxes, **words)]
     for kind, what, models in (
         ("predictions", "best model of the last generation", outcome.models),
         ("typical", TYPICAL, outcome.typical),
     ):
-        figure = prediction_figure(models, predicted=outcome.weighted, truth=outcome.truth, names=outcome.names)
-        caption = (
-            f"{title}: median and quartiles over {runs} runs of the {what}, beside the weighted means that theorem 1 "
-            "predicts."
-        )
-        pictures.append(Picture(f"{name}-{kind}", outcome.claim, caption, figure))
+        figure = prediction_figure(models, predicted=outcome.weighted, **look)
+        pictures.append(CAPTIONS.picture("{scenario}-{kind}", outcome.claim, figure, kind=kind, what=what, **words))
     return pictures
 
 
 EXPERIMENT = Experiment.of(
-    "4.5",
-    conduct,
-    full=BaselineSizes(),
+    ID, conduct, full=BaselineSizes(),
     fast=BaselineSizes(runs=3, generations=40, parents=15, offspring=15, shares=ShareSizes(trials=20), cases=3),
-)
+)  # fmt: skip

@@ -9,32 +9,26 @@ import pandas as pd
 
 from turing_learning.analysis import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis import dynamic_outputs, median_place, response_error
-from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import box_panels_figure, dynamic_outputs_figure
 from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, stacked
 from .._verdicts import PAPER_RUNS, Verdict, shares_not_worse, valued
 from .._work import Work
-from ._shared import PRESETS, Runs, variant_of
+from ._shared import PRESETS, Runs, RunSizes, seeded, small, variant_of
 
-CLAIM = "4.6.2-black-box"
+ID, CLAIM = "4.6.2", "4.6.2-black-box"
 NEAR = 0.1
-QUICK = 3
-"""Steps after a change of the reading in which the outputs are to be near their steady values."""
-PRINTED_ASTRAY = {5: 2}
-"""Hidden neurons -> outliers that the caption of figure 11 names, of `PAPER_RUNS`."""
+QUICK = 3  # steps after a change of the reading in which the outputs are to be near their steady values
+PRINTED_ASTRAY = {5: 2}  # hidden neurons -> outliers that the caption of figure 11 names, of `PAPER_RUNS`
 TRUTH, NAMES = np.array(AGGREGATION.controller), AGGREGATION.parameter_names
 
 
 @dataclass(frozen=True)
-class BlackBoxSizes:
+class BlackBoxSizes(RunSizes):
     """How many runs and generations, for networks of which sizes."""
 
-    runs: int = 30
-    generations: int = 1000
-    first_seed: int = 2001
     hidden: tuple[int, ...] = (1, 3, 5)
     presets: tuple[str, ...] = PRESETS
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -84,20 +78,45 @@ class NetworkRuns:
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and look at what the networks do."""
     sizes: BlackBoxSizes = work.sizes
-    found: dict[str, list[NetworkRuns]] = {preset: [] for preset in sizes.presets}
+    captions, verdicts, pictures = Captions(ID), [], []
+    errors, steady, dynamic = {}, {}, {}
     for preset in sizes.presets:
-        for hidden in sizes.hidden:
-            settings = {"models.hidden": hidden}
-            result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings=settings)
-            networks = [
-                list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None
-            ]
-            model = ElmanModel(AGGREGATION.sensor.states, hidden)
-            found[preset].append(NetworkRuns(Runs.of(result, preset, NAMES), model, np.array(networks)))
-    return Findings(
-        [black_box_verdict(outcomes) for outcomes in found.values()],
-        _tables([outcome for outcomes in found.values() for outcome in outcomes]),
-        [picture for outcomes in found.values() for picture in _pictures(outcomes)],
+        outcomes = [_network_runs(work, preset, hidden) for hidden in sizes.hidden]
+        verdicts.append(black_box_verdict(outcomes))
+        for one in outcomes:
+            key, runs = (preset, one.model.hidden), one.runs
+            frame = runs.errors_frame()
+            frame.insert(3, "median_output", np.ravel([np.median(outputs, axis=0) for outputs in runs.models.values()]))
+            errors[*key, len(one.model.parameter_names)] = frame
+            median = np.arange(len(runs)) == median_place(one.performance)
+            steady[key] = frame = seeded(runs.seeds, runs.models["best_model"], NAMES)
+            frame.insert(1, "metric", one.performance)
+            frame.insert(2, "is_median", median)
+            moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
+            dynamic[key] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
+        titles, words = [one.title for one in outcomes], {"preset": preset, "runs": len(outcomes[0].runs)}
+        look: dict[str, Any] = {"titles": titles, "names": NAMES, "truth": TRUTH, "what": "Steady output"}
+        boxes = box_panels_figure([one.runs.models["best_model"] for one in outcomes], **look)
+        truth, dynamics = TRUTH.reshape(-1, 2)[READINGS], [one.dynamics for one in outcomes]
+        curves = dynamic_outputs_figure(dynamics, readings=READINGS, titles=titles, truth=truth)
+        pictures += [
+            captions.picture("{preset}-steady-outputs", CLAIM, boxes, **words),
+            captions.picture("{preset}-dynamic-outputs", CLAIM, curves, **words),
+        ]
+    tables = [
+        captions.table("absolute-errors", stacked(errors, "preset", "hidden", "weights")),
+        captions.table("steady-outputs", stacked(steady, "preset", "hidden")),
+        captions.table("dynamic-outputs", stacked(dynamic, "preset", "hidden")),
+    ]
+    return Findings(verdicts, tables, pictures)
+
+
+def _network_runs(work: Work, preset: str, hidden: int) -> NetworkRuns:
+    name, settings = f"study-{hidden}-hidden-{preset}", {"models.hidden": hidden}
+    result = work.runs(name, AGGREGATION.name, preset, settings=settings)
+    networks = [list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None]
+    return NetworkRuns(
+        Runs.of(result, preset, NAMES), ElmanModel(AGGREGATION.sensor.states, hidden), np.array(networks)
     )
 
 
@@ -131,71 +150,7 @@ def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> Verdict:
     )
 
 
-def _tables(outcomes: Sequence[NetworkRuns]) -> list[Table]:
-    errors, steady, dynamic = {}, {}, {}
-    for one in outcomes:
-        key, runs = (one.runs.preset, one.model.hidden), one.runs
-        frame = runs.errors_frame()
-        frame.insert(3, "median_output", np.ravel([np.median(outputs, axis=0) for outputs in runs.models.values()]))
-        errors[*key, len(one.model.parameter_names)] = frame
-        median = np.arange(len(runs)) == median_place(one.performance)
-        numbers = pd.DataFrame({"seed": runs.seeds, "metric": one.performance, "is_median": median})
-        steady[key] = numbers.join(pd.DataFrame(runs.models["best_model"], columns=NAMES))
-        moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
-        dynamic[key] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
-    return [
-        Table(
-            "absolute-errors",
-            "Steady outputs of the networks over the runs, and their absolute errors",
-            stacked(errors, "preset", "hidden", "weights"),
-        ),
-        Table(
-            "steady-outputs",
-            "Steady outputs of the subjectively best network of the last generation of every run, and the paper's metric, by which "
-            "one is the median",
-            stacked(steady, "preset", "hidden"),
-        ),
-        Table(
-            "dynamic-outputs",
-            "Outputs of the networks of median performance while the reading changes",
-            stacked(dynamic, "preset", "hidden"),
-        ),
-    ]
-
-
-def _pictures(outcomes: Sequence[NetworkRuns]) -> list[Picture]:
-    runs, titles = outcomes[0].runs, [outcome.title for outcome in outcomes]
-    outputs = [one.runs.models["best_model"] for one in outcomes]
-    steady = box_panels_figure(outputs, titles=titles, names=NAMES, truth=TRUTH, what="Steady output")
-    truth = TRUTH.reshape(-1, 2)[READINGS]
-    dynamics = dynamic_outputs_figure([one.dynamics for one in outcomes], readings=READINGS, titles=titles, truth=truth)
-    return [
-        Picture(
-            f"{runs.preset}-steady-outputs",
-            CLAIM,
-            f"Outputs in the 20th step of each constant reading, of the subjectively best network of the last generation, "
-            f"{len(runs)} runs, preset {runs.preset}; the agents' parameters are dashed (figure 11 of the paper).",
-            steady,
-        ),
-        Picture(
-            f"{runs.preset}-dynamic-outputs",
-            CLAIM,
-            f"Outputs of the network of median performance for I = 0, 1 (shaded), 0, ten steps each, preset {runs.preset}; what "
-            "the agents do is dashed (figure 12 of the paper).",
-            dynamics,
-        ),
-    ]
-
-
 EXPERIMENT = Experiment.of(
-    "4.6.2",
-    conduct,
-    full=BlackBoxSizes(),
-    fast=BlackBoxSizes(
-        runs=2,
-        generations=8,
-        hidden=(1, 3),
-        presets=PRESETS[:1],
-        settings={"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 8},
-    ),
-)
+    ID, conduct, full=BlackBoxSizes(),
+    fast=BlackBoxSizes(runs=2, generations=8, hidden=(1, 3), presets=PRESETS[:1], settings=small(8, 8)),
+)  # fmt: skip

@@ -15,35 +15,23 @@ from turing_learning.purposes import EMERGENCE_STARTS
 from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._claims import load_claims
-from .._experiment import Experiment, Findings, Table, stacked
-from .._verdicts import Spread, Verdict, errors_verdict, shares_not_worse, spreads_of
+from .._experiment import Captions, Experiment, Findings, Table, stacked
+from .._verdicts import Spread, Verdict, errors_verdict, load_claims, shares_not_worse, spreads_of
 from .._work import Work
-from ._shared import (
-    KINDS,
-    PRESETS,
-    Runs,
-    ShareSizes,
-    beside_the_paper,
-    gathered,
-    moved,
-    sensor_shares,
-    variant_of,
-)
+from ._shared import KINDS, PRESETS, Runs, RunSizes, ShareSizes, gathered, moved, sensor_shares, small, variant_of
 
 if TYPE_CHECKING:
     from turing_learning.studies import StudyResult
 
+ID, CAPTIONS = "4.3", Captions("4.3")
 NEAR = 0.1
 LASTING = 20
 SHARE_ROUNDING = 0.0005
 SLOWNESS = 2.0
-SPREAD_OUT = 2.0
-"""A swarm does not gather if its median dispersion is this many times that of the agents."""
+SPREAD_OUT = 2.0  # A swarm does not gather if its median dispersion is this many times that of the agents
 NAMED = {"aggregation": (50, 50, 200, 200), "object-clustering": (200, 200, 200, 200, 400, 400)}
 """Generations at which the paper's text sees the parameters close to the truth, or about to be."""
-REPEATS = 1000
-"""Number of the first repetition of the agents' trials; models are numbered from 1 on."""
+REPEATS = 1000  # number of the first repetition of the agents' trials; models are numbered from 1 on
 
 
 @dataclass(frozen=True)
@@ -61,12 +49,9 @@ class EmergenceSizes:
 
 
 @dataclass(frozen=True)
-class CaseStudySizes:
+class CaseStudySizes(RunSizes):
     """How many runs and generations, and what is done with the models."""
 
-    runs: int = 30
-    generations: int = 1000
-    first_seed: int = 2001
     settings: Mapping[str, Any] = field(default_factory=dict)
     shares: ShareSizes = field(default_factory=ShareSizes)
     aggregation: EmergenceSizes = field(default_factory=lambda: EmergenceSizes(robots=50))
@@ -75,11 +60,11 @@ class CaseStudySizes:
 
 @dataclass(frozen=True)
 class Case:
-    """One case study: its scenario, its name in the ids of the claims, and how the swarms of its models are measured."""
+    """One case study."""
 
     scenario: Scenario
-    key: str
-    emergence: EmergenceSizes
+    key: str  # its name in the ids of the claims
+    emergence: EmergenceSizes  # how the swarms of its models are measured
 
     @property
     def gathered(self) -> str:
@@ -127,23 +112,21 @@ def conduct(work: Work) -> Findings:
     )
     outcomes = [_outcome(work, case, preset) for preset in PRESETS for case in cases]
     shares = {case: _shares(work, case.scenario) for case in cases}
-    own = {case: [one for one in outcomes if one.case == case] for case in cases}
+    remarks = []
+    for one in outcomes:
+        (low, high), truth = np.moveaxis(one.intervals, 1, 0), np.array(one.case.scenario.controller)
+        remarks.append(
+            f"{one.case.scenario.title}, preset {one.runs.preset}: the 90 % intervals of the estimates hold "
+            f"{float(((low <= truth) & (truth <= high)).mean()):.1%} of the true parameters."
+        )
+    verdicts = []
+    for one in outcomes:
+        claim, runs = f"4.3-{one.case.key}-ae", one.runs
+        verdicts += [errors_verdict(claim, runs.errors[k], runs.names, variant_of(runs.preset, k)) for k in KINDS]
+    verdicts += [convergence_verdict([one for one in outcomes if one.runs.preset == preset]) for preset in PRESETS]
+    verdicts += [_shares_verdict(shares), *(emergence_verdict(one, kind) for one in outcomes for kind in KINDS)]
     return Findings(
-        [
-            *(_errors_verdict(one, kind) for one in outcomes for kind in KINDS),
-            *(convergence_verdict([one for one in outcomes if one.runs.preset == preset]) for preset in PRESETS),
-            _shares_verdict(shares),
-            *(emergence_verdict(one, kind) for one in outcomes for kind in KINDS),
-        ],
-        [
-            _errors_table(outcomes),
-            *(_models_table(*one) for one in own.items()),
-            *(_convergence_table(one) for one in outcomes),
-            _shares_table(shares),
-            *(_dispersion_table(*one) for one in own.items()),
-        ],
-        [picture for one in outcomes for picture in _pictures(one)],
-        [_coverage(one) for one in outcomes],
+        verdicts, _tables(outcomes, shares), [picture for one in outcomes for picture in _pictures(one)], remarks
     )
 
 
@@ -212,25 +195,6 @@ def _shares(work: Work, scenario: Scenario) -> list[Spread]:
     return spreads_of(np.array(work.piece(f"shares-{scenario.name}", compute)["shares"]))
 
 
-def _coverage(outcome: Outcome) -> str:
-    """Say how many of the true parameters the intervals hold."""
-    low, high = outcome.intervals[:, 0], outcome.intervals[:, 1]
-    truth = np.array(outcome.case.scenario.controller)
-    share = float(((low <= truth) & (truth <= high)).mean())
-    return (
-        f"{outcome.case.scenario.title}, preset {outcome.runs.preset}: the 90 % intervals of the estimates hold {share:.1%} of "
-        "the true parameters."
-    )
-
-
-# Verdicts.
-
-
-def _errors_verdict(outcome: Outcome, kind: str) -> Verdict:
-    runs, claim = outcome.runs, f"4.3-{outcome.case.key}-ae"
-    return errors_verdict(claim, runs.errors[kind], runs.names, variant_of(runs.preset, kind))
-
-
 def settled(values: np.ndarray, truth: float) -> int | None:
     """Return the first generation from which the values (G,) are near the truth for some time; None if they never are."""
     near = np.abs(values - truth) <= NEAR
@@ -268,7 +232,8 @@ def convergence_verdict(outcomes: Sequence[Outcome]) -> Verdict:
 
 def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
     """Hold the shares of the sensor readings against the printed ones."""
-    values = load_claims()["4.3-sensor-shares"].values
+    claim = "4.3-sensor-shares"
+    values = load_claims()[claim].values
     agrees = all(
         abs(one.mean - printed) <= 2 * one.standard_error + SHARE_ROUNDING
         for case, found in shares.items()
@@ -278,15 +243,10 @@ def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
     def text(numbers: Mapping[str, Sequence[float]]) -> str:
         return "; ".join(f"{key}: {' / '.join(f'{one:.3f}' for one in each)}" for key, each in numbers.items())
 
+    printed = text({case.key: values[case.key] for case in shares})
+    observed = text({case.key: [one.mean for one in found] for case, found in shares.items()})
     reason = "the simulator of the paper does not give the printed shares itself; what it gives agrees with ours (docs/physics.md)"
-    return Verdict(
-        "4.3-sensor-shares",
-        agrees,
-        text({case.key: values[case.key] for case in shares}),
-        text({case.key: [one.mean for one in found] for case, found in shares.items()}),
-        "shares",
-        reason="" if agrees else reason,
-    )
+    return Verdict(claim, agrees, printed, observed, "shares", reason="" if agrees else reason)
 
 
 def emergence_verdict(outcome: Outcome, kind: str) -> Verdict:
@@ -299,124 +259,78 @@ def emergence_verdict(outcome: Outcome, kind: str) -> Verdict:
     span = " to ".join(str(n) for n in sorted({min(others), max(others)}))
     agrees = shares_not_worse(alike / models, models, count / total, total) and medians.max() <= SPREAD_OUT * agents
     fewer = f"; {alike} is fewer than {count}, but not by more than chance explains" if agrees and alike < count else ""
-    return Verdict(
-        claim,
-        agrees,
-        f"no significant difference in {count} of {total} cases",
+    observed = (
         f"no significant difference in {alike} of {models} cases ({span} with {len(others)} repetitions of the agents' trials); "
-        f"median dispersion of the agents {agents:.0f}, of the models {medians.min():.0f} to {medians.max():.0f}{fewer}",
-        "counts",
-        variant_of(outcome.runs.preset, kind),
+        f"median dispersion of the agents {agents:.0f}, of the models {medians.min():.0f} to {medians.max():.0f}{fewer}"
     )
+    printed = f"no significant difference in {count} of {total} cases"
+    return Verdict(claim, agrees, printed, observed, "counts", variant_of(outcome.runs.preset, kind))
 
 
-# Tables and figures.
-
-
-def _errors_table(outcomes: Sequence[Outcome]) -> Table:
-    frames = {}
+def _tables(outcomes: Sequence[Outcome], shares: Mapping[Case, Sequence[Spread]]) -> list[Table]:
+    errors, convergence, printed = {}, [], load_claims()["4.3-sensor-shares"].values
     for one in outcomes:
-        key = one.case.scenario.name, one.runs.preset
-        frames[key] = beside_the_paper(one.runs.errors_frame(), f"4.3-{one.case.key}-ae")
-    caption = (
-        "Absolute errors over the runs, of the subjectively best model of the last generation (the paper's rule) and of the "
-        "estimate, beside what the paper prints"
-    )
-    return Table("absolute-errors", caption, stacked(frames, "scenario", "preset"))
-
-
-def _models_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
-    frames, names = {}, case.scenario.parameter_names
-    for one in outcomes:
-        ends = pd.DataFrame(
-            one.intervals.reshape(len(one.runs), -1),
-            columns=[f"{end}_{name}" for end in ("low", "high") for name in names],
-        )
-        ends.index += len(one.runs)  # the estimates come after the best models, which have no intervals
-        frames[one.runs.preset] = one.runs.models_frame().join(ends)
-    caption = f"{case.scenario.title}: what every run has inferred, and the ends of the 90 % intervals of its estimate"
-    return Table(f"{case.scenario.name}-models", caption, stacked(frames, "preset"))
-
-
-def _convergence_table(outcome: Outcome) -> Table:
-    scenario, preset = outcome.case.scenario, outcome.runs.preset
-    frame = pd.DataFrame(outcome.medians.astype(float), columns=outcome.runs.names).map(partial(round, ndigits=4))
-    frame.insert(0, "generation", frame.index)
-    caption = f"{scenario.title}, preset {preset}: medians over the runs of the best model of each generation"
-    return Table(f"{scenario.name}-{preset}-convergence", caption, frame)
-
-
-def _shares_table(shares: Mapping[Case, Sequence[Spread]]) -> Table:
-    printed, frames = load_claims()["4.3-sensor-shares"].values, {}
+        scenario, preset = one.case.scenario, one.runs.preset
+        errors[scenario.name, preset] = one.runs.errors_frame(f"4.3-{one.case.key}-ae")
+        frame = pd.DataFrame(one.medians.astype(float), columns=one.runs.names).map(partial(round, ndigits=4))
+        frame.insert(0, "generation", frame.index)
+        words = {"scenario": scenario.name, "title": scenario.title, "preset": preset}
+        convergence.append(CAPTIONS.table("{scenario}-{preset}-convergence", frame, **words))
+    models, readings, dispersions = [], {}, []
     for case, found in shares.items():
+        words = {"scenario": case.scenario.name, "title": case.scenario.title, "gathered": case.gathered}
+        own, names = [one for one in outcomes if one.case == case], case.scenario.parameter_names
+        frames, ends = {}, [f"{end}_{name}" for end in ("low", "high") for name in names]
+        trials = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
+        reached = {("", "agents"): pd.DataFrame([own[0].emergence["best_model"].agents], columns=trials)}
+        for one in own:
+            intervals = pd.DataFrame(one.intervals.reshape(len(one.runs), -1), columns=ends)
+            intervals.index += len(one.runs)  # the estimates come after the best models, which have no intervals
+            frames[one.runs.preset] = one.runs.models_frame().join(intervals)
+            for kind, emergence in one.emergence.items():
+                tests = emergence.comparison
+                found_by = {"p_value": tests.p_values, "significant": tests.significant.astype(object)}
+                frame = pd.DataFrame({"seed": one.runs.seeds, **found_by})
+                reached[one.runs.preset, kind] = frame.join(pd.DataFrame(emergence.models, columns=trials))
+        models.append(CAPTIONS.table("{scenario}-models", stacked(frames, "preset"), **words))
+        frame = stacked(reached, "preset", "model")[["preset", "model", "seed", "p_value", "significant", *trials]]
+        dispersions.append(CAPTIONS.table("{scenario}-dispersion", frame, **words))
         numbers = {"share": [one.mean for one in found], "standard_error": [one.standard_error for one in found]}
-        frames[case.scenario.name] = pd.DataFrame({"reading": range(len(found)), **numbers, "paper": printed[case.key]})
-    caption = "Share of the agents' sensor readings, mean over the trials"
-    return Table("sensor-shares", caption, stacked(frames, "scenario"))
-
-
-def _dispersion_table(case: Case, outcomes: Sequence[Outcome]) -> Table:
-    columns = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
-    agents = outcomes[0].emergence["best_model"].agents
-    frames = {("", "agents"): pd.DataFrame([agents], columns=columns)}
-    for one in outcomes:
-        for kind, emergence in one.emergence.items():
-            tests = emergence.comparison
-            numbers = {
-                "seed": one.runs.seeds,
-                "p_value": tests.p_values,
-                "significant": tests.significant.astype(object),
-            }
-            frames[one.runs.preset, kind] = pd.DataFrame(numbers).join(pd.DataFrame(emergence.models, columns=columns))
-    frame = stacked(frames, "preset", "model")
-    caption = (
-        f"Dispersion of the {case.gathered} at the end of each trial: agents, then replicas of the models of each run"
-    )
-    return Table(
-        f"{case.scenario.name}-dispersion",
-        caption,
-        frame[["preset", "model", "seed", "p_value", "significant", *columns]],
-    )
+        readings[case.scenario.name] = pd.DataFrame(
+            {"reading": range(len(found)), **numbers, "paper": printed[case.key]}
+        )
+    return [
+        CAPTIONS.table("absolute-errors", stacked(errors, "scenario", "preset")),
+        *models,
+        *convergence,
+        CAPTIONS.table("sensor-shares", stacked(readings, "scenario")),
+        *dispersions,
+    ]
 
 
 def _pictures(outcome: Outcome) -> list[Picture]:
     case, runs, scenario = outcome.case, outcome.runs, outcome.case.scenario
-    name, title = f"{scenario.name}-{runs.preset}", f"{scenario.title}, preset {runs.preset}"
+    words: dict[str, Any] = {
+        "scenario": scenario.name, "preset": runs.preset, "title": scenario.title, "runs": len(runs),
+        "gathering": case.gathering, "gathered": case.gathered, "duration": case.emergence.duration_s,
+        "trials": case.emergence.trials,
+    }  # fmt: skip
     look: dict[str, Any] = {"names": runs.names, "truth": scenario.controller}
     emergence, least = outcome.emergence["best_model"], least_dispersion(case.gathering)
-    return [
-        Picture(
-            f"{name}-boxes",
-            f"4.3-{case.key}-ae",
-            f"{title}: parameters of the subjectively best model of the last generation, {len(runs)} runs; the truth is dashed.",
-            box_figure(runs.models["best_model"], **look),
-        ),
-        Picture(
-            f"{name}-convergence",
-            "4.3-convergence",
-            f"{title}: medians over {len(runs)} runs of the subjectively best model of each generation; the truth is thin.",
-            convergence_figure(outcome.medians, **look),
-        ),
-        Picture(
-            f"{name}-dispersion",
-            f"4.3-emergent-{case.key}",
-            f"{title}: dispersion of {case.gathering} {case.gathered} after {case.emergence.duration_s:g} s, "
-            f"{case.emergence.trials} trials for the agents (hatched) and for replicas of the best model of each run.",
-            dispersion_figure(emergence.agents, emergence.models, least=least, gathered=case.gathered),
-        ),
-    ]
+    swarms = dispersion_figure(emergence.agents, emergence.models, least=least, gathered=case.gathered)
+    pictures = (
+        ("boxes", f"4.3-{case.key}-ae", box_figure(runs.models["best_model"], **look)),
+        ("convergence", "4.3-convergence", convergence_figure(outcome.medians, **look)),
+        ("dispersion", f"4.3-emergent-{case.key}", swarms),
+    )
+    return [CAPTIONS.picture("{scenario}-{preset}-" + name, claim, figure, **words) for name, claim, figure in pictures]
 
 
 EXPERIMENT = Experiment.of(
-    "4.3",
-    conduct,
-    full=CaseStudySizes(),
+    ID, conduct, full=CaseStudySizes(),
     fast=CaseStudySizes(
-        runs=3,
-        generations=12,
-        settings={"models.population": 10, "classifiers.population": 10, "run.checkpoint_every": 12},
-        shares=ShareSizes(trials=5),
+        runs=3, generations=12, settings=small(10, 12), shares=ShareSizes(trials=5),
         aggregation=EmergenceSizes(robots=11, trials=4, duration_s=20.0, repeats=2),
         clustering=EmergenceSizes(robots=5, trials=4, duration_s=20.0, repeats=2),
     ),
-)
+)  # fmt: skip

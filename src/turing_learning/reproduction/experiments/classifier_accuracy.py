@@ -9,19 +9,19 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.config import Configuration, classifier_of, load_configuration
-from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, stacked
 from .._verdicts import Verdict, spreads_of
 from .._work import Work
 from ._shared import PRESETS, spreads_frame, variant_of
+from ._shared import RunSizes as Sizes
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
 
-CLAIM = "4.4-classifier-accuracy"
+ID, CLAIM = "4.4", "4.4-classifier-accuracy"
 RISEN = 5  # the generation up to which the paper sees the subjectively best rise
 SETTLED = 50  # the generation from which it is held against the printed range
 RANGE = (0.62, 0.80)
@@ -47,18 +47,10 @@ FORGETS = (
 
 
 @dataclass(frozen=True)
-class RunSizes:
+class RunSizes(Sizes):
     """How many runs of how many generations, and what else is set."""
 
-    runs: int = 30
-    generations: int = 1000
-    first_seed: int = 2001
     settings: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the runs."""
-        return tuple(range(self.first_seed, self.first_seed + self.runs))
 
     def configuration(self, scenario: str, preset: str, seed: int) -> Configuration:
         """Return the configuration of a run."""
@@ -71,9 +63,7 @@ class AccuracySizes:
     """Which runs and generations, and the grid of models; its trials are done in so many parts."""
 
     runs: RunSizes = field(default_factory=RunSizes)
-    generations: tuple[int, ...] = (
-        0, 1, 2, 3, 5, 10, 20, 50, 99, 199, 299, 499, 699, 899, 999,
-    )  # fmt: skip
+    generations: tuple[int, ...] = (0, 1, 2, 3, 5, 10, 20, 50, 99, 199, 299, 499, 699, 899, 999)
     points: int = 11
     trials: int = 10
     parts: int = 22
@@ -121,42 +111,38 @@ def conduct(work: Work) -> Findings:
     """Conduct the runs, let all of their classifiers judge the same trials, and compare the best of each generation."""
     sizes: AccuracySizes = work.sizes
     populations = {preset: run_populations(work, sizes.runs, preset, sizes.generations) for preset in PRESETS}
-    accuracies = _accuracies(work, populations)
-    best, means, every, pictures = {}, {}, {}, []
-    for preset, one in populations.items():
-        accuracy, archived = accuracies[preset]
+    captions, verdicts, means, every, pictures = Captions(ID), [], {}, {}, []
+    for preset, (accuracy, archived) in _accuracies(work, populations).items():
+        one = populations[preset]
         pairs = zip(one.judging, archived, strict=True)
         referees = [np.where(judging, each, 0.0).max(axis=1, initial=0.0) for judging, each in pairs]
-        best[preset] = found = BestAccuracies.of(variant_of(preset), sizes.generations, accuracy, one.fitness, referees)
-        means[preset] = found.means_frame("subjective", "objective", "jury").assign(all=accuracy.mean(axis=(0, 2)))
+        best = BestAccuracies.of(variant_of(preset), sizes.generations, accuracy, one.fitness, referees)
+        verdicts += accuracy_verdicts(best)
+        means[preset] = best.means_frame("subjective", "objective", "jury").assign(all=accuracy.mean(axis=(0, 2)))
         for k, seed in enumerate(sizes.runs.seeds):
-            curves = {name: getattr(found, name)[k] for name in ("subjective", "objective", "jury")}
-            every[preset, seed] = pd.DataFrame({"generation": found.generations, **curves})
-        pictures.append(_picture(preset, found, archive=any(map(len, archived))))
-    caption = (
-        "Decision accuracy of the subjectively and of the objectively best classifier of each generation's population, and of "
-        "the best of the jury (population and archive), mean and standard deviation over the runs, and the mean accuracy of "
-        "the population"
-    )
-    return Findings(
-        [verdict for found in best.values() for verdict in accuracy_verdicts(found)],
-        [
-            Table("accuracy", caption, stacked(means, "preset")),
-            Table("accuracy-runs", "The same in every run", stacked(every, "preset", "seed")),
-        ],
-        pictures,
-    )
+            curves = {name: getattr(best, name)[k] for name in ("subjective", "objective", "jury")}
+            every[preset, seed] = pd.DataFrame({"generation": best.generations, **curves})
+        jury = best.jury if any(map(len, archived)) else None
+        figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective, jury=jury)
+        words = {"preset": preset, "runs": len(best.objective)}
+        pictures.append(captions.picture("accuracy-{preset}", CLAIM, figure, **words))
+    tables = [
+        captions.table("accuracy", stacked(means, "preset")),
+        captions.table("accuracy-runs", stacked(every, "preset", "seed")),
+    ]
+    return Findings(verdicts, tables, pictures)
 
 
 def run_populations(work: Work, sizes: RunSizes, preset: str, generations: tuple[int, ...]) -> Populations:
     """Conduct runs, a piece of work for each, and return the classifiers of some generations."""
-    found: dict[str, list[np.ndarray]] = {"classifiers": [], "fitness": [], "archived": [], "judging": []}
+    pieces = []
     for seed in sizes.seeds:
         compute = partial(_conducted, work, sizes.configuration(AGGREGATION.name, preset, seed), generations)
-        piece = work.arrays(f"run-{preset}-seed{seed}", compute)
-        for name, arrays in found.items():
-            arrays.append(piece[name])
-    return Populations(np.stack(found["classifiers"]), np.stack(found["fitness"]), found["archived"], found["judging"])
+        pieces.append(work.arrays(f"run-{preset}-seed{seed}", compute))
+    classifiers, fitness, archived, judging = (
+        [piece[name] for piece in pieces] for name in ("classifiers", "fitness", "archived", "judging")
+    )
+    return Populations(np.stack(classifiers), np.stack(fitness), archived, judging)
 
 
 def _conducted(work: Work, configuration: Configuration, chosen: tuple[int, ...]) -> dict[str, np.ndarray] | None:
@@ -233,72 +219,43 @@ def rises_drops_and_fluctuates(best: BestAccuracies) -> bool:
 
 def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
     """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
-    subjective, objective = rises_drops_and_fluctuates(best), rises_to_the_level(best.jury)
-    texts = (_subjective_text(best), _objective_text(best.jury))
-    late = best.subjective.mean(axis=0)[best.generations >= SETTLED]
-    exceeds = bool(len(late) and late.max() > RANGE[1] and late.min() >= RANGE[0])
+    means = best.subjective.mean(axis=0)
+    early, late = best.generations <= RISEN, best.generations >= SETTLED
+    peak, latest = int(means[early].argmax()), means[late]
+    text = f"subjective best: {means[0]:.2f} at first, highest of the first {RISEN} generations {means[peak]:.2f} in "
+    text += f"generation {best.generations[peak]}"
+    if latest.size:
+        text += f", {latest.min():.2f} to {latest.max():.2f} from generation {SETTLED} on"
+    subjective = rises_drops_and_fluctuates(best)
+    exceeds = bool(latest.size and latest.max() > RANGE[1] and latest.min() >= RANGE[0])
     higher = JUMPS if exceeds and not (subjective or best.variant) else ""
-    forgets = _loss(best.jury)
-
-    def verdict(part: str, agrees: bool, observed: str, rule: str, reason: str) -> Verdict:
-        variant = ", ".join(filter(None, (best.variant, part)))
-        return Verdict(CLAIM, agrees, PRINTED, observed, rule, variant, reason)
-
-    reasons, rule = "; ".join(filter(None, (higher, forgets))), "accuracy of the objective best"
-    alone = rises_to_the_level(best.objective), _objective_text(best.objective), rule, _loss(best.objective)
+    rule = "accuracy of the objective best"
+    objective, jury_text, forgets = _of_the_objective_best(best.jury)
+    alone, alone_text, alone_forgets = _of_the_objective_best(best.objective)
+    both, reasons = f"{text}; {jury_text}", "; ".join(filter(None, (higher, forgets)))
     return [
-        verdict("", subjective and objective, "; ".join(texts), "accuracy of classifiers", reasons),
-        verdict("subjective best", subjective, texts[0], "accuracy of the subjective best", higher),
-        verdict("objective best", objective, texts[1], rule, forgets),
-        verdict("objective best without the archive", *alone),
+        Verdict(CLAIM, agrees, PRINTED, observed, rule, ", ".join(filter(None, (best.variant, part))), reason)
+        for part, agrees, observed, rule, reason in (
+            ("", subjective and objective, both, "accuracy of classifiers", reasons),
+            ("subjective best", subjective, text, "accuracy of the subjective best", higher),
+            ("objective best", objective, jury_text, rule, forgets),
+            ("objective best without the archive", alone, alone_text, rule, alone_forgets),
+        )
     ]
 
 
-def _loss(highest_of_runs: np.ndarray) -> str:
-    """Return why accuracies (R, G) do not agree that had come to the level, and did not keep it."""
-    lost = highest_of_runs.mean(axis=0).max() > LEVEL and not rises_to_the_level(highest_of_runs)
-    return FORGETS if lost else ""
-
-
-def _subjective_text(best: BestAccuracies) -> str:
-    means = best.subjective.mean(axis=0)
-    early, late = best.generations <= RISEN, best.generations >= SETTLED
-    peak = int(means[early].argmax())
-    text = f"subjective best: {means[0]:.2f} at first, highest of the first {RISEN} generations {means[peak]:.2f} in "
-    text += f"generation {best.generations[peak]}"
-    if not late.any():
-        return text
-    return f"{text}, {means[late].min():.2f} to {means[late].max():.2f} from generation {SETTLED} on"
-
-
-def _objective_text(highest_of_runs: np.ndarray) -> str:
+def _of_the_objective_best(highest_of_runs: np.ndarray) -> tuple[bool, str, str]:
+    """Return whether accuracies (R, G) agree, what they do, and why not, if they had come to the level and did not stay there."""
     means = highest_of_runs.mean(axis=0)
-    back = float((np.maximum.accumulate(means) - means).max())
-    return f"objective best: {means[0]:.3f} at first, {means[-1]:.3f} in the end, largest step back {back:.3f}"
-
-
-def _picture(preset: str, best: BestAccuracies, *, archive: bool) -> Picture:
-    curves: dict[str, Any] = {
-        "subjective": best.subjective,
-        "objective": best.objective,
-        "jury": best.jury if archive else None,
-    }
-    caption = (
-        f"Aggregation, preset {preset}: decision accuracy over the whole space of behaviors, mean and standard "
-        f"deviation over {len(best.objective)} runs."
-    )
-    return Picture(f"accuracy-{preset}", CLAIM, caption, accuracy_figure(best.generations, **curves))
+    back, agrees = float((np.maximum.accumulate(means) - means).max()), rises_to_the_level(highest_of_runs)
+    text = f"objective best: {means[0]:.3f} at first, {means[-1]:.3f} in the end, largest step back {back:.3f}"
+    return agrees, text, FORGETS if means.max() > LEVEL and not agrees else ""
 
 
 EXPERIMENT = Experiment.of(
-    "4.4",
-    conduct,
-    full=AccuracySizes(),
+    ID, conduct, full=AccuracySizes(),
     fast=AccuracySizes(
         runs=RunSizes(runs=3, generations=12, settings={"models.population": 10, "classifiers.population": 10}),
-        generations=(0, 1, 5, 11),
-        points=2,
-        trials=4,
-        parts=3,
+        generations=(0, 1, 5, 11), points=2, trials=4, parts=3,
     ),
-)
+)  # fmt: skip

@@ -1,7 +1,7 @@
 """Beyond section 4.5: likelihood-free inference, and a mixture fit to the speeds, on the same scenarios."""
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -10,32 +10,20 @@ import pandas as pd
 
 from turing_learning.analysis import WHY_UNKNOWN, absolute_error, is_known
 from turing_learning.errors import require
-from turing_learning.figures import Picture
 from turing_learning.figures._many_runs import budget_figure
 from turing_learning.purposes import COMPARISON_OBSERVATION
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import Experiment, Findings, Table, stacked
-from .._likelihood_free import (
-    Groups,
-    Inferred,
-    baseline,
-    fit_mixture,
-    infer_by_abc_smc,
-    infer_by_npe,
-    summaries,
-)
+from .._experiment import Captions, Experiment, Findings, Table, stacked
+from .._likelihood_free import Groups, Inferred, baseline, fit_mixture, infer_by_abc_smc, infer_by_npe, summaries
 from .._work import Work
+from ._shared import seeded
 
+ID, CAPTIONS = "4.5+", Captions("4.5+")
 PACKAGES = ("pyabc", "sbi", "sklearn")
 TURING_LEARNING, ABC_SMC, NPE, NPE_IN_ROUNDS, MIXTURE = "turing-learning", "abc-smc", "npe", "npe-rounds", "mixture"
-METHODS = {
-    TURING_LEARNING: "Turing Learning",
-    ABC_SMC: "ABC-SMC",
-    NPE: "NPE",
-    NPE_IN_ROUNDS: "NPE in rounds",
-    MIXTURE: "mixture",
-}
+NAMES = ("Turing Learning", "ABC-SMC", "NPE", "NPE in rounds", "mixture")
+METHODS = dict(zip((TURING_LEARNING, ABC_SMC, NPE, NPE_IN_ROUNDS, MIXTURE), NAMES, strict=True))
 """Key of a method -> its name."""
 
 
@@ -77,9 +65,8 @@ class Outcome:
         estimates = np.array([one["estimate"] for one in found])
         none = any(one["low"] is None for one in found)
         intervals = None if none else np.array([(one["low"], one["high"]) for one in found], dtype=float)
-        return cls(
-            scenario, method, trials, seeds, estimates, intervals, np.array([one["processor_seconds"] for one in found])
-        )
+        seconds = np.array([one["processor_seconds"] for one in found])
+        return cls(scenario, method, trials, seeds, estimates, intervals, seconds)
 
     @property
     def errors(self) -> np.ndarray:
@@ -131,19 +118,20 @@ def conduct(work: Work) -> Findings:
     """Run every method with every number of trials."""
     for package in PACKAGES:
         baseline(package)
-    scenarios = (AGGREGATION, OBJECT_CLUSTERING)
-    outcomes = {scenario.title: list(_outcomes(work, scenario)) for scenario in scenarios}
-    tables = [make(found) for make in (_summary_table, _runs_table) for found in outcomes.values()]
-    return Findings([], tables, [_picture(outcomes)], [text for found in outcomes.values() for text in remarks(found)])
-
-
-def _outcomes(work: Work, scenario: Scenario) -> Iterator[Outcome]:
     sizes: ComparisonSizes = work.sizes
-    seeds = range(sizes.first_seed, sizes.first_seed + sizes.seeds)
-    for method in METHODS:
-        for trials in sizes.observed if method == MIXTURE else sizes.trials:
-            found = [_found(work, scenario, method, trials, seed) for seed in seeds]
-            yield Outcome.of(scenario, method, trials, tuple(seeds), found)
+    seeds = tuple(range(sizes.first_seed, sizes.first_seed + sizes.seeds))
+    outcomes: dict[str, list[Outcome]] = {}
+    panels: dict[str, dict[str, dict[int, np.ndarray]]] = {}
+    for scenario in (AGGREGATION, OBJECT_CLUSTERING):
+        own, panel = outcomes.setdefault(scenario.title, []), panels.setdefault(scenario.title, {})
+        for method, name in METHODS.items():
+            for trials in sizes.observed if method == MIXTURE else sizes.trials:
+                found = [_found(work, scenario, method, trials, seed) for seed in seeds]
+                own.append(Outcome.of(scenario, method, trials, seeds, found))
+                panel.setdefault(name, {})[trials] = own[-1].maes
+    tables = [make(found) for make in (_summary_table, _runs_table) for found in outcomes.values()]
+    picture = CAPTIONS.picture("accuracy", "", budget_figure(panels), seeds=len(seeds))
+    return Findings([], tables, [picture], [text for found in outcomes.values() for text in remarks(found)])
 
 
 def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) -> dict[str, Any]:
@@ -166,12 +154,8 @@ def _infer(work: Work, method: str, groups: Groups, genuine: np.ndarray, trials:
         from turing_learning.runs import infer
 
         population = {"models.population": sizes.population, "classifiers.population": sizes.population}
-        how: dict[str, Any] = {
-            "settings": {**population, **sizes.settings},
-            "threads": 1,
-            "should_stop": work.should_stop,
-        }
-        result = infer(groups.scenario, generations=trials // sizes.population, seed=seed, **how)
+        how: dict[str, Any] = {"settings": {**population, **sizes.settings}, "should_stop": work.should_stop}
+        result = infer(groups.scenario, generations=trials // sizes.population, seed=seed, threads=1, **how)
         if not result.complete:
             return None
         return Inferred(np.array(list(result.estimate.values())), *np.array(list(result.interval.values())).T)
@@ -190,9 +174,6 @@ def as_json(inferred: Inferred, seconds: float) -> dict[str, Any]:
         values = getattr(inferred, name)
         found[name] = None if values is None else [v if is_known(v) else None for v in values.tolist()]
     return found | {"processor_seconds": round(seconds, 2)}
-
-
-# Remarks.
 
 
 def remarks(outcomes: Sequence[Outcome]) -> list[str]:
@@ -232,71 +213,37 @@ def remarks(outcomes: Sequence[Outcome]) -> list[str]:
     return texts
 
 
-# Tables and figure.
-
-
 def _summary_table(outcomes: Sequence[Outcome]) -> Table:
     scenario = outcomes[0].scenario
     frame = pd.DataFrame(
-        {
-            "method": METHODS[one.method],
-            "trials": one.trials,
-            "MAE": one.mae,
-            **dict(zip(scenario.parameter_names, np.median(one.errors, axis=0), strict=True)),
-            "coverage": one.coverage,
-            "width": one.width,
-            "processor_s": one.seconds,
-        }
+        {"method": METHODS[one.method], "trials": one.trials, "MAE": one.mae}
+        | dict(zip(scenario.parameter_names, np.median(one.errors, axis=0), strict=True))
+        | {"coverage": one.coverage, "width": one.width, "processor_s": one.seconds}
         for one in outcomes
     )
-    caption = (
-        f"{scenario.title}: medians over the seeds of the mean absolute error and of the absolute errors; share of the true "
-        "parameters inside the central 90 % interval, and its mean width; median processor time (s)"
-    )
-    return Table(scenario.name, caption, frame, inline=True)
+    return CAPTIONS.table("{scenario}", frame, True, scenario=scenario.name, title=scenario.title)
 
 
 def _runs_table(outcomes: Sequence[Outcome]) -> Table:
-    scenario, names = outcomes[0].scenario, outcomes[0].scenario.parameter_names
-    caption = f"{scenario.title}: every run, with its interval"
-    return Table(f"{scenario.name}-runs", caption, runs_frame(outcomes, names))
+    scenario = outcomes[0].scenario
+    frame = runs_frame(outcomes, scenario.parameter_names)
+    return CAPTIONS.table("{scenario}-runs", frame, scenario=scenario.name, title=scenario.title)
 
 
 def runs_frame(outcomes: Sequence[Outcome], names: Sequence[str]) -> pd.DataFrame:
     """Return every run with its interval; empty where it is not known, or the method has none."""
     frames = {}
     for one in outcomes:
-        frame = pd.DataFrame({"seed": one.seeds}).join(pd.DataFrame(one.estimates, columns=names))
         ends = np.full((len(one.seeds), 2, len(names)), np.nan) if one.intervals is None else one.intervals
         columns = [f"{end}_{name}" for name in names for end in ("low", "high")]
         intervals = pd.DataFrame(ends.transpose(0, 2, 1).reshape(len(ends), -1), columns=columns)
-        frames[one.method, one.trials] = frame.assign(MAE=one.maes).join(intervals)
+        frames[one.method, one.trials] = seeded(one.seeds, one.estimates, names).assign(MAE=one.maes).join(intervals)
     return stacked(frames, "method", "trials")
 
 
-def _picture(outcomes: Mapping[str, Sequence[Outcome]]) -> Picture:
-    panels: dict[str, dict[str, dict[int, np.ndarray]]] = {}
-    for title, found in outcomes.items():
-        for one in found:
-            panels.setdefault(title, {}).setdefault(METHODS[one.method], {})[one.trials] = one.maes
-    seeds = len(next(iter(outcomes.values()))[0].seeds)
-    caption = (
-        f"Mean absolute error of each of {seeds} seeds, and their medians, over the number of simulated trials; "
-        "for the mixture, which simulates nothing, over the number of trials in which agents were observed."
-    )
-    return Picture("accuracy", "", caption, budget_figure(panels))
-
-
 EXPERIMENT = Experiment.of(
-    "4.5+",
-    conduct,
-    full=ComparisonSizes(),
+    ID, conduct, full=ComparisonSizes(),
     fast=ComparisonSizes(
-        seeds=1,
-        trials=(500,),
-        observed=(10,),
-        group=5,
-        population=10,
-        settings={"run.checkpoint_every": 50},
+        seeds=1, trials=(500,), observed=(10,), group=5, population=10, settings={"run.checkpoint_every": 50}
     ),
-)
+)  # fmt: skip

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,6 @@ import pandas as pd
 from turing_learning.analysis import (
     Comparison,
     absolute_error,
-    compare,
     decision_accuracy,
     least_dispersion,
     mean_absolute_error,
@@ -19,34 +19,22 @@ from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
-from .._claims import load_claims
-from .._experiment import Experiment, Findings, Table, stacked
-from .._laboratory_trials import (
-    KINDS,
-    Gathering,
-    LaboratoryRuns,
-    LaboratoryRunSizes,
-    RandomModelSizes,
-    ValidationSizes,
-    emulated_runs,
-    gatherings,
-    laboratory_file,
-    random_models,
-    simulated_runs,
-)
-from .._verdicts import Spread, Verdict, errors_verdict, printed_spreads, valued
+from .. import _laboratory_trials as trials
+from .._experiment import Captions, Experiment, Findings, Table, stacked
+from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
+from .._verdicts import Verdict, errors_verdict, load_claims, printed_spreads, spreads_of, valued
 from .._work import Work
-from ._shared import errors_frame, spreads_frame
+from ._shared import compare_columns, errors_frame, seeded, spreads_frame
 from .classifier_accuracy import BestAccuracies
 
+ID, CAPTIONS = "5", Captions("5")
 ERRORS, DYNAMICS, VALIDATION, CLASSIFIERS = (
     f"5-physical-{what}" for what in ("ae", "dynamics", "validation", "classifiers")
 )
 PAPER_RUNS = 10
 CORRESPONDENCE = 0.1
 """Difference of medians that still counts as good correspondence, as "near the truth" does in section 4.3."""
-LATE = 0.2
-"""Share of the generations, the last ones, over which medians are compared."""
+LATE = 0.2  # share of the generations, the last ones, over which medians are compared
 HIGH = 0.9
 QUANTITIES = ("proportion at the end", "dispersion at the end", "mean proportion", "mean dispersion")
 """What is compared: of every trial the last moment, and the mean over all moments."""
@@ -103,9 +91,14 @@ class Validation:
     @property
     def comparison(self) -> Comparison:
         """Tests of the four `QUANTITIES`."""
-        pairs = [(getattr(self.agents, what), getattr(self.replicas, what)) for what in ("proportion", "dispersion")]
-        tests = [compare(a[:, -1], [b[:, -1]]) for a, b in pairs] + [compare(a.mean(1), [b.mean(1)]) for a, b in pairs]
-        return Comparison(np.concatenate([test.p_values for test in tests]), tests[0].level)
+        swarms = []
+        for one in (self.agents, self.replicas):
+            ends, means = (
+                [one.proportion[:, -1], one.dispersion[:, -1]],
+                [one.proportion.mean(1), one.dispersion.mean(1)],
+            )
+            swarms.append(np.column_stack(ends + means))
+        return compare_columns(*swarms)
 
 
 def conduct(work: Work) -> Findings:
@@ -114,29 +107,35 @@ def conduct(work: Work) -> Findings:
 
     sizes: LaboratorySizes = work.sizes
     truth = np.array(LABORATORY.controller)
-    emulated, simulated = emulated_runs(work), simulated_runs(work, "default")
-    outcomes = {EMULATED: emulated, SIMULATED: simulated, f"{SIMULATED}, preset paper": simulated_runs(work, "paper")}
+    emulated, simulated = trials.emulated_runs(work), trials.simulated_runs(work, "default")
+    outcomes = {EMULATED: emulated, SIMULATED: simulated}
+    outcomes[f"{SIMULATED}, preset paper"] = trials.simulated_runs(work, "paper")
     median = np.median(emulated.best, axis=0)
-    validation = Validation(median, *gatherings(work, median), sizes.validation.times_s)
+    validation = Validation(median, *trials.gatherings(work, median), sizes.validation.times_s)
     best = _accuracies(work, emulated)
-    return Findings(
-        [
-            *(runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()),
-            dynamics_verdict(emulated, simulated, truth),
-            validation_verdict(validation),
-            classifiers_verdict(best),
-        ],
-        [*_runs_tables(outcomes, sizes.runs.seeds, truth), _validation_table(validation), _accuracy_table(best)],
-        [
-            *_runs_pictures(outcomes, truth),
-            *_validation_pictures(validation, sizes.validation),
-            _accuracy_picture(best, sizes.random_models.models),
-        ],
-    )
+    figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective)
+    words = {"models": sizes.random_models.models, "runs": len(best.objective)}
+    verdicts = [runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()]
+    verdicts += [
+        dynamics_verdict(emulated, simulated, truth),
+        validation_verdict(validation),
+        classifiers_verdict(best),
+    ]
+    tables = [
+        *_runs_tables(outcomes, sizes.runs.seeds, truth),
+        _validation_table(validation),
+        CAPTIONS.table("accuracy", best.means_frame("subjective", "objective")),
+    ]
+    pictures = [
+        *_runs_pictures(outcomes, truth),
+        *_validation_pictures(validation, sizes.validation),
+        CAPTIONS.picture("accuracy", CLASSIFIERS, figure, **words),
+    ]
+    return Findings(verdicts, tables, pictures)
 
 
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
-    """Let the classifiers of all runs and kept generations judge the same trials of random models.
+    """Let the classifiers of all runs and stored generations judge the same trials of random models.
 
     Source
     ------
@@ -146,16 +145,13 @@ def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
     from turing_learning.config import classifier_of
     from turing_learning.robots import load_laboratory
 
-    sizes, path = work.sizes.runs, laboratory_file(work, "default")
-    samples = random_models(work, path)
+    sizes, path = work.sizes.runs, trials.laboratory_file(work, "default")
+    samples = trials.random_models(work, path)
     classifier = classifier_of(load_laboratory(path, dict(sizes.settings)).configuration)
     genomes = runs.classifiers.reshape(-1, runs.classifiers.shape[-1]).astype(np.float64)
     agents, replicas = (classifier.judge(genomes, samples[name]) >= THRESHOLD for name in ("agents", "replicas"))
     accuracy = decision_accuracy(agents[..., None], replicas[..., None]).reshape(runs.classifier_fitness.shape)
     return BestAccuracies.of("", sizes.kept, accuracy, runs.classifier_fitness)  # the archive is left out
-
-
-# Verdicts.
 
 
 def medians(runs: LaboratoryRuns) -> np.ndarray:
@@ -171,15 +167,13 @@ def distances(emulated: LaboratoryRuns, simulated: LaboratoryRuns) -> tuple[np.n
 
 def runs_verdict(runs: LaboratoryRuns, truth: np.ndarray, variant: str = "") -> Verdict:
     """Hold the absolute errors of the post-evaluated best models against the printed ones."""
-    texts = {
-        end: f"; median model {', '.join(f'{value:.2f}' for value in values)}"
-        for end, values in (
-            ("printed_also", load_claims()[ERRORS].values["median_parameters"]),
-            ("observed_also", np.median(runs.best, axis=0)),
-        )
-    }
+    printed, observed = (
+        f"; median model {', '.join(f'{value:.2f}' for value in values)}"
+        for values in (load_claims()[ERRORS].values["median_parameters"], np.median(runs.best, axis=0))
+    )
     errors = absolute_error(runs.best, truth)
-    return errors_verdict(ERRORS, errors, NAMES, variant, paper_runs=PAPER_RUNS, **texts)
+    also = {"printed_also": printed, "observed_also": observed}
+    return errors_verdict(ERRORS, errors, NAMES, variant, paper_runs=PAPER_RUNS, **also)
 
 
 def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth: np.ndarray) -> Verdict:
@@ -214,9 +208,8 @@ def validation_verdict(validation: Validation) -> Verdict:
 
 
 def does_not_drop(values: np.ndarray) -> bool:
-    """Return whether no generation's mean over the runs (R, G) is below an earlier one by more than twice the standard error of
-    the difference."""  # fmt: skip
-    spreads = [Spread.of(column) for column in values.T]
+    """Return if no generation's mean of values (R, G) is below an earlier one by over twice the difference's standard error."""
+    spreads = spreads_of(values)
     return all(
         earlier.mean - later.mean <= 2 * float(np.hypot(earlier.standard_error, later.standard_error))
         for k, later in enumerate(spreads)
@@ -240,54 +233,32 @@ def classifiers_verdict(best: BestAccuracies) -> Verdict:
     )
 
 
-# Tables and figures.
-
-
 def _runs_tables(outcomes: Mapping[str, LaboratoryRuns], seeds: tuple[int, ...], truth: np.ndarray) -> list[Table]:
     errors, models, dynamics = {}, {}, {}
     printed = spreads_frame(printed_spreads(ERRORS, PAPER_RUNS), "paper_mean", "paper_standard_deviation")
     for kind, runs in outcomes.items():
         statistics = errors_frame(absolute_error(runs.best, truth), NAMES).rename(columns={"runs": "number"})
         errors[kind] = statistics.join(printed)
-        models[kind] = pd.DataFrame({"seed": seeds}).join(pd.DataFrame(runs.best, columns=NAMES))
+        models[kind] = seeded(seeds, runs.best, NAMES)
         curves = ErrorDynamics.of(runs, truth)
         maes = {f"mae_{name}": getattr(curves, name) for name in ("average", "subjective", "objective")}
         frame = pd.DataFrame(medians(runs), columns=NAMES).assign(**maes).map(lambda value: round(value, 4))
         frame.insert(0, "generation", frame.index)
         dynamics[kind] = frame
     return [
-        Table(
-            "absolute-errors",
-            "Absolute errors of the post-evaluated best models, beside what the paper prints of its physical runs",
-            stacked(errors, "runs"),
-            inline=True,
-        ),
-        Table("models", "What every run has inferred: the post-evaluated best model", stacked(models, "runs")),
-        Table(
-            "dynamics",
-            "Medians over the runs of each generation: parameters of the subjectively best model; errors of all models on average, "
-            "of the subjectively and of the objectively best one",
-            stacked(dynamics, "runs"),
-        ),
+        CAPTIONS.table("absolute-errors", stacked(errors, "runs"), True),
+        CAPTIONS.table("models", stacked(models, "runs")),
+        CAPTIONS.table("dynamics", stacked(dynamics, "runs")),
     ]
 
 
 def _validation_table(validation: Validation) -> Table:
     frames = {}
-    for kind, one in zip(KINDS, (validation.agents, validation.replicas), strict=True):
+    for kind, one in zip(trials.KINDS, (validation.agents, validation.replicas), strict=True):
         ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
-        trials = np.arange(1, len(one.complete) + 1)
-        frames[kind] = pd.DataFrame({"trial": trials, **ends, "images_complete": one.complete.mean(axis=1)})
-    caption = "Swarms at the end of every trial, and the share of the images in which the camera has seen all robots"
-    return Table("validation", caption, stacked(frames, "controller"))
-
-
-def _accuracy_table(best: BestAccuracies) -> Table:
-    caption = (
-        "Decision accuracy of the subjectively and of the objectively best classifier, mean and standard deviation over the "
-        "runs"
-    )
-    return Table("accuracy", caption, best.means_frame("subjective", "objective"))
+        numbers = np.arange(1, len(one.complete) + 1)
+        frames[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
+    return CAPTIONS.table("validation", stacked(frames, "controller"))
 
 
 def _runs_pictures(outcomes: Mapping[str, LaboratoryRuns], truth: np.ndarray) -> list[Picture]:
@@ -298,88 +269,42 @@ def _runs_pictures(outcomes: Mapping[str, LaboratoryRuns], truth: np.ndarray) ->
         {"average of all models": e.average, "subjectively best": e.subjective, "objectively best": e.objective}
         for e in errors
     ]
-    middle = [medians(runs) for runs in both]
+    boxes = box_figure(both[0].best, names=NAMES, truth=truth)
+    parameters = convergence_panels_figure([medians(runs) for runs in both], titles=titles, names=NAMES, truth=truth)
     return [
-        Picture(
-            "models",
-            ERRORS,
-            f"Emulated laboratory: parameters of the post-evaluated best model of the last generation, {number} runs; the truth "
-            "is dashed.",
-            box_figure(both[0].best, names=NAMES, truth=truth),
-        ),
-        Picture(
-            "parameter-dynamics",
-            DYNAMICS,
-            f"Medians over {number} emulated and {number} simulated runs of the subjectively best model of each generation; the "
-            "truth is thin.",
-            convergence_panels_figure(middle, titles=titles, names=NAMES, truth=truth),
-        ),
-        Picture(
-            "error-dynamics",
-            DYNAMICS,
-            f"Medians over {number} emulated and {number} simulated runs of the errors of the models of each generation.",
-            error_panels_figure(curves, titles=titles),
-        ),
+        CAPTIONS.picture("models", ERRORS, boxes, runs=number),
+        CAPTIONS.picture("parameter-dynamics", DYNAMICS, parameters, runs=number),
+        CAPTIONS.picture("error-dynamics", DYNAMICS, error_panels_figure(curves, titles=titles), runs=number),
     ]
 
 
 def _validation_pictures(validation: Validation, sizes: ValidationSizes) -> list[Picture]:
-    swarms = {"agents": validation.agents, "inferred model": validation.replicas}
+    swarms, replicas = {"agents": validation.agents, "inferred model": validation.replicas}, validation.replicas
     curves = {
         "Proportion in largest cluster": {name: one.proportion for name, one in swarms.items()},
         "Dispersion": {name: one.dispersion for name, one in swarms.items()},
     }
     limits = dict(zip(curves, (1.0, least_dispersion(sizes.robots)), strict=True))
     moments = [int(np.argmin(np.abs(sizes.times_s - time))) for time in sizes.shown_s]
-    ends = validation.replicas.dispersion[:, -1]
+    ends = replicas.dispersion[:, -1]
     trial = int(np.argsort(ends, kind="stable")[(len(ends) - 1) // 2])
-    snapshots = snapshots_figure(
-        validation.replicas.poses[trial, moments],
-        times_s=sizes.shown_s,
-        robots=sizes.robots,
-        robot_radius_cm=validation.replicas.radius_cm,
-        columns=4,
-    )
+    look: dict[str, Any] = {"robots": sizes.robots, "robot_radius_cm": replicas.radius_cm, "columns": 4}
+    snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes.shown_s, **look)
+    gathering, words = gathering_figure(validation.times_s, curves, limits=limits), {"robots": sizes.robots}
     return [
-        Picture(
-            "gathering",
-            VALIDATION,
-            f"Emulated laboratory: {sizes.robots} robots, mean (line) and standard deviation (band) over {sizes.trials} trials "
-            "with the agents' controller and with the median inferred model.",
-            gathering_figure(validation.times_s, curves, limits=limits),
-        ),
-        Picture(
-            "snapshots",
-            VALIDATION,
-            f"Emulated laboratory: {sizes.robots} robots that execute the median inferred model; the trial of median dispersion "
-            "at the end.",
-            snapshots,
-        ),
+        CAPTIONS.picture("gathering", VALIDATION, gathering, trials=sizes.trials, **words),
+        CAPTIONS.picture("snapshots", VALIDATION, snapshots, **words),
     ]
 
 
-def _accuracy_picture(best: BestAccuracies, models: int) -> Picture:
-    caption = (
-        f"Emulated laboratory: decision accuracy over {models} random models, mean and standard deviation over "
-        f"{len(best.objective)} runs."
-    )
-    figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective)
-    return Picture("accuracy", CLASSIFIERS, caption, figure)
-
-
 EXPERIMENT = Experiment.of(
-    "5",
-    conduct,
-    full=LaboratorySizes(),
+    ID, conduct, full=LaboratorySizes(),
     fast=LaboratorySizes(
         runs=LaboratoryRunSizes(
-            runs=1,
-            generations=2,
-            repeats=1,
-            kept=(0, 1),
+            runs=1, generations=2, repeats=1, kept=(0, 1),
             settings={"models.population": 2, "classifiers.population": 10},
         ),
         validation=ValidationSizes(robots=12, trials=2, duration_s=8.0, every_s=4.0, shown_s=(0, 4, 8)),
         random_models=RandomModelSizes(models=4),
     ),
-)
+)  # fmt: skip

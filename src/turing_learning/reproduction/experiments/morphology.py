@@ -7,18 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.figures import Picture, box_figure
+from turing_learning.figures import box_figure
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
-from .._experiment import Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, stacked
 from .._verdicts import Verdict, errors_verdict, listed, spreads_of
 from .._work import Work
-from ._shared import KINDS, PRESETS, Runs, beside_the_paper, variant_of
+from ._shared import KINDS, PRESETS, Runs, small, variant_of
 
-CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
-"""Claim -> scenario."""
-OFF = 0.1
-"""Mean absolute error above which a run is off."""
+ID = "4.6.1"
+CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}  # claim -> scenario
+OFF = 0.1  # mean absolute error above which a run is off
+MIRRORED = (
+    "a mirror image of the truth, which takes one reading of the sensor for the other and exchanges their wheel speeds"
+)
+STRAYED = "a field of view that is far off beside the right wheel speeds"
 
 
 @dataclass(frozen=True)
@@ -36,28 +39,20 @@ class MorphologySizes:
 def conduct(work: Work) -> Findings:
     """Conduct a study for each field of view and preset."""
     sizes: MorphologySizes = work.sizes
-    found: dict[tuple[str, str], Runs] = {}
+    captions, verdicts, errors, tables, pictures = Captions(ID), [], {}, [], []
     for preset in sizes.presets:
         for claim, scenario in CASES.items():
-            runs = sizes.runs if preset == PRESETS[0] else sizes.beside
-            result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=runs)
-            found[claim, preset] = Runs.of(result, preset, scenario.parameter_names)
-    errors = {
-        (CASES[claim].name, preset): beside_the_paper(runs.errors_frame(), claim)
-        for (claim, preset), runs in found.items()
-    }
-    caption = (
-        "Absolute errors over the runs, that of theta in rad, of the subjectively best model of the last generation (the "
-        "paper's rule) and of the estimate, beside what the paper prints"
-    )
-    return Findings(
-        [morphology_verdict(claim, runs, kind) for (claim, _), runs in found.items() for kind in KINDS],
-        [
-            Table("absolute-errors", caption, stacked(errors, "scenario", "preset")),
-            *(_models_table(claim, runs) for (claim, _), runs in found.items()),
-        ],
-        [_picture(claim, runs) for (claim, _), runs in found.items()],
-    )
+            number = sizes.runs if preset == PRESETS[0] else sizes.beside
+            result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=number)
+            runs = Runs.of(result, preset, scenario.parameter_names)
+            verdicts += [morphology_verdict(claim, runs, kind) for kind in KINDS]
+            errors[scenario.name, preset] = runs.errors_frame(claim)
+            words = {"scenario": scenario.name, "title": scenario.title, "preset": preset, "runs": number}
+            tables.append(captions.table("{scenario}-{preset}-models", runs.models_frame(), **words))
+            figure = box_figure(runs.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth)
+            pictures.append(captions.picture("{scenario}-{preset}-boxes", claim, figure, **words))
+    summary = captions.table("absolute-errors", stacked(errors, "scenario", "preset"))
+    return Findings(verdicts, [summary, *tables], pictures)
 
 
 def morphology_verdict(claim: str, runs: Runs, kind: str) -> Verdict:
@@ -75,43 +70,12 @@ def morphology_verdict(claim: str, runs: Runs, kind: str) -> Verdict:
             text += f", without them {listed(names, spreads_of(errors[~off]))}"
     speeds = runs.models[kind][:, : len(truth)]
     mirrored = np.abs(speeds - np.roll(truth, 2)).sum(axis=1) < np.abs(speeds - truth).sum(axis=1)
-    strayed = {
-        "a mirror image of the truth, which takes one reading of the sensor for the other and exchanges their wheel speeds": (
-            off & mirrored
-        ),
-        "a field of view that is far off beside the right wheel speeds": off
-        & ~mirrored
-        & (errors[:, -1] > math.pi / 2),
-    }
+    strayed = {MIRRORED: off & mirrored, STRAYED: off & ~mirrored & (errors[:, -1] > math.pi / 2)}
     reasons = [f"{what} (seeds {seeds(chosen)})" for what, chosen in strayed.items() if chosen.any()]
     reason = f"{'; '.join(reasons)}; docs/decisions/0016" if reasons else ""
     return errors_verdict(claim, errors, names, variant_of(runs.preset, kind), observed_also=text, reason=reason)
 
 
-def _models_table(claim: str, runs: Runs) -> Table:
-    scenario = CASES[claim]
-    caption = f"{scenario.title}, preset {runs.preset}: what every run has inferred; theta in rad"
-    return Table(f"{scenario.name}-{runs.preset}-models", caption, runs.models_frame())
-
-
-def _picture(claim: str, runs: Runs) -> Picture:
-    scenario = CASES[claim]
-    figure = box_figure(runs.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth)
-    caption = (
-        f"{scenario.title}, preset {runs.preset}: parameters of the subjectively best model of the last generation, "
-        f"{len(runs)} runs; the truth is dashed."
-    )
-    return Picture(f"{scenario.name}-{runs.preset}-boxes", claim, caption, figure)
-
-
 EXPERIMENT = Experiment.of(
-    "4.6.1",
-    conduct,
-    full=MorphologySizes(),
-    fast=MorphologySizes(
-        runs=2,
-        beside=2,
-        generations=6,
-        settings={"models.population": 6, "classifiers.population": 6, "run.checkpoint_every": 6},
-    ),
+    ID, conduct, full=MorphologySizes(), fast=MorphologySizes(runs=2, beside=2, generations=6, settings=small(6, 6))
 )
