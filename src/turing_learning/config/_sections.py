@@ -66,7 +66,7 @@ class PopulationSection(Section):
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
         low, high, step = self.initial_low, self.initial_high, self.initial_step_size
-        require(low <= high, "initial_low", "be at most initial_high", f"{low} and {high}")
+        require(low < high, "initial_low", "be below initial_high", f"{low} and {high}")
         fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
         rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"
         require(fits, "initial_step_size", rule, step)
@@ -180,6 +180,11 @@ class RunSection(Section):
     def thin(self) -> bool:
         """Whether the history holds no populations."""
         return self.history == "thin" or self.trials > 0
+
+    @property
+    def save_every(self) -> int:
+        """Number of generations, or batches of trials, after which the run is saved."""
+        return 1 if self.trials else self.checkpoint_every
 
     @property
     def halfway(self) -> int:

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from turing_learning.coevolution import ClassifierArchive, Coevolution, jury_reward
+from turing_learning.coevolution import ClassifierArchive, Coevolution, Generation, jury_reward
 from turing_learning.config import (
     Configuration,
     ConfigurationError,
@@ -24,77 +24,81 @@ from turing_learning.evolution import (
     PhasedMating,
     RenewedOptimizer,
 )
-from turing_learning.models import Jumps
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, Source
 
 
-def assemble(configuration: Configuration, source: Source) -> Coevolution:
-    """Build the coevolution that a configuration describes.
+class Loop(Protocol):
+    """What a run goes through: the generations of a coevolution, or batches of few trials."""
 
-    Parameters
-    ----------
-    configuration
-        A resolved configuration.
-    source
-        Its samples.
-    """
-    classifier = classifier_of(configuration)
-    return Coevolution(
-        source.interrogation(classifier),
-        _models(configuration, configuration.representation.jumps),
-        _classifiers(configuration, classifier.parameters),
-        seed=(INTERROGATION, configuration.run.seed),
-        **_archive(configuration),
-    )
+    @property
+    def generation(self) -> int:
+        """Number of completed steps."""
+
+    def step(self) -> Generation:
+        """Return the next generation, scored."""
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return all that is needed to resume but the rows that are stored as they come."""
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state, with all rows as "buffer/..."."""
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """Return what has come since the last call and is stored once; nothing of a coevolution."""
+
+    def interval(self) -> np.ndarray:
+        """Return the ends (2, P), in units, that are not read off the typical models; empty of a coevolution."""
 
 
-def _models(configuration: Configuration, jumps: Jumps) -> Optimizer:
-    section, run, dimension = configuration.models, configuration.run, len(configuration.parameter_names)
-    low, high = np.full(dimension, section.initial_low), np.full(dimension, section.initial_high)
+class Generations(Coevolution):
+    """A coevolution as the loop of a run: the history holds its rows, and the interval is read off the typical models."""
+
+    def rows(self) -> dict[str, np.ndarray]:
+        """Return nothing."""
+        return {}
+
+    def interval(self) -> np.ndarray:
+        """Return nothing."""
+        return np.empty((0, 0))
+
+
+def generations_of(configuration: Configuration, source: Source) -> Generations:
+    """Build the coevolution that a configuration describes, with its samples."""
+    classifier, run, archive = classifier_of(configuration), configuration.run, configuration.coevolution.archive
+    models, classifiers = configuration.models, configuration.classifiers
+    dimension, jumps = len(configuration.parameter_names), configuration.representation.jumps
     jumper = Jumper(
-        low,
-        high,
-        redraw=section.redraw,
+        np.full(dimension, models.initial_low),
+        np.full(dimension, models.initial_high),
+        redraw=models.redraw,
         reach=jumps.reach,
-        exchange=section.exchange,
+        exchange=models.exchange,
         groups=jumps.groups,
         dependent=jumps.dependent,
         refinement=run.halfway,
         settled=run.settled,
     )
-    size = section.parents + section.offspring
-    return optimizer_of(
-        section,
+    size = models.parents + models.offspring
+    imitators = optimizer_of(
+        models,
         dimension,
         (MODELS, run.seed),
-        mating=PhasedMating(section.recombination, section.intermediate, run.halfway),
+        mating=PhasedMating(models.recombination, models.intermediate, run.halfway),
         jumper=jumper,
-        memory=FitnessMemory(size, section.memory, run.halfway) if section.memory else None,
+        memory=FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
     )
 
+    def judges(*number: int) -> Optimizer:
+        return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number))
 
-def _classifiers(configuration: Configuration, parameters: int) -> Optimizer:
-    """Return the classifiers' optimizer, which is renewed in the first half of the run only."""
-    section, run = configuration.classifiers, configuration.run
-    if section.renewal == 0:
-        return optimizer_of(section, parameters, (CLASSIFIERS, run.seed))
-    return RenewedOptimizer(
-        lambda k: optimizer_of(section, parameters, (CLASSIFIERS, run.seed, k)),
-        section.renewal,
-        last=run.halfway,
-    )
-
-
-def _archive(configuration: Configuration) -> dict[str, Any]:
-    section = configuration.coevolution
-    if section.archive == 0:
-        return {}
-    return {
-        "archive": ClassifierArchive(section.archive, seed=(ARCHIVE, configuration.run.seed)),
-        "reward_models": jury_reward,
-    }
+    # renewed in the first half of the run only
+    renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
+    known = ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
+    reward = {"reward_models": jury_reward} if archive else {}
+    interrogation, seed = source.interrogation(classifier), (INTERROGATION, run.seed)
+    return Generations(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
 
 
 def optimizer_of(section: PopulationSection, dimension: int, seed: tuple[int, ...], **parts: Any) -> EvolutionStrategy:

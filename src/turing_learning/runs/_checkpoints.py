@@ -43,20 +43,8 @@ class Latest:
     refused: tuple[Path, ...] = ()
 
 
-def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> Path:
-    """Write a checkpoint, atomically, and remove all but the last `KEPT`.
-
-    Parameters
-    ----------
-    folder
-        Made if it does not exist.
-    checkpoint
-        No array may hold Python objects.
-
-    Returns
-    -------
-    Path
-        The file.
+def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -> Path:
+    """Write a checkpoint, atomically; keep the newest two, or it `alone`. The folder is made if it does not exist.
 
     Raises
     ------
@@ -67,17 +55,9 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint) -> Path:
     content = _packed(checkpoint.arrays)
     path = folder / f"generation-{checkpoint.generation:06d}-{_digest(content)}.npz"
     write_atomically(path, content)
-    for old in [other for other in _newest_first(folder) if other != path][KEPT - 1 :]:
+    for old in [other for other in _newest_first(folder) if other != path][0 if alone else KEPT - 1 :]:
         old.unlink(missing_ok=True)
     return path
-
-
-def replace_checkpoints(folder: Path, checkpoint: Checkpoint) -> None:
-    """Write a checkpoint and remove all others."""
-    path = save_checkpoint(folder, checkpoint)
-    for old in _newest_first(folder):
-        if old != path:
-            old.unlink(missing_ok=True)
 
 
 def latest_checkpoint(

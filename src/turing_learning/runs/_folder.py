@@ -1,5 +1,6 @@
 """A run folder: its files, and what ran there, when, where and with what."""
 
+import logging
 import os
 import platform
 import shlex
@@ -33,12 +34,14 @@ from turing_learning.store import refuse_format as refuse_future_format
 from ._checkpoints import Checkpoint, Latest, latest_checkpoint
 
 __all__ = [  # also what the rooms above need of every store
-    "FINISHED", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError", "how_to_resume", "manifest_rows",
-    "new_manifest", "now", "refuse_future_format", "resume_command", "storage", "this_process", "told", "writable",
-    "write_atomically", "write_json",
+    "BLOCK", "CALIBRATION", "FINISHED", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError", "blocks_before",
+    "how_to_resume", "manifest_rows", "new_manifest", "now", "piece", "refuse_future_format", "resume_command", "resumed",
+    "storage", "told", "writable", "write_atomically", "write_json",
 ]  # fmt: skip
 
 FORMAT_VERSION = 1
+BLOCK = 5000
+"""Generations whose traces have a file of their own; those since the last such block are in every checkpoint."""
 RUNNING = "running"
 """State of a run that continues, or was killed."""
 STOPPED = "stopped"
@@ -49,7 +52,7 @@ FINISHED = "finished"
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
-    "result.json", "report.html", "checkpoints", "history.zarr", "figures", "check", CALIBRATION, "trials",
+    "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, "trials",
     "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 _KIND = Kind(
@@ -59,6 +62,7 @@ _KIND = Kind(
     pieces=("result.json", "post_evaluation.json", CALIBRATION, "check/check.json", "trials/**/*.npz"),
     newest=FORMAT_VERSION,
 )
+_LOGGER = logging.getLogger("turing_learning")
 _unverified: set[Path] = set()  # folders of which it has been said
 
 
@@ -203,11 +207,14 @@ class RunFolder(Store):
         digest = self.manifest().get("configuration_sha256")
         return latest_checkpoint(self.checkpoints_path, accept, configuration=digest)
 
-    def traces(self) -> dict[str, np.ndarray] | None:
-        """Return the traces in the newest usable checkpoint; None if there is none."""
-        found, prefix = self.checkpoint().checkpoint, "traces/"
-        arrays = {} if found is None else found.arrays
-        return {name.removeprefix(prefix): a for name, a in arrays.items() if name.startswith(prefix)} or None
+    def traces(self, checkpoint: Checkpoint | None = None) -> dict[str, np.ndarray] | None:
+        """Return the traces up to a checkpoint, by default the newest usable one; None if there is none."""
+        found, prefix = checkpoint or self.checkpoint().checkpoint, "traces/"
+        if found is None or "traces/seconds" not in found.arrays:
+            return None
+        parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
+        parts.append({name.removeprefix(prefix): a for name, a in found.arrays.items() if name.startswith(prefix)})
+        return {name: np.concatenate([each[name] for each in parts]) for name in parts[-1]}
 
     def update_manifest(self, **changes: Any) -> None:
         """Change entries of the manifest."""
@@ -280,6 +287,16 @@ class RunFolder(Store):
             super()._say_unverified()
 
 
+def piece(folder: str, number: int) -> str:
+    """Return the name of one of many files in a folder."""
+    return f"{folder}/{number:05d}.npz"
+
+
+def blocks_before(checkpoint: Checkpoint) -> int:
+    """Return the number of blocks of traces that have files of their own; older versions hold all traces in the checkpoint."""
+    return (checkpoint.generation - len(checkpoint.arrays["traces/seconds"])) // BLOCK
+
+
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
     """Return the manifest of a run that is about to begin.
 
@@ -315,6 +332,19 @@ def this_process() -> dict[str, Any]:
     return {"pid": os.getpid(), "host": socket.gethostname()}
 
 
+def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return what a manifest gets when its run is resumed: who runs it now, and with what, where that has changed."""
+    before, here = (manifest.get("resumed") or [manifest])[-1].get("versions") or {}, _versions()
+    changed = [f"{name} {before[name]}, now {here.get(name)}" for name in before if before[name] != here.get(name)]
+    entries: dict[str, Any] = {"process": this_process()}
+    if changed:
+        _LOGGER.warning(
+            "%s was run with %s: the result may not be that of a run that never stopped.", path, "; ".join(changed)
+        )
+        entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": here}]
+    return entries
+
+
 def manifest_rows(manifest: dict[str, Any]) -> list[tuple[str, str]]:
     """Return names and values for a page, nested objects in one row each."""
     return [(name.replace("_", " "), _in_words(value)) for name, value in manifest.items() if value is not None]
@@ -322,7 +352,9 @@ def manifest_rows(manifest: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _in_words(value: Any) -> str:
     if isinstance(value, dict):
-        return ", ".join(f"{name} {item}" for name, item in value.items() if item is not None)
+        return ", ".join(f"{name} {_in_words(item)}" for name, item in value.items() if item is not None)
+    if isinstance(value, list):
+        return "; ".join(map(_in_words, value))
     return f"{value:.2f}" if isinstance(value, float) else str(value)
 
 

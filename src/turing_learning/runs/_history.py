@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 GENERATION = "generation"
 SELECTION_CODES = {"active": 0, "all accepted": 1, "all rejected": 2}
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
+MOST_FILES = 100  # of one byte for each generation, which are written before the first
 NOT_RUN = -1  # the code of generations that have not been run
 
 
@@ -70,20 +71,6 @@ def selection_attributes() -> dict[str, Any]:
         "flag_values": [NOT_RUN, *SELECTION_CODES.values()],
         "flag_meanings": " ".join(["not_run", *(word.replace(" ", "_") for word in SELECTION_CODES)]),
     }
-
-
-class ThinRecorder:
-    """Keep nothing but what the traces keep."""
-
-    def record(self, values: Mapping[str, np.ndarray]) -> None:
-        """Do nothing."""
-
-    def flush(self) -> None:
-        """Do nothing."""
-
-    def seals(self) -> dict[str, np.ndarray]:
-        """Return nothing."""
-        return {}
 
 
 class HistoryRecorder:
@@ -179,11 +166,12 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
 def _create_array(group: Any, layout: Layout, name: str, dimensions: Sequence[str], kind: str) -> None:
     shape = layout.shape(dimensions)
-    codes = kind == "<i1"  # have no fill value, which xarray would turn into NaN
+    codes = kind == "<i1"  # have no fill value, which xarray would turn into NaN, and are written at once: in few files
+    chunk = layout.chunk * (max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1)
     group.create_array(
         name,
         shape=(layout.generations, *shape),
-        chunks=(min(layout.chunk, layout.generations), *shape),
+        chunks=(min(chunk, layout.generations), *shape),
         dtype=kind,
         fill_value=None if codes else np.nan,
         compressors=None,
@@ -398,12 +386,12 @@ class Traces:
         """Return an array over the completed generations, a view."""
         return self._arrays[name][: self.completed]
 
-    def state(self) -> dict[str, np.ndarray]:
-        """Return copies of all arrays over the completed generations."""
-        return {name: self[name].copy() for name in self._arrays}
+    def state(self, which: slice) -> dict[str, np.ndarray]:
+        """Return copies of all arrays over some of the completed generations."""
+        return {name: self[name][which].copy() for name in self._arrays}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Continue from a `state`."""
+        """Continue from a `state` of all generations."""
         self.completed = len(state["seconds"])
         for name, array in self._arrays.items():
             array[: self.completed] = state[name]

@@ -12,30 +12,32 @@ import numpy as np
 
 from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
-from turing_learning.coevolution import Coevolution, Generation
+from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.errors import refusing_as, require, said
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
-from ._assemble import assemble, resolved
-from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, replace_checkpoints, save_checkpoint
+from ._assemble import Loop, generations_of, resolved
+from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
 from ._folder import (
+    BLOCK,
     CALIBRATION,
     FINISHED,
     RUNNING,
     STOPPED,
     RunFolder,
+    blocks_before,
     how_to_resume,
     manifest_rows,
     new_manifest,
     now,
-    this_process,
+    piece,
+    resumed,
 )
 from ._history import (
     HistoryRecorder,
     Layout,
-    ThinRecorder,
     Traces,
     create_store,
     dataset_in_memory,
@@ -57,9 +59,8 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
+_INTERVAL = "interval"  # of an estimate from few trials, among them
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
-BUFFER = "buffer"  # folder of the samples of a run from few trials
-INTERVAL = "interval"  # of its estimate, among the arrays of a checkpoint
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -118,21 +119,14 @@ class Run:
     """A run of Turing Learning, one generation for each turn of a loop over it.
 
     Leaving the loop, also by an error in it, stops the run: what is done is saved, and a run in a folder can be opened again. As a
-    context manager it gives back its lock wherever it is left.
-
-    Parameters
-    ----------
-    configuration
-        Of the run.
-    source
-        The samples of its system, which `close` closes if the run has opened it itself.
-    folder
-        Where it is stored, locked; None keeps it in memory.
+    context manager it gives back its lock wherever it is left. `Run.begin` and `Run.open` make one.
 
     Attributes
     ----------
-    configuration, folder
-        As given.
+    configuration
+        What runs.
+    folder
+        Where it is stored, locked; None for a run in memory.
 
     Examples
     --------
@@ -144,32 +138,28 @@ class Run:
     >>> run.result.estimate  # doctest: +SKIP
     """
 
-    def __init__(self, configuration: Configuration, source: Source, folder: RunFolder | None = None) -> None:
+    def __init__(self, configuration: Configuration, source: Source, loop: Loop, folder: RunFolder | None) -> None:
         self.configuration, self.folder = configuration, folder
-        self._source, self._held = source, ExitStack()
+        self._source, self._loop, self._held = source, loop, ExitStack()
         self._closed = False
         self._result: Result | None = None
-        run = configuration.run
         self._layout = layout_of(configuration)
         self._traces = Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
-        self._saved = 0
-        self._coevolution: Coevolution | TrialsLoop
-        self._coevolution = TrialsLoop(configuration, source) if run.trials else assemble(configuration, source)
-        self._counts, self._ends = (0, 0), np.empty((0, 0))  # of the buffer that is stored; of the intervals
+        self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
+        self._ends = np.empty((0, 0))
         self._begun = time.perf_counter()
-        self._manifest = new_manifest(to_toml(configuration), run.seed) if folder is None else folder.manifest()
-        state = None if folder is None else self._restored_state(folder)
+        self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
+        seals = None if folder is None else self._restored(folder)
         self._arrays: Mapping[str, np.ndarray] = {}
-        self._recorder: HistoryRecorder | ThinRecorder = ThinRecorder()
-        if not run.thin:
+        self._recorder: HistoryRecorder | None = None
+        if not configuration.run.thin:
             if folder is None:
                 self._arrays = memory_arrays(self._layout)
-            elif state is None:
+            elif seals is None:
                 self._arrays = create_store(folder.history_path, self._layout)
             else:
                 self._arrays = open_store(folder.history_path)
-            seals = None if state is None else part(state, "history/")
             self._recorder = HistoryRecorder(self._layout, self._arrays, seals)
 
     @classmethod
@@ -181,6 +171,7 @@ class Run:
         source: Source | None = None,
         force: bool = False,
         files: Mapping[str, bytes] | None = None,
+        entries: Mapping[str, Any] | None = None,
     ) -> Self:
         """Begin a run.
 
@@ -196,22 +187,25 @@ class Run:
             Whether a run that is in the folder already may be replaced.
         files
             Name -> content of what else the folder holds.
+        entries
+            What else the manifest holds.
         """
-        entries = {}
+        more = dict(entries or {})
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
         elif not configuration.system.resuming:  # else `resume` asks for samples and simulator anyway
-            entries["source"] = GIVEN
+            more["source"] = GIVEN
+        loop = _loop_of(configuration, source)
         if out is None:
-            return cls(configuration, source)
+            return cls(configuration, source, loop, None)
         folder = RunFolder(out)
         with ExitStack() as held, writable("out", folder.path):
             folder.refuse_if_taken(force=force)
             folder.path.mkdir(parents=True, exist_ok=True)
             held.enter_context(folder.locked())
-            folder.begin(configuration, force=force, files=files, **entries)
-            run = cls(configuration, source, folder)
+            folder.begin(configuration, force=force, files=files, **more)
+            run = cls(configuration, source, loop, folder)
             run._held = held.pop_all()
         return run
 
@@ -246,9 +240,10 @@ class Run:
             else:
                 source = reopen(here)
             held.enter_context(source)
+            loop = _loop_of(here, source)
             remove_partial(folder.path)
-            folder.update_manifest(state=RUNNING, process=this_process())
-            run = cls(here, source, folder)
+            folder.update_manifest(state=RUNNING, **resumed(folder.manifest(), folder.path))
+            run = cls(here, source, loop, folder)
             run._held = held.pop_all()
         return run
 
@@ -290,8 +285,7 @@ class Run:
         try:
             while not self.complete:
                 generation = self._guarded_step() if self._source.fallible else self._step()
-                every = 1 if self.configuration.run.trials else self.configuration.run.checkpoint_every
-                if self.completed % every == 0 or self.complete:
+                if self.completed % self.configuration.run.save_every == 0 or self.complete:
                     self._save()
                 yield self._progress(generation)
         except GeneratorExit:
@@ -337,24 +331,25 @@ class Run:
 
     def _step(self) -> Generation:
         begun = time.perf_counter()
-        generation = self._coevolution.step()
+        generation = self._loop.step()
         models = self._source.to_units(generation.models)
         generation = generation if models is generation.models else replace(generation, models=models)
         values = generation_values(generation)
         with self.storage():
             if self.folder is not None:
                 self.folder.require_here()
-            self._recorder.record(values)
+            if self._recorder is not None:
+                self._recorder.record(values)
         self._traces.record(values, time.perf_counter() - begun)
         return generation
 
     def _guarded_step(self) -> Generation:
         """Run a generation; where its system fails, save those before, and say where they are."""
-        before, self._source.generation = self._coevolution.state(), self._coevolution.generation
+        before, self._source.generation = self._loop.state(), self._loop.generation
         try:
             return self._step()
         except SystemFailedError as error:
-            self._coevolution.restore(before)
+            self._loop.restore(before)
             if self.completed:
                 self._save()
             if self.folder is not None:
@@ -385,60 +380,54 @@ class Run:
     def _save(self) -> None:
         """Write the history and a checkpoint; a run in memory has its history flushed."""
         with self.storage():
-            self._recorder.flush()
+            if self._recorder is not None:
+                self._recorder.flush()
             self._seconds = self._seconds_before + time.perf_counter() - self._begun
-            if isinstance(self._coevolution, TrialsLoop) and self.complete:
-                self._ends = self._source.to_units(self._coevolution.interval())
+            if self.complete:
+                self._ends = self._loop.interval()
             if self.folder is not None:
-                self._save_buffer(self.folder)
-                evolving = {f"coevolution/{name}": array for name, array in self._coevolution.state().items()}
-                history = {f"history/{name}": array for name, array in self._recorder.seals().items()}
-                checkpoint = Checkpoint(self.completed, evolving | history | self._outcome())
-                save_checkpoint(self.folder.checkpoints_path, checkpoint)
+                if rows := self._loop.rows():
+                    self.folder.write(piece("buffer", self.completed), rows)
+                self._save_checkpoint(self.folder, with_state=True)
             self._saved = self.completed
 
-    def _save_buffer(self, folder: RunFolder) -> None:
-        """Write the samples of the last batch; those before are stored, and stay as they are."""
-        if isinstance(self._coevolution, TrialsLoop):
-            buffer = self._coevolution.trials.buffer
-            folder.write(f"{BUFFER}/{self.completed:05d}.npz", buffer.since(*self._counts))
-            self._counts = buffer.counts
-
-    def _stored_buffer(self, folder: RunFolder, batches: int) -> dict[str, np.ndarray]:
-        """Return the samples of so many batches, by the names of the state."""
-        if not isinstance(self._coevolution, TrialsLoop):
-            return {}
-        parts = [folder.read(f"{BUFFER}/{number:05d}.npz") for number in range(1, batches + 1)]
-        return {f"buffer/{name}": np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-    def _outcome(self) -> dict[str, np.ndarray]:
-        """Return the arrays of a checkpoint that a result is made of."""
-        failures = {} if self._source.failures is None else self._source.failures.state()
-        return {
-            **{f"traces/{name}": array for name, array in self._traces.state().items()},
-            **{f"{_FAILURES}{name}": array for name, array in failures.items()},
-            "seconds": np.array(self._seconds),
-            **({INTERVAL: self._ends} if self._ends.size else {}),
-            CONFIGURATION: np.array(str(self._manifest.get("configuration_sha256"))),
-        }
+    def _save_checkpoint(self, folder: RunFolder, *, with_state: bool) -> None:
+        """Write a checkpoint, with all that is needed to resume, or only what a result is made of, as the only one then."""
+        while (self._blocks + 1) * BLOCK <= self.completed:
+            block = slice(self._blocks * BLOCK, (self._blocks + 1) * BLOCK)
+            folder.write(piece("traces", self._blocks + 1), self._traces.state(block))
+            self._blocks += 1
+        arrays = {f"traces/{k}": array for k, array in self._traces.state(slice(self._blocks * BLOCK, None)).items()}
+        if self._source.failures is not None:
+            arrays |= {f"{_FAILURES}{name}": array for name, array in self._source.failures.state().items()}
+        if self._ends.size:
+            arrays[_INTERVAL] = self._ends
+        arrays["seconds"] = np.array(self._seconds)
+        arrays[CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
+        if with_state:
+            arrays |= {f"coevolution/{name}": array for name, array in self._loop.state().items()}
+            if self._recorder is not None:
+                arrays |= {f"history/{name}": array for name, array in self._recorder.seals().items()}
+        save_checkpoint(folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state)
 
     def _finish(self) -> None:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
         if self._saved != self.completed:
             self._save()
-        folder, state = self.folder, FINISHED if self.complete else STOPPED
+        folder, state, history = self.folder, FINISHED if self.complete else STOPPED, self.configuration.run.history
         if folder is None:
+            assert self._manifest is not None
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
             return
         result = self.result
         with self.storage():
             folder.write("result.json", result.to_json())
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
-            if self.complete and self.configuration.run.history == "thin":
+            if self.complete and history == "thin":
                 folder.update_manifest(state=FINISHED, finished=now())
-            if self.complete and self.configuration.run.history == "thin" and not self.configuration.run.trials:
-                replace_checkpoints(folder.checkpoints_path, Checkpoint(self.completed, self._outcome()))
-            elif self.complete and self.configuration.run.history != "thin":
+                if not self.configuration.run.trials:
+                    self._save_checkpoint(folder, with_state=False)
+            elif self.complete:
                 self._keep_calibration(folder, result)
                 _write_pages(result, folder, self.configuration)
         self.close()
@@ -453,8 +442,8 @@ class Run:
             if kept := keep_calibration(self._source, parameters, estimate, seed):
                 folder.write(CALIBRATION, kept)
 
-    def _restored_state(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
-        """Take over the newest usable checkpoint, if there is one and the history reaches as far."""
+    def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
+        """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
 
         def holds_history(checkpoint: Checkpoint) -> bool:
             seals = part(checkpoint.arrays, "history/")
@@ -472,16 +461,19 @@ class Run:
         discard_checkpoints(folder.checkpoints_path, above=done)
         if checkpoint is None:
             return None
-        self._coevolution.restore(part(checkpoint.arrays, "coevolution/") | self._stored_buffer(folder, done))
-        if isinstance(self._coevolution, TrialsLoop):
-            self._counts = self._coevolution.trials.buffer.counts
-        self._ends = checkpoint.arrays.get(INTERVAL, self._ends)
-        self._traces.restore(part(checkpoint.arrays, "traces/"))
+        self._traces = _traces_of(checkpoint, folder, self.configuration)
+        self._blocks = blocks_before(checkpoint)
+        state = part(checkpoint.arrays, "coevolution/")
+        if self.configuration.run.trials:
+            rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
+            state |= {f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]}
+        self._loop.restore(state)
+        self._ends = checkpoint.arrays.get(_INTERVAL, self._ends)
         if self._source.failures is not None:
             self._source.failures.restore(part(checkpoint.arrays, _FAILURES))
         self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         self._saved = done
-        return checkpoint.arrays
+        return part(checkpoint.arrays, "history/")
 
     def _origin(self) -> "Origin":
         if self.folder is not None:
@@ -528,6 +520,10 @@ def refuse_given_source(folder: RunFolder) -> None:
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
     given = folder.manifest().get("source") == GIVEN
     require(not given, "run", "be one that can be resumed without its source", got, remedy, error=RunFolderError)
+
+
+def _loop_of(configuration: Configuration, source: Source) -> Loop:
+    return (TrialsLoop if configuration.run.trials else generations_of)(configuration, source)
 
 
 def layout_of(configuration: Configuration) -> Layout:
@@ -605,7 +601,7 @@ class Origin:
             assert self.kept is not None
             return dataset_in_memory(layout_of(self.configuration), self.kept, self.completed)
         if self.configuration.run.thin:
-            traces = _traces_of(_stored_checkpoint(folder, self.configuration), self.configuration)
+            traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
             return thin_dataset(traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
         if checkpoint is None or not part(checkpoint.arrays, "history/"):
@@ -716,7 +712,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
 
 
 def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Result:
-    traces, failures = _traces_of(checkpoint, configuration), part(checkpoint.arrays, _FAILURES)
+    traces, failures = _traces_of(checkpoint, folder, configuration), part(checkpoint.arrays, _FAILURES)
     log = FailureLog(configuration.parameter_names)
     if failures:
         log.restore(failures)
@@ -725,7 +721,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         traces,
         float(checkpoint.arrays["seconds"]),
         origin=origin_of(folder, configuration, traces.completed),
-        ends=checkpoint.arrays.get(INTERVAL, np.empty((0, 0))),
+        ends=checkpoint.arrays.get(_INTERVAL, np.empty((0, 0))),
         failed_simulations=log.summary() if failures else None,
     )
 
@@ -740,9 +736,10 @@ def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Check
     return checkpoint
 
 
-def _traces_of(checkpoint: Checkpoint, configuration: Configuration) -> Traces:
-    traces = Traces(configuration.length, len(configuration.parameter_names))
-    traces.restore(part(checkpoint.arrays, "traces/"))
+def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Traces:
+    traces, stored = Traces(configuration.length, len(configuration.parameter_names)), folder.traces(checkpoint)
+    assert stored is not None
+    traces.restore(stored)
     return traces
 
 

@@ -32,7 +32,7 @@ class _BatchGeneration(Generation):
 
 
 class TrialsLoop:
-    """`FewTrials` for a configuration and its samples, with the interface of `Coevolution`.
+    """`FewTrials` for a configuration and its samples, as the loop of a run.
 
     Parameters
     ----------
@@ -69,6 +69,7 @@ class TrialsLoop:
             limits=self._limits,
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
+        self._counts = (0, 0)  # rows of the buffer that are stored
 
     @property
     def generation(self) -> int:
@@ -100,8 +101,17 @@ class TrialsLoop:
             estimate=self._source.to_units(batch.estimate[None])[0],
         )
 
+    def rows(self) -> dict[str, np.ndarray]:
+        """Return the samples that have come since the last call."""
+        buffer, before = self.trials.buffer, self._counts
+        self._counts = buffer.counts
+        return buffer.since(*before)
+
     def interval(self) -> np.ndarray:
-        """Return lower and upper ends (2, P), in the optimizer's numbers; NaN where the run has not settled."""
+        """Return lower and upper ends (2, P), in units; NaN where the run has not settled."""
+        return self._source.to_units(self._ends())
+
+    def _ends(self) -> np.ndarray:
         trials, wide = self.trials, np.where(self._limits, 1.0, 2.0)
         counterfeit, genuine, usable = trials.observed
         parameters = trials.buffer.parameters[usable]
@@ -135,3 +145,4 @@ class TrialsLoop:
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state, with the rows of the buffer as "buffer/..."."""
         self.trials.restore(state)
+        self._counts = self.trials.buffer.counts

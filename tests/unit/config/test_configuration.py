@@ -180,7 +180,7 @@ def test_all_threads_are_none():
         ("[models]\ninitial_high = inf", "`models.initial_high` must be a finite number; got inf [{path}:2]."),
         (
             "[models]\ninitial_low = 2.0",
-            "`models.initial_low` must be at most initial_high; got 2.0 and 1.0 [{path}:2].",
+            "`models.initial_low` must be below initial_high; got 2.0 and 1.0 [{path}:2].",
         ),
         (
             "[classifiers]\ninitial_step_size = 1e7",
