@@ -2,13 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, known_or
+from turing_learning.report import Tabular
 
 from ._profile import Profile
 from ._quantities import Quantity
 from ._two_sample import TwoSampleTest
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 WIDE = 0.5
 """Share of the initial range from which on a parameter is not pinned down."""
@@ -91,8 +95,8 @@ class PinnedDown:
         return not self.reasons
 
 
-@dataclass(frozen=True)
-class Check:
+@dataclass(frozen=True, repr=False)
+class Check(Tabular):
     """Whether the estimate of a run can be believed.
 
     Attributes
@@ -138,6 +142,15 @@ class Check:
             return f"{first} {second}"
         done, asked = self.unfinished
         return f"{first} {second} The run was not finished: the estimate is that after {done} of {asked} generations."
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each parameter: what is left open, in shares of the initial range, and whether it is pinned down."""
+        import pandas as pd
+
+        rows = [
+            asdict(each) | {"pinned_down": each.pinned_down, "why": "; ".join(each.reasons)} for each in self.parameters
+        ]
+        return pd.DataFrame(rows).set_index("parameter")
 
     def __str__(self) -> str:
         lines = [self.verdict]

@@ -9,6 +9,8 @@
 `short_number`, `shown`, `counted`
     A number in a few characters, with significant digits where it is small; a number in a table, or a dash where there is none;
     a number of things, in words.
+`Tabular`
+    A result with a short `repr` and a table in notebooks.
 `describe_unknown`
     In words, of which parameters an interval is not known, and why.
 
@@ -19,8 +21,9 @@ from ._film import write_gif, write_mp4
 from ._numbers import counted, describe_unknown, short_number, shown
 from ._page import replay_page, write_page
 from ._replay import Replay, Swarm
+from ._tabular import Tabular
 
 __all__ = [
-    "Replay", "Swarm", "counted", "describe_unknown", "replay_page", "short_number", "shown", "write_gif", "write_mp4",
+    "Replay", "Swarm", "Tabular", "counted", "describe_unknown", "replay_page", "short_number", "shown", "write_gif", "write_mp4",
     "write_page",
 ]  # fmt: skip

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +17,13 @@ from turing_learning.analysis import (
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 from turing_learning.errors import require, said
-from turing_learning.report import counted, describe_unknown, shown
+from turing_learning.report import Tabular, counted, describe_unknown, shown
 
 from ._folder import how_to_resume
 from ._result import Result, named
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
@@ -31,8 +35,8 @@ and samples that are measured otherwise are others."""
 _LONGEST = 60  # characters of a value in a message
 
 
-@dataclass(frozen=True)
-class Pooled:
+@dataclass(frozen=True, repr=False)
+class Pooled(Tabular):
     """What several runs of one configuration, with other seeds, have inferred together; dicts are name -> number.
 
     Estimates, ends of intervals and errors are in the units of the parameters, as in `Result`.
@@ -77,6 +81,22 @@ class Pooled:
     def verdict(self) -> dict[str, str]:
         """Whether runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown"."""
         return {name: _word(value) for name, value in self.agreement.items()}
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each parameter: estimate, ends of its 90 % interval, truth and error if known, R-hat."""
+        import pandas as pd
+
+        ends = ({name: pair[side] for name, pair in self.interval.items()} for side in (0, 1))
+        columns = {
+            "estimate": self.estimate,
+            **dict(zip(("low", "high"), ends, strict=True)),
+            "truth": self.truth,
+            "absolute_error": self.estimate_absolute_error,
+            "r_hat": self.agreement,
+            "runs": self.verdict,
+        }
+        table = pd.DataFrame({name: column for name, column in columns.items() if column is not None})
+        return table.rename_axis("parameter")
 
     def __str__(self) -> str:
         width = max(10, *map(len, self.estimate))

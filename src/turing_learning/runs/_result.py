@@ -12,7 +12,7 @@ import numpy as np
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.coevolution import batch_sizes
 from turing_learning.config import Configuration
-from turing_learning.report import counted, describe_unknown, short_number, shown
+from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
 from turing_learning.systems import Given, Laboratory, System
 
@@ -22,6 +22,7 @@ from ._paper import paper_absolute_errors
 from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray
 
     from turing_learning.identifiability import Check
@@ -61,8 +62,8 @@ class Owner(Protocol):
         """Run another configuration, for a check."""
 
 
-@dataclass(frozen=True)
-class Result:
+@dataclass(frozen=True, repr=False)
+class Result(Tabular):
     """What a run has inferred; models and errors are dicts name -> number.
 
     All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of view in rad, parameters of
@@ -287,6 +288,23 @@ class Result:
             if content[name] is None:
                 del content[name]
         return content
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each parameter: unit, estimate, ends of its 90 % interval, best model, and truth and error if known."""
+        import pandas as pd
+
+        known = {} if self.origin is None else self.system.parameters
+        ends = ({name: pair[side] for name, pair in self.interval.items()} for side in (0, 1))
+        columns = {
+            "unit": {name: known[name].unit if name in known else "" for name in self.estimate},
+            "estimate": self.estimate,
+            **dict(zip(("low", "high"), ends, strict=True)),
+            "best_model": self.best_model,
+            "truth": self.truth,
+            "absolute_error": self.estimate_absolute_error,
+        }
+        table = pd.DataFrame({name: column for name, column in columns.items() if column is not None})
+        return table.rename_axis("parameter")
 
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"

@@ -5,20 +5,23 @@ import logging
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
 from turing_learning.errors import require
-from turing_learning.report import shown
+from turing_learning.report import Tabular, shown
 from turing_learning.runs import RUNNING, TIMINGS, RunFolder
 from turing_learning.store import RunFolderError, digest_of
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
 from ._folder import FAILURE, StudyFolder
 from ._plan import BEHAVIORS, CONTROLLER, SEED, Plan
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 GOOD, FAIR = 0.05, 0.1
 """MAE of the estimate below which a run is good, or fair."""
@@ -144,8 +147,8 @@ class Convergence:
     typical_mae: np.ndarray
 
 
-@dataclass(frozen=True)
-class StudyResult:
+@dataclass(frozen=True, repr=False)
+class StudyResult(Tabular):
     """What a study has found.
 
     Attributes
@@ -205,6 +208,14 @@ class StudyResult:
             kind = f"failed ({run.reason.partition(':')[0]})" if run.state == FAILED else run.verdict
             counts[kind] = counts.get(kind, 0) + 1
         return dict(sorted(counts.items(), key=lambda item: (item[0] != "good", item[0] != "fair", -item[1], item[0])))
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """Return a row for each run: its settings, state and verdict, models, errors and ends of intervals; as runs.csv."""
+        import pandas as pd
+
+        return pd.DataFrame(run_rows(self, list(dict.fromkeys(row.parameter for row in self.summaries)))).set_index(
+            "run"
+        )
 
     def __str__(self) -> str:
         lines = [f"{self.title}: {describe(self)}"]
@@ -365,6 +376,29 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
     return found
 
 
+def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
+    """Return what runs.csv holds of each run; names are those of the parameters."""
+    keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
+    numbers = ("truth", *(column for model in MODELS for column in (model, ERRORS[model])))
+    rows = []
+    for run in result.runs:
+        content = run.result or {}
+        intervals = content.get("interval") or {}
+        rows.append(
+            {"run": run.number, "seed": run.seed}
+            | {key: run.settings[key] for key in keys}
+            | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
+            | {name: content.get(name) for name in ("generations", "selection_stopped", "mae", "estimate_mae")}
+            | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
+            | {
+                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
+                for side, end in enumerate(("low", "high"))
+                for name in names
+            }
+        )
+    return rows
+
+
 def write_tables(
     folder: StudyFolder, result: StudyResult, medians: Sequence[Convergence], names: Sequence[str]
 ) -> None:
@@ -382,23 +416,6 @@ def write_tables(
         Names of the parameters.
     """
     keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
-    numbers = ("truth", *(column for model in MODELS for column in (model, ERRORS[model])))
-    runs = []
-    for run in result.runs:
-        content = run.result or {}
-        intervals = content.get("interval") or {}
-        runs.append(
-            {"run": run.number, "seed": run.seed}
-            | {key: run.settings[key] for key in keys}
-            | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
-            | {name: content.get(name) for name in ("generations", "selection_stopped", "mae", "estimate_mae")}
-            | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
-            | {
-                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
-                for side, end in enumerate(("low", "high"))
-                for name in names
-            }
-        )
     summaries = [
         {key: row.group.get(key) for key in keys}
         | {"parameter": row.parameter, "model": row.model, "runs": row.runs, "mean": row.mean}
@@ -406,6 +423,7 @@ def write_tables(
         | {"paper": row.paper if row.model == "best_model" else None}
         for row in result.summaries
     ]
+    runs = run_rows(result, names)
     kinds = ("best_model", "typical_model", "best_error", "typical_error")
     generations = [
         {key: one.group.get(key) for key in keys}

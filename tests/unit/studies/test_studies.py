@@ -113,6 +113,14 @@ def test_runs_of_a_study_are_small(finished):
     assert sum(path.stat().st_size for path in run.rglob("*") if path.is_file()) < 20_000
 
 
+def test_a_notebook_shows_a_row_for_each_run(finished):
+    table = finished.to_dataframe()
+    assert table["seed"].tolist() == [5, 6, 7]
+    assert table["estimate_mae"].tolist() == list(finished.maes)
+    assert repr(finished).startswith("<StudyResult: ")
+    assert finished._repr_html_().count("<tr") == 2 + 3
+
+
 def test_the_table_does_not_depend_on_the_workers(finished, small, tmp_path):
     with ThreadPoolExecutor(3) as executor:
         study(

@@ -1,0 +1,45 @@
+"""What a notebook shows of a result."""
+
+import numpy as np
+import pytest
+
+import turing_learning as tl
+from turing_learning.identifiability import Check, PinnedDown, TwoSampleTest
+
+
+@pytest.fixture(scope="module")
+def results():
+    return [tl.infer("aggregation", generations=5, seed=seed) for seed in (1, 2)]
+
+
+def test_a_result_is_one_line_and_a_table(results):
+    result = results[0]
+    assert repr(result).startswith("<Result: aggregation, seed 1, 5 generations")
+    assert "\n" not in repr(result)
+    table = result.to_dataframe()
+    assert table.index.tolist() == ["vl0", "vr0", "vl1", "vr1"]
+    assert table["estimate"].to_dict() == result.estimate
+    assert (table["estimate"] - table["truth"]).abs().to_dict() == pytest.approx(result.estimate_absolute_error)
+    assert table[["low", "high"]].to_numpy() == pytest.approx(np.array(list(result.interval.values())), nan_ok=True)
+    html = result._repr_html_()
+    assert "aggregation, seed 1" in html
+    assert html.count("<tr") == 2 + 4  # pandas puts the name of the index into a row
+
+
+def test_units_are_those_of_the_parameters(tmp_path):
+    table = tl.infer("aggregation-field-of-view-60", generations=1, seed=1).to_dataframe()
+    assert table.loc["theta", "unit"] == "rad"
+
+
+def test_pooled_runs_are_a_table(results):
+    pooled = tl.pool(results)
+    assert repr(pooled).startswith("<Pooled: aggregation, 2 runs, seeds 1, 2")
+    assert pooled.to_dataframe()["r_hat"].to_dict() == pooled.agreement
+    assert "<table" in pooled._repr_html_()
+
+
+def test_a_check_is_a_table():
+    test = TwoSampleTest(0.5, 0.4, 0.6, 10, 10, 10, 10, "samples")
+    check = Check(test, (PinnedDown("speed", 0.1, None, None), PinnedDown("<turn>", 0.9, None, None)), (), (), ())
+    assert check.to_dataframe()["pinned_down"].to_dict() == {"speed": True, "<turn>": False}
+    assert "&lt;turn&gt;" in check._repr_html_()
