@@ -1,7 +1,7 @@
 """Measure detection: simulated swarms, planted individuals, recorded animals, and false alarms.
 
-``python experiments/detection/measure.py swarm|families|recordings|alarms --work FOLDER`` appends rows to a table beside this file,
-and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out.
+``python experiments/detection/measure.py swarm|families|recordings|held-out|alarms --work FOLDER`` appends rows to a table beside
+this file, and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out.
 """
 
 import argparse
@@ -257,6 +257,93 @@ def recordings(work: Path) -> Measured:
                 yield (f"{name} {signals} {model}", f"part {out + 1}"), measure
 
 
+def turned(path: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return a path (F, 2) whose steps are turned by angles (F - 1,)."""
+    steps = np.diff(path, axis=0)
+    cos, sin = np.cos(angles), np.sin(angles)
+    moved = np.stack([cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]], axis=1)
+    return path[0] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
+
+
+def slow_noise(count: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return normal noise (count,) with a memory of about a second."""
+    width = max(1, int(2 * fps))
+    return np.convolve(rng.standard_normal(count + width - 1), np.ones(width) / np.sqrt(width), "valid")
+
+
+def uneven(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the path of somebody whose speed wavers."""
+    steps = np.diff(paths[:, k], axis=0) * np.exp(0.6 * slow_noise(len(paths) - 1, fps, rng))[:, None]
+    return paths[0, k] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+
+
+def zigzag(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the path of somebody who goes 40 degrees to the left and to the right in turns, half a second each."""
+    sides = np.where(np.arange(len(paths) - 1) // max(1, int(fps / 2)) % 2, 1, -1)
+    return turned(paths[:, k], np.deg2rad(40) * sides)
+
+
+def wavering(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the path of somebody whose direction wavers slowly."""
+    return turned(paths[:, k], 0.8 * slow_noise(len(paths) - 1, fps, rng))
+
+
+def smoothed(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return a path averaged over a second."""
+    width = int(fps) | 1
+    padded = np.pad(paths[:, k], ((width // 2, width // 2), (0, 0)), mode="edge")
+    return np.stack([np.convolve(column, np.ones(width) / width, "valid") for column in padded.T], axis=1)
+
+
+def central(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
+    """Return the path of somebody who stays halfway between where it would be and the middle of the group."""
+    return 0.5 * (paths[:, k] + paths.mean(axis=1))
+
+
+NEW = {
+    "uneven pace": uneven, "zigzag": zigzag, "wavering": wavering, "smoothed": smoothed, "central": central,
+    "backwards in time": lambda paths, k, fps, rng: paths[::-1, k].copy(),
+}  # fmt: skip
+"""Kinds that nothing was tuned on, and that no earlier table has."""
+
+
+def held_out(work: Path) -> Measured:
+    """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
+    KINDS.update(NEW)
+    for name, (file, fps, scale, parts) in RECORDED.items():
+        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        ends = np.linspace(0, len(whole.positions), parts).astype(int)
+        bare = replace(whole, confidence=None, interpolated=None)
+        pieces = [replace(bare, positions=bare.positions[a:b], present=bare.present[a:b]) for a, b in pairwise(ends)]
+        for signals, model in (("all", "couzin"), ("own", "burst-and-coast")):
+
+            def recorded(pieces=pieces, name=name, signals=signals, model=model):
+                result = learned(work, pieces[0], model, signals, 7, name)
+                rows = []
+                for out in range(1, len(pieces)):
+                    rng, each = np.random.default_rng((43, out)), pieces[out]
+                    cases = [
+                        (kind, each, plant(each, who, kind, rng), who)
+                        for who in range(len(each.individuals))
+                        for kind in KINDS
+                    ]
+                    rows += planted(result, [piece for k, piece in enumerate(pieces) if k != out], cases)
+                return rows
+
+            yield (f"{name} {signals} {model}", "7"), recorded
+    for name, signals, model in (("couzin", "all", "couzin"), ("couzin", "own", "burst-and-coast")):
+
+        def simulated(name=name, signals=signals, model=model):
+            normal, fresh = group(name, 5, 70020), group(name, 8, 70021)
+            result = learned(work, group(name, 1, 7)[0], model, signals, 7, name, TANK)
+            rng, cases = np.random.default_rng((43, 70020)), []
+            for k, each in enumerate(fresh):
+                cases += [(kind, each, plant(each, k % INDIVIDUALS, kind, rng), k % INDIVIDUALS) for kind in KINDS]
+            return planted(result, normal, cases)
+
+        yield (f"{name} {signals} {model}", "7"), simulated
+
+
 def alarms(work: Path) -> Measured:
     """False alarms on 200 normal recordings of each family, whose individuals differ lastingly."""
     for name, signals, model in (
@@ -297,6 +384,7 @@ MEASURED: dict[str, tuple[list[str], Callable[[Path], Measured]]] = {
     "swarm": (["scenario", "seed", "way", "difference", "area"], swarm),
     "families": (["case", "seed and recordings", "kind", "way", "area", "first"], families),
     "recordings": (["case", "part", "kind", "way", "area", "first"], recordings),
+    "held-out": (["case", "seed", "kind", "way", "area", "first"], held_out),
     "alarms": (["case", "calibration", "way", "asked", "promised", "recordings", "false_alarms"], alarms),
 }
 if __name__ == "__main__":

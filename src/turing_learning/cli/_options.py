@@ -88,7 +88,7 @@ class Tracks:
         options = {"fps": self.fps, "pixels_per_cm": self.scale, "y_axis": self.y_axis, "format": self.format}
         try:
             with refusing_as(ConfigurationError):
-                recording = load_trajectories(path, keypoint=self.keypoint, **options)  # type: ignore[arg-type]
+                recording = load_trajectories(path, keypoint=self.keypoint, **options)
                 if self.every is not None:
                     rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
                     fits = self.every < 1 or self.every % recording.every == 0

@@ -1,41 +1,56 @@
-"""The door: any tracker's file to `Trajectories`."""
+"""The door: any tracker's file, or a table or dataset in memory, to `Trajectories`."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 
-from turing_learning.errors import Setting, brief, choice, refuse
+from turing_learning.errors import Setting, brief, choice, refuse, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
-from .readers import _columns, _deeplabcut, _idtracker, _idtracker_ai, _sleap, _toxtrac, _trex
+from .readers import _columns, _deeplabcut, _idtracker_ai, _movement, _sleap, _toxtrac, _trex, _wide
+from .readers._frames import read_frame
 from .readers._movement import read_dataset
 from .readers._text import LONGEST_LINE, refuse_utf16
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
+Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
+
 _ALL = (
-    _idtracker.FORMAT,
+    _wide.IDTRACKER_FORMAT,
     _idtracker_ai.H5_FORMAT,
-    _idtracker_ai.CSV_FORMAT,
+    _wide.CSV_FORMAT,
     _idtracker_ai.NPY_FORMAT,
     _trex.FORMAT,
     _toxtrac.FORMAT,
     _columns.TRACKTOR_FORMAT,
     _sleap.FORMAT,
-    _deeplabcut.FORMAT,
+    _deeplabcut.CSV_FORMAT,
+    _deeplabcut.H5_FORMAT,
+    _movement.FORMAT,
     _columns.TIDY_FORMAT,
 )
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
 
 
-def load_trajectories(
-    path: str | Path,
+@overload
+def load_trajectories(path: Source, **said: Any) -> Trajectories: ...
+
+
+@overload
+def load_trajectories(path: list[Source], **said: Any) -> list[Trajectories]: ...
+
+
+def load_trajectories(  # type: ignore[misc]  # the options of both are those below
+    path: Source | list[Source],
     *,
     fps: float | None = None,
     pixels_per_cm: float | Literal["unknown"] | None = None,
@@ -44,13 +59,15 @@ def load_trajectories(
     keypoint: str | None = None,
     min_confidence: float | None = None,
     allow_pickle: bool = False,
-) -> Trajectories:
+) -> Trajectories | list[Trajectories]:
     """Open what a tracker wrote.
 
     Parameters
     ----------
     path
-        A file; for TRex also a folder with a file for each individual.
+        A file; for TRex also a folder with a file for each individual. Or a `DataFrame`: long, with columns frame or time (s), x, y
+        and perhaps id, heading and confidence; or wide, with x1, y1, x2, ... or fish_x, fish_y, ...; or as DeepLabCut's. Or a
+        `Dataset`, see `from_xarray`. A list of them gives a list.
     fps
         Frame rate (1/s), from 1e-9 to 1e9, needed where the file does not state it.
     pixels_per_cm
@@ -76,21 +93,44 @@ def load_trajectories(
     ------
     ValueError
         If the format is not recognized or ambiguous; a scale, rate or direction is not stated, absurd, or stated
-        twice and differently; the file is cut off, damaged or contradicts itself (with file and line, or dataset).
+        twice and differently; the file is cut off, damaged, contradicts itself, or unpacks to too much (with file and line, or
+        dataset).
     OSError
         If the file cannot be opened.
     ImportError
         If the file needs h5py and it is not installed.
     """
-    path = Path(path)
+    if isinstance(path, list):
+        said = {"y_axis": y_axis, "keypoint": keypoint, "min_confidence": min_confidence, "allow_pickle": allow_pickle}
+        return [load_trajectories(one, fps=fps, pixels_per_cm=pixels_per_cm, format=format, **said) for one in path]
     _check_options(fps, pixels_per_cm, y_axis, min_confidence)
-    chosen = _named(format) if format is not None else _find(path)
-    if keypoint is not None and not chosen.has_keypoints:
-        refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=str(path))
-    recording = chosen.read(path, Options(keypoint, allow_pickle))
-    _check_order(recording, path)
-    recording = _confident(recording, min_confidence, path)
-    return _finish(recording, chosen.name, str(path), fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
+    options = Options(keypoint, allow_pickle, fps, y_axis)
+    if not isinstance(path, (str, Path)):
+        kind = "pandas" if hasattr(path, "columns") else "xarray" if hasattr(path, "data_vars") else ""
+        require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)
+        require(format is None, "format", "be left out for data in memory", brief(format))
+        if kind == "xarray":
+            return from_xarray(path, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint)
+        source, name, recording = "DataFrame", kind, _of_frame(path, options)
+    else:
+        path, source = Path(path), str(path)
+        if not (path.is_file() or path.is_dir()):
+            path.stat()  # says what is missing
+            raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
+        chosen = _named(format) if format is not None else _find(path)
+        if keypoint is not None and not chosen.has_keypoints:
+            refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=source)
+        name, recording = chosen.name, chosen.read(path, options)
+    _check_order(recording, source)
+    recording = _confident(recording, min_confidence, source)
+    return _finish(recording, name, source, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
+
+
+def _of_frame(frame: Any, options: Options) -> Recording:
+    """Read a `DataFrame`, and what `Trajectories.to_pandas` states in its attributes."""
+    recording, attributes = read_frame(frame, options), frame.attrs
+    fps, y_axis = attributes.get("fps", recording.fps), attributes.get("y_axis", recording.y_axis)
+    return replace(recording, unit=attributes.get("unit"), fps=fps, y_axis=y_axis)
 
 
 def from_xarray(
@@ -120,9 +160,8 @@ def from_xarray(
         If dimensions are missing, or something is not stated, or stated twice and differently.
     """
     recording = read_dataset(dataset, keypoint, fps, y_axis)
-    stay = "unknown" if dataset.attrs.get("length_unit") == "px" and pixels_per_cm is None else pixels_per_cm
     software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
-    return _finish(recording, software, file, fps=fps, pixels_per_cm=stay, y_axis=y_axis)
+    return _finish(recording, software, file, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
 
 
 def _finish(
@@ -135,9 +174,10 @@ def _finish(
     y_axis: YAxis | None,
 ) -> Trajectories:
     """Bring what a file states and what the user states together: cm, y upwards, frame rate."""
+    _refuse_unstated(recording, fps, pixels_per_cm, y_axis, source)
     scale = _scale(recording, pixels_per_cm, source)
     _check_extent(recording, scale, source)
-    flip = _direction(recording, y_axis, source) == "down"
+    flip = (y_axis or recording.y_axis) == "down"
     positions, headings = recording.positions / (scale or 1.0), recording.headings
     if flip:
         positions[..., 1] = 0.0 - positions[..., 1]
@@ -155,6 +195,30 @@ def _finish(
         format=format,
         remarks=(*recording.remarks, *(["y pointed down in the file and was turned upwards"] if flip else [])),
     )
+
+
+def _refuse_unstated(
+    recording: Recording, fps: float | None, scale: float | str | None, y_axis: YAxis | None, source: str
+) -> None:
+    """Refuse a recording of which neither file nor user state all that has to be known; name all of it at once."""
+    missing = {
+        "fps": fps is None and recording.fps is None,
+        "pixels_per_cm": scale is None and recording.unit is None,
+        "y_axis": y_axis is None and recording.y_axis is None,
+    }
+    first, *others = [name for name, none in missing.items() if none] or [""]
+    if not first:
+        return
+    remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
+    for name in others:
+        remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
+    refuse(first, "be given", "none, and the file does not state it", tuple(remedy), place=source)
+
+
+_MEANT = {
+    "pixels_per_cm": '1 for a file in cm, "unknown" to stay in pixels',
+    "y_axis": '"down" for positions in images, "up" for the axes of geometry',
+}
 
 
 def _check_options(fps: object, pixels_per_cm: object, y_axis: object, min_confidence: object) -> None:
@@ -182,26 +246,41 @@ def _find(path: Path) -> Format:
     found = [one for one in _ALL if one.recognizes(glance)]
     if len(found) == 1:
         return found[0]
+    if not found and glance.lines and _numbers(glance.lines[0]):
+        got = f"numbers alone, {glance.lines[0][:60]!r}"
+        remedy = "Name its columns there, for example frame,id,x,y."
+        raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
     raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, ("Give ", Setting("format"), "."))
 
 
+def _numbers(line: str) -> bool:
+    """Return whether all cells of a line are numbers, two or more."""
+    found = [cell.strip(' "') for cell in re.split(r"[,;\t ]", line) if cell.strip(' "')]
+    return len(found) > 1 and all(
+        re.fullmatch(r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)", cell, re.IGNORECASE) for cell in found
+    )
+
+
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance(folder=tuple(_trex.archive_names(file) for file in sorted(path.glob("*.npz"))))
+        return Glance(folder=tuple(_trex.archive_names(file) for file in _trex.files_of(path)))
     with path.open("rb") as file:
         head = file.read(1 << 16)
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
-        from .readers._shared import open_hdf5
+        from .readers._shared import member, open_hdf5
 
         with open_hdf5(path) as content:
-            return Glance(datasets=frozenset(content))
+            names = frozenset(content)
+            return Glance(
+                datasets=names, pandas=any("pandas_type" in member(content, name, path).attrs for name in names)
+            )
     if head.startswith(b"PK\x03\x04"):
         return Glance(arrays=_trex.archive_names(path))
-    if head.startswith(b"\x93NUMPY"):
-        return Glance(npy=True)
+    if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
+        return Glance(npy=head.startswith(b"\x93"), netcdf3=head.startswith(b"CDF"))
     refuse_utf16(head, path)
     return Glance(lines=_first_lines(path))
 
@@ -214,43 +293,35 @@ def _first_lines(path: Path) -> tuple[str, ...]:
     return tuple(line for line in text if line) if not any("\0" in line for line in text) else ()
 
 
-def _confident(recording: Recording, least: float | None, path: Path) -> Recording:
+def _confident(recording: Recording, least: float | None, source: str) -> Recording:
     """Return the recording without the positions of which the tracker is less sure."""
     if least is None:
         return recording
     if recording.confidence is None:
-        refuse("min_confidence", "be left out", f"{least} for a file without confidence", place=str(path))
+        refuse("min_confidence", "be left out", f"{least} for a file without confidence", place=source)
     present = recording.present & (recording.confidence >= least)
     if not present.any():
-        raise refusal(f"hold a position with confidence {least} or more", f"at most {recording.confidence.max()}", path)
+        raise refusal(
+            f"hold a position with confidence {least} or more", f"at most {recording.confidence.max()}", source
+        )
     left_out = int(recording.present.sum() - present.sum())
     remark = f"{left_out} positions with a confidence below {least} count as missing"
     return replace(recording, present=present, remarks=(*recording.remarks, remark))
 
 
 def _rate(recording: Recording, fps: float | None, source: str) -> float:
-    if fps is None and recording.fps is None:
-        refuse("fps", "be given", "none, and the file does not state it", place=str(source))
     if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
-        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=str(source))
+        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=source)
     return float(fps or recording.fps)  # type: ignore[arg-type]
 
 
 def _scale(recording: Recording, pixels_per_cm: float | str | None, source: str) -> float | None:
     """Return by what to divide for cm; None for positions that stay in pixels."""
-    if recording.in_cm:
+    if recording.unit == "cm":
         if pixels_per_cm is not None:
-            refuse("pixels_per_cm", "be left out for a file in cm", brief(pixels_per_cm), place=str(source))
+            refuse("pixels_per_cm", "be left out for a file in cm", brief(pixels_per_cm), place=source)
         return 1.0
-    if pixels_per_cm is None:
-        refuse(
-            "pixels_per_cm",
-            "be given",
-            "none, and the file does not state it",
-            'Give 1 for a file in cm, "unknown" to stay in pixels.',
-            place=str(source),
-        )
-    return None if pixels_per_cm == "unknown" else float(pixels_per_cm)
+    return None if pixels_per_cm in ("unknown", None) else float(pixels_per_cm)
 
 
 def _check_extent(recording: Recording, scale: float | None, source: str) -> None:
@@ -265,24 +336,11 @@ def _check_extent(recording: Recording, scale: float | None, source: str) -> Non
         )
 
 
-def _direction(recording: Recording, y_axis: YAxis | None, source: str) -> YAxis:
-    direction = y_axis or recording.y_axis
-    if direction is None:
-        refuse(
-            "y_axis",
-            "be given",
-            "none, and the file does not state it",
-            'Say "down" for positions in images, "up" for the axes of geometry.',
-            place=str(source),
-        )
-    return direction
-
-
 _FEWEST = 50
 _LEAST_CONTINUITY = 0.7
 
 
-def _check_order(recording: Recording, path: Path) -> None:
+def _check_order(recording: Recording, source: str) -> None:
     """Refuse rows without frame numbers in which neighboring frames are as far apart as distant ones: shuffled rows."""
     if recording.numbered or len(recording.present) < 2 * _FEWEST:
         return
@@ -290,7 +348,7 @@ def _check_order(recording: Recording, path: Path) -> None:
     if near is not None and far is not None and near > _LEAST_CONTINUITY * far:
         rule = "have its rows in the order of time"
         received = f"a typical step of {near:.3g} between neighboring rows and {far:.3g} between distant ones"
-        raise refusal(rule, received, path, "The rows may be shuffled; they carry no frame number.")
+        raise refusal(rule, received, source, "The rows may be shuffled; they carry no frame number.")
 
 
 def _typical(recording: Recording, lag: int) -> float | None:

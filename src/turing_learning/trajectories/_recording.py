@@ -29,8 +29,8 @@ class Recording:
         The tracker's own confidence; heading (rad) in the axes of the file. None where the file has none.
     fps
         Frame rate, if the file states it.
-    in_cm
-        Whether the file states that positions are in cm; else they are in pixels.
+    unit
+        Of positions, "cm" or "px", if the file states it.
     y_axis
         Direction of y by the format's definition; None if the format has none.
     numbered
@@ -46,7 +46,7 @@ class Recording:
     confidence: np.ndarray | None = None
     headings: np.ndarray | None = None
     fps: float | None = None
-    in_cm: bool = False
+    unit: str | None = None
     y_axis: YAxis | None = "down"
     numbered: bool = True
     remarks: tuple[str, ...] = ()
@@ -58,6 +58,8 @@ class Options:
 
     keypoint: str | None = None
     allow_pickle: bool = False
+    fps: float | None = None
+    y_axis: YAxis | None = None
 
 
 @dataclass(frozen=True)
@@ -84,8 +86,10 @@ class Glance:
         Names at the top of an HDF5 file.
     folder
         Names of the arrays in each npz file of a folder.
-    npy
-        Whether it is an npy file.
+    npy, netcdf3
+        Whether it is an npy file, or one of NetCDF 3.
+    pandas
+        Whether it is an HDF5 file with a table of pandas.
     """
 
     lines: tuple[str, ...] = ()
@@ -93,6 +97,8 @@ class Glance:
     datasets: frozenset[str] = frozenset()
     folder: tuple[frozenset[str], ...] = ()
     npy: bool = False
+    netcdf3: bool = False
+    pandas: bool = False
 
 
 def refusal(rule: str, received: object, place: object, remedy: Text = "") -> RefusedError:
@@ -139,7 +145,7 @@ def assemble(
     *,
     extras: dict[str, np.ndarray] | None = None,
     fps: float | None = None,
-    in_cm: bool = False,
+    unit: str | None = None,
     y_axis: YAxis | None = "down",
     remarks: tuple[str, ...] = (),
     twice: str = "",
@@ -195,7 +201,7 @@ def assemble(
         confidence=placed.get("confidence"),
         headings=placed.get("headings"),
         fps=fps,
-        in_cm=in_cm,
+        unit=unit,
         y_axis=y_axis,
         remarks=remarks,
     )

@@ -15,6 +15,7 @@ from ._stretches import bridge, every
 from ._windows import Cut, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 
@@ -357,6 +358,28 @@ class Trajectories:
             for jump in self.check(jump_factor).jumps:
                 jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         return cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.
+
+        Its attributes say the frame rate, the unit, and that y points upwards, so that `load_trajectories` reads it back.
+        """
+        import pandas as pd
+
+        frame, who = np.nonzero(self.present)
+        columns = {
+            "frame": frame + self.first_frame,
+            "time": frame / self.fps,
+            "id": np.array(self.individuals, dtype=object)[who],
+        }
+        columns |= {"x": self.positions[frame, who, 0], "y": self.positions[frame, who, 1]}
+        for name, values in (("heading", self.headings), ("confidence", self.confidence)):
+            columns |= {} if values is None else {name: values[frame, who]}
+        table = pd.DataFrame(columns)
+        table.attrs = {"fps": self.fps, "unit": self.unit, "y_axis": "up"}
+        return table
+
+    to_dataframe = to_pandas
 
     def to_xarray(self) -> "xr.Dataset":
         """Return a dataset in the conventions of the `movement` package; missing positions are NaN there.

@@ -43,8 +43,9 @@ def _toxtrac(rows):
 
 def _named(x, y):
     def read_rows(rows):
+        names = [name.lower() for name in rows[0]]
         for row in rows[1:]:
-            cell = dict(zip(rows[0], row, strict=False))
+            cell = dict(zip(names, row, strict=False))
             yield (float(cell["frame"]), cell.get("id", "1")), _xy(cell[x], cell[y])
 
     return read_rows

@@ -91,7 +91,7 @@ def test_an_hdf5_file_with_wrong_trajectories_is_refused_with_its_dataset(trajec
 
 def test_a_huge_dataset_is_refused_before_it_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(_shared, "MOST_NUMBERS", 10)
-    with pytest.raises(ValueError, match=r"hold at most 10 numbers; got \(12, 3, 2\) \[.*, dataset trajectories\]"):
+    with pytest.raises(ValueError, match=r"hold at most 10 numbers; got \(12, 3, .\) \[.*, dataset "):
         load_trajectories(idtracker_ai_h5(tmp_path, walk()), pixels_per_cm=10)
 
 

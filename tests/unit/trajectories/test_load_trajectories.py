@@ -1,3 +1,5 @@
+import os
+
 import numpy as np
 import pytest
 from tracker_files import FPS, SAID, WRITERS, expected, tidy, tracktor, trex, walk
@@ -147,6 +149,50 @@ def test_an_encoding_other_than_utf_8_is_named_whether_the_format_is_said_or_fou
     path.write_bytes(content)
     with pytest.raises(ValueError, match="`path` must be text in UTF-8; " + message):
         load_trajectories(path, fps=25, pixels_per_cm=1, y_axis="up", format=format)
+
+
+def test_all_that_is_missing_is_named_at_once(tmp_path):
+    path = tidy(tmp_path, walk())
+    message = (
+        r"`fps` must be given; got none, and the file does not state it \[.*fish.csv\]. Give `pixels_per_cm`, too: 1 for a file in "
+        r'cm, "unknown" to stay in pixels. Give `y_axis`, too: "down" for positions in images, "up" for'
+    )
+    with pytest.raises(ValueError, match=message):
+        load_trajectories(path)
+    with pytest.raises(
+        ValueError, match=r"`pixels_per_cm` must be given; .* Give 1 for .* Give `y_axis`, too: \"down\""
+    ):
+        load_trajectories(path, fps=25)
+
+
+@pytest.mark.parametrize("line", ["0,fish,1,2", "0,1,2.5,3e2", "0 1 2", "1;nan;-3"])
+def test_a_file_without_a_header_line_is_called_that(line, tmp_path):
+    path = tmp_path / "bare.csv"
+    path.write_text(f"{line}\n" * 3)
+    rule = (
+        "have the content of one of"
+        if "fish" in line
+        else r"begin with a header line; got numbers alone, .*bare.csv:1\]"
+    )
+    with pytest.raises(ValueError, match=f"`path` must {rule}"):
+        load_trajectories(path, fps=25)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    pipe = tmp_path / "pipe.npz"
+    os.mkfifo(pipe)
+    with pytest.raises(ValueError, match=r"must be a file; got a pipe or device \[.*pipe.npz\]"):
+        load_trajectories(pipe, fps=25)
+    with pytest.raises(ValueError, match="hold arrays `frame`, X and Y; got none"):
+        load_trajectories(tmp_path, format="trex")
+
+
+def test_a_list_gives_a_list(tmp_path):
+    one, two = WRITERS["tidy"](tmp_path, walk(seed=1)), WRITERS["toxtrac"](tmp_path, walk(seed=2))
+    read = load_trajectories([one, two], fps=25, pixels_per_cm=10, y_axis="down")
+    assert [each.format for each in read] == ["tidy", "toxtrac"]
+    with pytest.raises(ValueError, match="`path` must be a file, a DataFrame, a Dataset, or a list of them; got int"):
+        load_trajectories(3)
 
 
 def test_an_empty_file_is_refused(tmp_path):

@@ -7,22 +7,29 @@ time; to run others, say how many in all:
 """
 
 import os
+from contextlib import suppress
+from pathlib import Path
 
 import naive_readers
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from tracker_files import SAID, WRITERS, expected, walk
 
+from turing_learning.errors import RefusedError
 from turing_learning.trajectories import load_trajectories
 
 CASES = int(os.environ.get("TURING_LEARNING_FUZZ_CASES", "300"))
 TEXT = tuple(naive_readers.READERS)
-ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex")
+ARRAYS = ("idtracker.ai-h5", "idtracker.ai-npy", "sleap", "trex", "deeplabcut-h5", "movement")
+DATA = Path(__file__).parent / "data"
+REAL = {name: DATA / name for name in ("deeplabcut_table.h5", "deeplabcut_fixed.h5", "movement.nc")}
+"""Files that pandas, PyTables and h5netcdf wrote."""
 NUMBERED = {"toxtrac": 0, "tracktor": 1, "tidy": 1, "deeplabcut": 4}
 """Formats whose rows carry a frame number, with their header lines."""
-TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 3
+TESTS = 2 * len(TEXT) + len(ARRAYS) + len(NUMBERED) + 9
 
 each = settings(
     max_examples=-(-CASES // TESTS),
@@ -191,13 +198,53 @@ def test_a_file_of_arrays_that_is_cut_off_or_damaged_is_refused_or_right(name, t
         np.testing.assert_allclose(read.positions, expected(name, positions))
 
 
-@pytest.mark.parametrize("name", ["idtracker.ai-h5", "sleap"])
+@pytest.mark.parametrize("name", ["idtracker.ai-h5", "sleap", "deeplabcut-h5", "movement", *REAL])
 @given(data=st.data())
 @each
-def test_an_hdf5_file_with_wrong_bytes_never_ends_in_another_error(name, tmp_path, data):
-    path = WRITERS[name](tmp_path, walk(frames=8))
-    path.write_bytes(overwrite(data.draw, path.read_bytes()))
-    outcome(path, SAID[name])
+def test_a_binary_file_with_wrong_bytes_never_ends_in_another_error(name, tmp_path, data):
+    path = REAL.get(name) or WRITERS[name](tmp_path, walk(frames=8))
+    content = overwrite(data.draw, path.read_bytes())
+    (tmp_path / "damaged").write_bytes(content)
+    outcome(
+        tmp_path / "damaged",
+        {"fps": 25, "pixels_per_cm": 10, "keypoint": "thorax", "y_axis": "up"} | SAID.get(name, {}),
+    )
+
+
+COLUMNS = st.sampled_from(
+    ["frame", "time", "Time", "id", "x", "y", "X", "x1", "y1", "x2", "a_x", "a_y", "a_confidence", "", 0, 3.5]
+)
+VALUES = st.sampled_from(
+    [
+        [0, 1, 2],
+        [0.0, 0.5, np.nan],
+        ["a", "b", None],
+        ["1", "2", "x"],
+        [True, False, True],
+        [np.inf, 1e300, -1.0],
+        [1j, 0, 0],
+        [2**70, 1, 0],
+        [object(), {}, []],
+        pd.array([1, None, 3], dtype="Int64"),
+        pd.Categorical(["a", "b", "a"]),
+        pd.date_range("2020-01-01", periods=3),
+    ]
+)
+
+
+@given(columns=st.lists(st.tuples(COLUMNS, VALUES), max_size=7), labels=st.sampled_from([None, 2, 3, 4]))
+@each
+def test_a_table_in_memory_is_read_or_refused(columns, labels):
+    table = pd.DataFrame({k: values for k, (_, values) in enumerate(columns)})
+    names = [name for name, _ in columns]
+    if labels and columns:
+        table.columns = pd.MultiIndex.from_tuples(
+            [tuple(names[(k - j) % len(names)] for j in range(labels)) for k in range(len(names))]
+        )
+    else:
+        table.columns = pd.Index(names, dtype=object)
+    with suppress(RefusedError):
+        assert len(load_trajectories(table, fps=2, pixels_per_cm=1, y_axis="up").positions)
 
 
 @given(

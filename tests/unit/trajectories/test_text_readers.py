@@ -44,10 +44,13 @@ def load(tmp_path, content, **said):
         ),
         ("frame,x,x,y\n0,1,1,1\n", r"name each column once; got 'x' twice \[.*file.txt:1\]"),
         (
-            "frame,individual,x,y\n0,a,1,1\n0,b,3,3\n",
-            r"name the column of its individuals id; got 'individual' \[.*:1\]. Rename",
+            "frame,fish,track,x,y\n0,a,b,1,1\n",
+            r"name the column of its individuals id; got fish and track \[.*:1\]. Rename",
         ),
-        ("frame,ID,x,y\n0,a,1,1\n1,b,3,3\n", r"name the column of its individuals id; got 'ID' \[.*:1\]. Rename"),
+        (
+            "time,id,x,y\n0,a,1,1\n0.1,a,1,1\n0.35,a,1,1\n",
+            r"have times that are whole frames apart, at .*; got 0.\d+ s \[",
+        ),
         (
             "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",
             r"give one position .*:3\]. If a column that is not read names the individuals, call it id: bird\.$",
@@ -55,9 +58,9 @@ def load(tmp_path, content, **said):
         ("frame,x,y,heading\n0,1,1,\n", r"give `heading` wherever it gives x and y; got none \[.*file.txt:2\]"),
         (
             TWO_FISH[:-2] + "3\t\n1\t2\tNaN\t1\t2\tNaN\n",
-            r"have the columns X, Y and ProbId .*; got 6 columns, 'ProbId23' \[",
+            r"have the columns X1, Y1, ProbId1, .*; got 6 columns, 'ProbId23' \[",
         ),
-        (TWO_FISH + "NaN\tNaN\tNaN\tNaN\tNaN\tNaN\n", r"hold at least one position; got none \[.*file.txt\]"),
+        (TWO_FISH + "NaN\tNaN\tNaN\tNaN\tNaN\tNaN\n", r"hold at least one position; got none \[.*file.txt:2\]"),
         (TWO_FISH + "1\tNaN\tNaN\t1\t2\tNaN\n", r"have both x and y or neither; got \[1.0, nan\] \[.*file.txt:2\]"),
         (
             "0\t0\t1\t5\t5\t1\n0\t0\t1.5\t5\t5\t1\n",
@@ -77,7 +80,10 @@ def load(tmp_path, content, **said):
         ("time,x1,y1\n0,1,2\n1,1,2\n2,1,2\n5,1,2\n", r"have evenly spaced times; got a step of 3 s \[.*file.txt:5\]"),
         ("time,x1,y1\n-1e308,1,2\n1,1,2\n", r"have times within \+-1e\+09 s; got -1e\+308 \[.*file.txt:2\]"),
         ("time,x1,y1\n,1,2\n1,1,2\n", r"have times within \+-1e\+09 s; got nan \[.*file.txt:2\]"),
-        ("time,x1,y1,z\n0,1,2,3\n", r"have the columns x1, y1, x2, y2, ... after the time; got 'z' \[.*file.txt:1\]"),
+        (
+            "time,x1,y1,z\n0,1,2,3\n",
+            r"have the columns x1, y1, x2, y2, ... after the time; got 4 columns, 'z' \[.*file.txt:1\]",
+        ),
     ],
 )
 def test_a_file_that_is_wrong_is_refused_with_its_line(content, message, tmp_path):
@@ -109,8 +115,7 @@ def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monk
         load(tmp_path, TIDY + "0" * 101 + ",a,1,2\n")
 
 
-def test_many_rows_are_read_in_pieces_with_the_right_line_of_an_error(tmp_path, monkeypatch):
-    monkeypatch.setattr(_text, "CHUNK", 3)
+def test_an_error_in_many_rows_has_the_right_line(tmp_path):
     rows = [f"{k},a,{k},2\n" for k in range(10)]
     np.testing.assert_array_equal(load(tmp_path, TIDY + "".join(rows)).positions[:, 0, 0], range(10))
     rows[7] = "7,a,x,2\n"
@@ -142,6 +147,21 @@ def test_repeated_rows_are_dropped_and_told(tmp_path):
     read = load(tmp_path, TIDY + "0,a,1,2\n1,a,3,4\n0,a,1,2\n")
     assert read.remarks == ("1 rows said the same as another and were dropped",)
     np.testing.assert_array_equal(read.positions[:, 0], [[1, 2], [3, 4]])
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["Frame,ID,X,Y", "TIME,individual,x,Y", "time_s,fish,X,y", "frame,track_id,x,y", '"Seconds","Animal","x","y"'],
+)
+def test_a_plain_table_may_name_its_columns_in_any_case_and_count_times(names, tmp_path):
+    scale = 1 if "frame" in names.lower() else 25
+    rows = "".join(f"{k / scale},{who},{k},{2 * k}\n" for k in (3, 4, 7) for who in "ab")
+    read = load(tmp_path, f"{names}\n{rows}", fps=25)
+    assert (read.individuals, read.first_frame, read.fps) == (("a", "b"), 3, 25)
+    np.testing.assert_array_equal(read.present[:, 0], [True, True, False, False, True])
+    np.testing.assert_array_equal(read.positions[4, 1], [7, 14])
+    if scale == 25:
+        assert load(tmp_path, f"{names}\n{rows}", fps=None).fps == 25
 
 
 def test_columns_that_may_name_individuals_are_told(tmp_path):

@@ -1,6 +1,7 @@
 """Files as the trackers write them, from positions (F, A, 2) in pixels with NaN where missing."""
 
 import json
+import pickle
 from pathlib import Path
 
 import h5py
@@ -120,6 +121,35 @@ def deeplabcut(folder: Path, positions: np.ndarray) -> Path:
     return _text(folder / "videoDLC.csv", [*header, *rows])
 
 
+def deeplabcut_h5(folder: Path, positions: np.ndarray) -> Path:
+    """Write the table of pandas with h5py alone; files that pandas wrote are in data/."""
+    labels, columns = [], []
+    for k in range(positions.shape[1]):
+        sure = np.where(np.isnan(positions[:, k, 0]), np.nan, 0.95)
+        for shift, part in enumerate(("thorax", "head")):
+            labels += [("DLC_net", f"mouse{k + 1}", part, what) for what in ("x", "y", "likelihood")]
+            columns += [*(positions[:, k] + shift).T, sure]
+    table = np.zeros(len(positions), dtype=[("index", "<i8"), ("values_block_0", "<f8", (len(labels),))])
+    table["index"], table["values_block_0"] = np.arange(len(positions)), np.stack(columns, axis=1)
+    with h5py.File(folder / "videoDLC.h5", "w") as file:
+        file.create_dataset("df_with_missing/table", data=table)
+        file["df_with_missing"].attrs["pandas_type"] = np.bytes_(b"frame_table")
+        file["df_with_missing/table"].attrs["values_block_0_kind"] = np.bytes_(pickle.dumps(labels, protocol=0))
+    return folder / "videoDLC.h5"
+
+
+def movement(folder: Path, positions: np.ndarray) -> Path:
+    import xarray as xr
+
+    points = np.stack([positions, positions + 1], axis=2)
+    dimensions = ("time", "individuals", "keypoints", "space")
+    individuals = [f"id_{k}" for k in range(positions.shape[1])]
+    names = {"space": ["x", "y"], "keypoints": ["thorax", "head"], "individuals": individuals}
+    dataset = xr.Dataset({"position": (dimensions, points)}, {"time": np.arange(len(positions)) / FPS, **names})
+    dataset.assign_attrs(fps=FPS, time_unit="seconds").to_netcdf(folder / "poses.nc", engine="scipy")
+    return folder / "poses.nc"
+
+
 def tidy(folder: Path, positions: np.ndarray) -> Path:
     rows = [f"{frame},fish{who + 1},{x},{y}" for frame, who, x, y in _rows(positions)]
     return _text(folder / "fish.csv", ["frame,id,x,y", *rows])
@@ -135,6 +165,8 @@ WRITERS = {
     "tracktor": tracktor,
     "sleap": sleap,
     "deeplabcut": deeplabcut,
+    "deeplabcut-h5": deeplabcut_h5,
+    "movement": movement,
     "tidy": tidy,
 }
 
@@ -148,6 +180,8 @@ SAID = {
     "tracktor": {"fps": FPS, "pixels_per_cm": 10},
     "sleap": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
     "deeplabcut": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "deeplabcut-h5": {"fps": FPS, "pixels_per_cm": 10, "keypoint": "thorax"},
+    "movement": {"pixels_per_cm": 10, "keypoint": "thorax", "y_axis": "down"},
     "tidy": {"fps": FPS, "pixels_per_cm": 10, "y_axis": "down"},
 }
 """What the user has to say for each format, and no more."""

@@ -1,25 +1,35 @@
-"""DeepLabCut: csv of one or several animals."""
+"""DeepLabCut: csv, h5 or `DataFrame` of one or several animals."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, refusal
 
-from ._shared import choose
-from ._text import header, read_table
+from ._shared import check_unpacked, choose, member, open_hdf5, plain_pickle, text
+from ._text import Sheet, header, read_table
 
 SINGLE = ["scorer", "bodyparts", "coords"]
 SEVERAL = ["scorer", "individuals", "bodyparts", "coords"]
+COORDS = ("x", "y", "likelihood")
+
+Labels = list[tuple[str, ...]]
+"""Of each column: scorer, perhaps individual, body part and coordinate."""
 
 
-def recognizes(glance: Glance) -> bool:
+def recognizes_csv(glance: Glance) -> bool:
     """Whether the header lines begin scorer, (individuals,) bodyparts, coords."""
     first = [line.split(",")[0] for line in glance.lines[:4]]
     return first == SEVERAL or first[:3] == SINGLE
 
 
-def read(path: Path, options: Options) -> Recording:
+def recognizes_h5(glance: Glance) -> bool:
+    """Whether there is a table of pandas."""
+    return glance.pandas
+
+
+def read_csv(path: Path, options: Options) -> Recording:
     """Read x, y (pixels) and likelihood of one key point of each animal; the first column numbers the frames.
 
     Source: Mathis et al. 2018, Lauer et al. 2022, DeepLabCut, Nature Neuroscience 21, Nature Methods 19.
@@ -29,11 +39,34 @@ def read(path: Path, options: Options) -> Recording:
     if not several and [row[0] for row in rows[:3]] != SINGLE:
         raise refusal("begin with the header lines scorer, (individuals,) bodyparts, coords", rows[0][0], f"{path}:1")
     skip = 4 if several else 3
-    who, parts, coords = _labels(rows[:skip], path)
-    point = choose(options.keypoint, list(dict.fromkeys(parts)), path)
-    animals = [name for name in dict.fromkeys(who) if (name, point) in set(zip(who, parts, strict=True))]
-    columns = [_column(who, parts, coords, (animal, point, what), path) for animal in animals for what in COORDS]
-    table = read_table(path, ",", len(who) + 1, skip=skip, numbers=[0, *columns])
+    lengths = [len(row) for row in rows[:skip]]
+    if len(set(lengths)) > 1:
+        raise refusal("have header lines of the same length", lengths, f"{path}:1")
+    labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
+
+    def read(numbers: list[int]) -> Any:
+        return read_table(path, ",", lengths[0], skip=skip, numbers=numbers)
+
+    return read_points(labels, Sheet(["frame"], read, f"{path}:1"), options)
+
+
+def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
+    """Read one key point of each animal from columns with labels, behind a first one that numbers the frames."""
+    labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
+    points = list(dict.fromkeys(label[2] for label in labels))
+    point, who = (
+        choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place),
+        [label[1] for label in labels],
+    )
+    animals = [name for name in dict.fromkeys(who) if any(label[1:3] == (name, point) for label in labels)]
+    columns = []
+    for wanted in ((animal, point, what) for animal in animals for what in COORDS):
+        found = [k for k, label in enumerate(labels) if label[1:] == wanted]
+        if len(found) != 1:
+            got = f"{len(found)} columns {wanted}"
+            raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
+        columns.append(found[0] + 1)
+    table = sheet.read(numbers=[0, *columns])
     count, frames = len(animals), table.numbers[:, 0]
     values = table.numbers[:, 1:].reshape(-1, 3)
     left_out = len(set(who)) - count
@@ -47,22 +80,54 @@ def read(path: Path, options: Options) -> Recording:
     )
 
 
-COORDS = ("x", "y", "likelihood")
+def read_h5(path: Path, options: Options) -> Recording:
+    """Read the same from HDF5, in both forms in which pandas stores a table; no pickle that calls anything is opened."""
+    from ._frames import array_sheet
+
+    with open_hdf5(path) as file:
+        names = [name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())]
+        if len(names) != 1:
+            raise refusal("hold one table of pandas", f"{len(names)}", path)
+        group = file[names[0]]
+        form = {"frame_table": _appendable, "frame": _fixed}.get(text(group.attrs["pandas_type"]))
+        if form is None:
+            raise refusal("hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}")
+        frames, labels, values = form(group, path)
+    sound = (
+        values.shape == (len(frames), len(labels)) and len(labels) and {len(label) for label in labels} in ({3}, {4})
+    )
+    if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
+        raise refusal(
+            "name scorer, (individual,) body part and coordinate of each column", "others", f"{path}, {names[0]}"
+        )
+    return read_points(labels, array_sheet(np.column_stack([frames, values]), f"{path}, {names[0]}"), options)
 
 
-def _labels(rows: list[list[str]], path: Path) -> tuple[list[str], list[str], list[str]]:
-    """Return individual, body part and coordinate of each column after the first."""
-    if len({len(row) for row in rows}) > 1:
-        raise refusal("have header lines of the same length", [len(row) for row in rows], f"{path}:1")
-    labels = [row[1:] for row in rows[1:]]
-    return tuple(labels if len(labels) == 3 else [["1"] * len(labels[0]), *labels])  # type: ignore[return-value]
+def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
+    """Return frames, labels and values of a table to which rows can be appended, as DeepLabCut writes it."""
+    rows = member(group, "table", path)
+    blocks = [name for name in rows.dtype.names or () if name.startswith("values_block_")]
+    labels: Labels = []
+    for name in blocks:
+        labels += [tuple(map(str, label)) for label in plain_pickle(bytes(rows.attrs[f"{name}_kind"]))]
+    table = rows[()]
+    return table["index"], labels, np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1)
 
 
-def _column(who: list[str], parts: list[str], coords: list[str], wanted: tuple[str, str, str], path: Path) -> int:
-    found = [k for k, label in enumerate(zip(who, parts, coords, strict=True)) if label == wanted]
-    if len(found) != 1:
-        raise refusal("have x, y and likelihood once for each body part", f"{len(found)} columns {wanted}", f"{path}:1")
-    return found[0] + 1
+def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
+    """Return the same of a table that cannot grow, as movement writes it."""
+    labels: Labels = []
+    blocks = []
+    for block in range(int(group.attrs["nblocks"])):
+        columns = []
+        for level in range(int(group.attrs[f"block{block}_items_nlevels"])):
+            names = [text(name) for name in member(group, f"block{block}_items_level{level}", path)[()]]
+            columns.append([names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]])
+        labels += list(zip(*columns, strict=True))
+        blocks.append(member(group, f"block{block}_values", path)[()])
+    check_unpacked(sum(block.nbytes for block in blocks), path)
+    return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
 
 
-FORMAT = Format("deeplabcut", recognizes, read, has_keypoints=True)
+CSV_FORMAT = Format("deeplabcut", recognizes_csv, read_csv, has_keypoints=True)
+H5_FORMAT = Format("deeplabcut-h5", recognizes_h5, read_h5, has_keypoints=True)

@@ -1,29 +1,19 @@
-"""idtracker.ai: trajectories as h5, csv, or npy."""
+"""idtracker.ai: trajectories as h5 or npy."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from turing_learning.errors import refuse
-from turing_learning.trajectories._recording import LARGEST, Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
 
-from ._shared import check_rate, dataset, from_array, open_hdf5, stated_rate
-from ._text import header, read_table
-
-TIMES = ("time", "seconds")
+from ._shared import check_rate, dataset, from_array, member, open_hdf5
 
 
 def recognizes_h5(glance: Glance) -> bool:
     """Whether there is a dataset `trajectories`."""
     return "trajectories" in glance.datasets
-
-
-def recognizes_csv(glance: Glance) -> bool:
-    """Whether the header begins x1, y1, with or without a time before."""
-    names = [name.strip() for name in glance.lines[0].split(",")] if glance.lines else []
-    return names[:2] == ["x1", "y1"] or (names[:1] in [[time] for time in TIMES] and names[1:3] == ["x1", "y1"])
 
 
 def recognizes_npy(glance: Glance) -> bool:
@@ -44,9 +34,10 @@ def read_h5(path: Path, options: Options) -> Recording:
 
 
 def _scores(file: Any, positions: np.ndarray, path: Path) -> np.ndarray | None:
-    if "id_probabilities" not in file:
+    found = member(file, "id_probabilities", path)
+    if found is None:
         return None
-    scores = dataset(file, "id_probabilities", len(file["id_probabilities"].shape), path)
+    scores = dataset(file, "id_probabilities", len(found.shape), path)
     return scores.reshape(positions.shape[:2]) if scores.size == positions[..., 0].size else None
 
 
@@ -81,56 +72,5 @@ def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, p
     return from_array(positions, names, place, confidence=scores, fps=fps)
 
 
-def read_csv(path: Path, options: Options) -> Recording:
-    """Read a row for each frame: time (s), then x and y (pixels) of each individual.
-
-    The frame rate is that of attributes.json beside the file, or follows from the times.
-    """
-    names = header(path, 1, ",")[0]
-    timed = names[0] in TIMES
-    count = (len(names) - timed) // 2
-    expected = [f"{axis}{k + 1}" for k in range(count) for axis in "xy"]
-    if sorted(names[timed:]) != sorted(expected):
-        raise refusal("have the columns x1, y1, x2, y2, ... after the time", repr(names[-1]), f"{path}:1")
-    columns = ([0] if timed else []) + [names.index(name) for name in expected]
-    table = read_table(path, ",", len(names), skip=1, numbers=columns)
-    positions = table.numbers[:, timed:].reshape(-1, count, 2)
-    rate = _time_rate(table.numbers[:, 0], table.place) if timed else None
-    return from_array(
-        positions, tuple(str(k + 1) for k in range(count)), str(path), fps=_attribute(path) or rate, numbered=timed
-    )
-
-
-def _time_rate(seconds: np.ndarray, place: Any) -> float | None:
-    absurd = ~(np.abs(seconds) <= LARGEST)
-    if absurd.any():
-        row = int(np.argmax(absurd))
-        raise refusal(f"have times within +-{LARGEST:.0e} s", seconds[row], place(row))
-    backward = np.concatenate([[False], np.diff(seconds) <= 0])
-    if backward.any():
-        row = int(np.argmax(backward))
-        raise refusal("have times that grow from row to row", seconds[row], place(row))
-    steps = np.diff(seconds)
-    uneven = np.concatenate([[False], np.abs(steps / np.median(steps) - 1) > 0.5]) if len(steps) else backward
-    if uneven.any():
-        row = int(np.argmax(uneven))
-        raise refusal("have evenly spaced times", f"a step of {steps[row - 1]:.6g} s", place(row))
-    return stated_rate(seconds, np.arange(len(seconds)))
-
-
-def _attribute(path: Path) -> float | None:
-    """Return the frame rate that attributes.json beside the file states."""
-    beside = path.parent / "attributes.json"
-    if not beside.is_file():
-        return None
-    try:
-        stated = json.loads(beside.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
-    rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
-    return None if rate is None else check_rate(rate, beside)
-
-
 H5_FORMAT = Format("idtracker.ai-h5", recognizes_h5, read_h5)
-CSV_FORMAT = Format("idtracker.ai-csv", recognizes_csv, read_csv)
 NPY_FORMAT = Format("idtracker.ai-npy", recognizes_npy, read_npy)

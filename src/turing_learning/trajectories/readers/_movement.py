@@ -1,50 +1,131 @@
-"""Datasets in the conventions of the `movement` package."""
+"""Datasets in the conventions of the `movement` package, and the files (.nc) that it writes."""
 
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.errors import brief, refuse
-from turing_learning.trajectories._recording import Recording, YAxis
+from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, refusal
 
-from ._shared import RATE_DIGITS, check_rate, choose, from_array
+from ._shared import MOST_NUMBERS, RATE_DIGITS, check_rate, choose, from_array, member, open_hdf5, text, texts
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+DAMAGED = "The file may be cut off or damaged."
+VARIABLES = ("position", "confidence", "heading")
+
+
+def recognizes(glance: Glance) -> bool:
+    """Whether it is NetCDF 3, or HDF5 with `position` and `space`."""
+    return glance.netcdf3 or {"position", "space"} <= glance.datasets
+
+
+def read(path: Path, options: Options) -> Recording:
+    """Read what `to_netcdf` of a dataset of movement writes, with any of its engines."""
+    with path.open("rb") as file:
+        old = file.read(3) == b"CDF"
+    dataset = _netcdf3(path) if old else _netcdf4(path)
+    return read_dataset(dataset, options.keypoint, options.fps, options.y_axis, str(path))
+
+
+def _netcdf3(path: Path) -> "xr.Dataset":
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
+            most = max(math.prod(each.shape) for each in opened.variables.values())
+            if most <= MOST_NUMBERS:
+                return opened.load()
+    except Exception as error:  # a damaged file can raise anything
+        raise refusal("be a whole NetCDF file", str(error)[:120], path, DAMAGED) from None
+    raise refusal(f"hold at most {MOST_NUMBERS} numbers", most, path)
+
+
+def _netcdf4(path: Path) -> "xr.Dataset":
+    """Return positions and what belongs to them; NetCDF 4 is HDF5, whose dimensions are scales."""
+    import xarray as xr
+
+    with open_hdf5(path) as file:
+        variables: dict[str, Any] = {}
+        for name in VARIABLES:
+            found = member(file, name, path)
+            if found is None:
+                continue
+            if found.dtype.kind not in "fiu":
+                raise refusal("hold numbers", found.dtype, f"{path}, {name}")
+            dimensions = [_dimension(scale) for scale in found.dims]
+            variables[name] = (dimensions, found[()])
+        names = {name for dimensions, _ in variables.values() for name in dimensions}
+        coordinates: dict[str, Any] = {}
+        for name in sorted(names):
+            scale = member(file, name, path)
+            if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension"):
+                coordinates[name] = scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
+        attributes = {name: value for name, value in file.attrs.items() if not name.startswith("_")}
+        stated = {name: _plain(value) for name, value in attributes.items()}
+        return xr.Dataset(variables, coordinates, stated)
+
+
+def _dimension(scale: Any) -> str:
+    return text(scale[0].name).lstrip("/") if len(scale) else "unnamed"
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as a number or a text."""
+    if isinstance(value, (bytes, str)):
+        return text(value)
+    return value.ravel()[0] if np.size(value) == 1 and hasattr(value, "ravel") else value
+
+
 def read_dataset(
-    dataset: "xr.Dataset", keypoint: str | None = None, fps: float | None = None, y_axis: YAxis | None = None
+    dataset: "xr.Dataset",
+    keypoint: str | None = None,
+    fps: float | None = None,
+    y_axis: YAxis | None = None,
+    source: str = "",
 ) -> Recording:
     """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; what the user states comes first.
 
+    Names of dimensions may be in the singular.
+
     Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
     """
+    singular = {f"{name}s": name for name in ("individual", "keypoint")}
+    dataset = dataset.rename({one: many for many, one in singular.items() if one in dataset.dims})
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
         dimensions = ("time", "space", "keypoints", "individuals")
-        refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)))
-    if list(dataset["space"].values) != ["x", "y"]:
-        refuse("dataset", "have the coordinates x, y in space", str(list(dataset["space"].values)))
+        refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
+    if [str(name) for name in dataset["space"].values] != ["x", "y"]:
+        refuse("dataset", "have the coordinates x, y in space", str(list(dataset["space"].values)), place=source)
+    if 0 in dataset["position"].shape:
+        refuse("dataset", "not be empty", str(dict(dataset.sizes)), place=source)
     _check_stated(dataset, y_axis)
     rate = _rate(dataset, fps)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
-        dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, "dataset")))
+        dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, source or "dataset")))
     elif keypoint is not None:
         refuse("keypoint", "be left out for a dataset without key points", brief(keypoint))
     confidence = _plane(dataset, "confidence")
     return from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
         tuple(str(name) for name in dataset["individuals"].values),
-        "dataset, position",
+        f"{source or 'dataset'}, position",
         confidence=None if confidence is None or np.isnan(confidence).all() else confidence,
         headings=_plane(dataset, "heading"),
         fps=rate,
         first_frame=round(float(dataset["time"].values[0]) * (1.0 if _in_frames(dataset) else rate or fps or 1.0)),
-        in_cm=dataset.attrs.get("length_unit") == "cm",
+        unit=_known(dataset.attrs.get("length_unit")),
         y_axis=dataset.attrs.get("y_axis"),
     )
+
+
+def _known(unit: Any) -> str | None:
+    return unit if unit in ("cm", "px") else None
 
 
 def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
@@ -97,3 +178,6 @@ def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
     stated = dataset.attrs.get("y_axis")
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
         refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}")
+
+
+FORMAT = Format("movement", recognizes, read, has_keypoints=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
 
-from ._shared import choose, dataset, from_array, open_hdf5, texts
+from ._shared import choose, dataset, from_array, member, open_hdf5, texts
 
 DIMENSIONS = ["track", "xy", "node", "frame"]
 
@@ -52,7 +52,7 @@ def _ordered(file: Any, path: Path) -> np.ndarray:
 
 
 def _scores(file: Any, tracks: np.ndarray, node: int, path: Path) -> np.ndarray | None:
-    if "point_scores" not in file or file["point_scores"].shape != (tracks.shape[0], *tracks.shape[2:]):
+    if getattr(member(file, "point_scores", path), "shape", None) != (tracks.shape[0], *tracks.shape[2:]):
         return None
     return dataset(file, "point_scores", 3, path)[:, node].T
 

@@ -1,24 +1,23 @@
-"""Text files: lines, cells and numbers, with the line of whatever is wrong."""
+"""Text files as tables, with the line of whatever is wrong."""
 
 import codecs
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._recording import refusal
+from turing_learning.trajectories._recording import Place, refusal
 
 LONGEST_LINE = 1 << 22
 """Bytes in a line beyond which a file is no table; a thousand key points need less than a tenth."""
-CHUNK = 20_000
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of a text file.
+    """Columns of a table.
 
     Attributes
     ----------
@@ -26,16 +25,32 @@ class Table:
         Not a number where a cell is empty or says so.
     texts
         The text columns, cell by cell.
+    place
+        Row -> where it is.
     """
 
-    path: Path
-    first_line: int
     numbers: np.ndarray
     texts: tuple[list[str], ...]
+    place: Place
 
-    def place(self, row: int) -> str:
-        """Return file:line of a row."""
-        return f"{self.path}:{self.first_line + int(row)}"
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table by the names of its columns, whether a file or a `DataFrame`.
+
+    Attributes
+    ----------
+    names
+        Of the columns.
+    read
+        Called with `numbers` and `texts`, the places of columns that are read as such.
+    place
+        Where the names are.
+    """
+
+    names: list[str]
+    read: Callable[..., Table]
+    place: str
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -69,10 +84,13 @@ def _decoded(raw: bytes, place: str, *, first: bool) -> str:
     if b"\0" in raw:
         raise refusal("be a text file", "a zero byte", place)
     try:
-        return raw.decode("utf-8-sig" if first else "utf-8").rstrip("\r\n")
+        line = raw.decode("utf-8-sig" if first else "utf-8").rstrip("\r\n")
     except UnicodeDecodeError as error:
         remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
         raise refusal("be text in UTF-8", f"byte {raw[error.start]:#04x}", place, remedy) from None
+    if "\r" in line:
+        raise refusal("have line ends of one kind", "a carriage return inside a line", place)
+    return line
 
 
 def cells(line: str, separator: str, place: str) -> list[str]:
@@ -96,14 +114,18 @@ def header(path: Path, lines: int, separator: str) -> list[list[str]]:
     return rows
 
 
+def read_sheet(path: Path, separator: str) -> Sheet:
+    """Return a text file whose first line names its columns."""
+    names = header(path, 1, separator)[0]
+
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
+        return read_table(path, separator, len(names), skip=1, numbers=numbers, texts=texts)
+
+    return Sheet(names, read, f"{path}:1")
+
+
 def read_table(
-    path: Path,
-    separator: str,
-    width: int,
-    *,
-    skip: int,
-    numbers: Sequence[int],
-    texts: Sequence[int] = (),
+    path: Path, separator: str, width: int, *, skip: int, numbers: Sequence[int], texts: Sequence[int] = ()
 ) -> Table:
     """Read columns of a text file.
 
@@ -121,51 +143,45 @@ def read_table(
     ValueError
         If a row has another number of cells, a number is none, or there is no row; with file and line.
     """
-    chunks: list[np.ndarray] = []
-    kept: tuple[list[str], ...] = tuple([] for _ in texts)
-    rows: list[list[str]] = []
-    first = skip + 1
+    import pandas as pd
+
+    def place(row: int) -> str:
+        return f"{path}:{skip + 1 + int(row)}"
+
+    cells_of_rows = _check_rows(path, separator, width, skip)
+    frame = pd.read_csv(
+        path, sep=separator, header=None, names=range(cells_of_rows), index_col=False, usecols=sorted({*numbers, *texts}),
+        skiprows=skip, dtype=object, keep_default_na=False, na_filter=False, low_memory=False, encoding="utf-8-sig",
+    )  # fmt: skip
+    found = np.empty((len(frame), len(numbers)))
+    for k, column in enumerate(numbers):
+        found[:, k] = [_number(cell) for cell in frame[column]]
+        if np.isinf(found[:, k]).any():
+            row = int(np.argmax(np.isinf(found[:, k])))
+            raise refusal("have finite numbers or NaN", repr(frame[column].iloc[row].strip()[:40]), place(row))
+    return Table(found, tuple([cell.strip() for cell in frame[column]] for column in texts), place)
+
+
+def _number(cell: str) -> float:
+    """Return the number that a cell is, infinite where it is none."""
+    try:
+        return float(cell) if "_" not in cell else np.inf
+    except ValueError:
+        return np.inf if cell.strip() else np.nan
+
+
+def _check_rows(path: Path, separator: str, width: int, skip: int) -> int:
+    """Return the most cells of a row, an empty last one included; refuse a file without rows, or a row with another number."""
+    number, most = 0, width
     for number, line in read_lines(path):
         if number <= skip:
             continue
-        rows.append(_row(line, separator, width, f"{path}:{number}"))
-        for column, into in zip(texts, kept, strict=True):
-            into.append(rows[-1][column])
-        if len(rows) == CHUNK:
-            chunks.append(_to_numbers(rows, numbers, path, first))
-            rows, first = [], number + 1
-    if rows:
-        chunks.append(_to_numbers(rows, numbers, path, first))
-    if not chunks:
+        row = cells(line, separator, f"{path}:{number}")
+        count = len(row) - (len(row) == width + 1 and not row[-1])
+        most = max(most, len(row))
+        if count != width:
+            remedy = "The file may be cut off or damaged."
+            raise refusal(f"have {width} cells in each row", count, f"{path}:{number}", remedy)
+    if number <= skip:
         raise refusal("have at least one row", "none", path)
-    return Table(path, skip + 1, np.concatenate(chunks), kept)
-
-
-def _row(line: str, separator: str, width: int, place: str) -> list[str]:
-    row = cells(line, separator, place)
-    if len(row) == width + 1 and not row[-1]:
-        row.pop()
-    if len(row) != width:
-        raise refusal(f"have {width} cells in each row", len(row), place, "The file may be cut off or damaged.")
-    return row
-
-
-def _to_numbers(rows: list[list[str]], columns: Sequence[int], path: Path, first: int) -> np.ndarray:
-    """Return the cells (rows, columns) as floats."""
-    result = np.empty((len(rows), len(columns)))
-    for k, row in enumerate(rows):
-        for i, column in enumerate(columns):
-            result[k, i] = _number(row[column], path, first + k)
-    return result
-
-
-def _number(cell: str, path: Path, line: int) -> float:
-    if not cell:
-        return np.nan
-    try:
-        value = float(cell)
-    except ValueError:
-        value = np.inf
-    if "_" in cell or np.isinf(value):
-        raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{line}")
-    return value
+    return most

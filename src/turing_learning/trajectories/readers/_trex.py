@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, natural, refusal
 
-from ._shared import check_rate, choose, stated_rate
+from ._shared import check_rate, check_unpacked, choose, stated_rate
 
 MOST_BYTES = 1 << 32
 CENTROID = "wcentroid"
@@ -49,7 +49,7 @@ def read(path: Path, options: Options) -> Recording:
 
     Source: Walter and Couzin 2021, TRex, eLife 10; its documentation of the output.
     """
-    files = sorted(path.glob("*.npz"), key=lambda file: natural(file.name)) if path.is_dir() else [path]
+    files = sorted(files_of(path), key=lambda file: natural(file.name)) if path.is_dir() else [path]
     contents = {file: load_arrays(file) for file in files}
     tracks = {file: arrays for file, arrays in contents.items() if _is_track(frozenset(arrays))}
     if not tracks:
@@ -77,9 +77,14 @@ def read(path: Path, options: Options) -> Recording:
         place,
         extras={} if headings is None else {"headings": headings},
         fps=rates.pop() if rates else None,
-        in_cm=True,
+        unit="cm",
         remarks=remarks,
     )
+
+
+def files_of(folder: Path) -> list[Path]:
+    """Return the npz files of a folder; nothing that is no file, such as a pipe, is opened."""
+    return sorted(file for file in folder.glob("*.npz") if file.is_file())
 
 
 def archive_names(path: Path) -> frozenset[str]:
@@ -103,9 +108,7 @@ def _sizes(path: Path) -> dict[str, int]:
 
 def load_arrays(path: Path) -> dict[str, np.ndarray]:
     """Return the arrays that make a track from an npz file; no pickle is read."""
-    size = sum(_sizes(path).values())
-    if size > MOST_BYTES:
-        raise refusal(f"unpack to at most {MOST_BYTES} bytes", size, path)
+    check_unpacked(sum(_sizes(path).values()), path, MOST_BYTES)
     try:
         with np.load(path, allow_pickle=False) as archive:
             return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
