@@ -22,7 +22,7 @@ HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
 VARIANTS = {
     "estimate": "with the `estimate` in place of the paper's best model",
-    "preset paper": "with the preset `paper`, which keeps to the text",
+    "preset paper": "with the preset `paper`, which keeps to the text,",
     "preset paper, estimate": "with both",
 }  # variants of a verdict -> what they are about
 
@@ -101,12 +101,10 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
             f"Run at full size: {results.provenance['finished'][:10]}, {results.seconds / 60:.0f} minutes of computing. "
             f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md).",
             "",
-            *(f"* {claim}: {claims[claim].where}." for claim in experiment.claims),
-            "",
         ]
         shown = [one for one in results.pictures if not re.search(r"\bpaper\b", one.name)]
         lines += _pictures(shown, f"{link}/{experiment.id}/figures")
-    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).rstrip() + "\n"
+    return "\n".join(lines).rstrip() + "\n"
 
 
 def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
