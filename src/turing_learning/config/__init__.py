@@ -7,7 +7,8 @@ message (`ConfigurationError`; `nearest` says what may have been meant); `to_tom
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
-are the same. `classifier_of` makes the classifiers' network;
+are the same. `classifier_of` makes the classifiers' network, and
+`part_named`, `part_of`, `give_again` name and find optimizers (`OPTIMIZERS` are built in) and classifiers that a caller gives;
 `require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there, `require_at_least` what
 is not an integer (`is_integer`) or too small.
 
@@ -19,8 +20,10 @@ from turing_learning.errors import is_integer, nearest
 from ._configuration import Configuration, classifier_of, require_seen, require_whole_cycles
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
 from ._load import PRESETS, load_configuration
+from ._parts import give_again, part_named, part_of
 from ._sections import (
     LARGEST_SEED,
+    OPTIMIZERS,
     PROSE,
     ClassifiersSection,
     CoevolutionSection,
@@ -36,6 +39,7 @@ from ._toml import line_of, read_toml, to_toml
 
 __all__ = [
     "LARGEST_SEED",
+    "OPTIMIZERS",
     "PRESETS",
     "PROSE",
     "ClassifiersSection",
@@ -50,11 +54,14 @@ __all__ = [
     "classifier_of",
     "dotted",
     "flat_settings",
+    "give_again",
     "is_integer",
     "line_of",
     "load_configuration",
     "load_variants",
     "nearest",
+    "part_named",
+    "part_of",
     "read_toml",
     "require_at_least",
     "require_seen",

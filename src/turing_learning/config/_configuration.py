@@ -3,19 +3,23 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import Annotated, Any, cast
 
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from turing_learning.coevolution import batch_count
-from turing_learning.errors import Refusal, refuse, refusing_as, require
+from turing_learning.coevolution import Classifier, batch_count
+from turing_learning.errors import Refusal, Setting, refuse, refusing_as, require
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, System, physics_steps, system_of
 
+from ._parts import part_of
 from ._sections import (
+    GIVEN,
     LARGEST_NEURONS,
+    NETWORKS,
+    OPTIMIZERS,
     ClassifiersSection,
     CoevolutionSection,
     ConfigurationError,
@@ -23,9 +27,6 @@ from ._sections import (
     RunSection,
     Section,
 )
-
-if TYPE_CHECKING:
-    from turing_learning.classifiers import ElmanClassifier
 
 LEAST_TRIALS = 20
 SMALLEST, LARGEST = 1e-9, 1e9  # of a scenario's numbers (cm, g, s): no square or ratio leaves the range of floats
@@ -96,6 +97,8 @@ class Configuration(Section):
         trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
         require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
         require(not (trials and self.models.hidden), "run.trials", rule, trials)
+        rule, name = f"be {OPTIMIZERS[0]!r} with run.trials, which has a search of its own", self.models.optimizer
+        require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name))
         return self
 
     @property
@@ -106,8 +109,13 @@ class Configuration(Section):
     @property
     def trials_per_generation(self) -> int:
         """Number of trials in a generation: executions of the system, whatever the number of replicas in one."""
-        groups = 2 if getattr(self.scenario, "grouping", "mixed") == "separated" else 1
-        return groups * (self.models.parents + self.models.offspring)
+        return self.system.trials_per_model * (self.models.parents + self.models.offspring)
+
+    @property
+    def given(self) -> tuple[Setting, ...]:
+        """Optimizer and classifier that are objects of the process that began the run, as arguments."""
+        named = (("models", self.models.optimizer), ("classifier", self.classifiers.network))
+        return tuple(Setting(argument) for argument, name in named if name.startswith(GIVEN))
 
     @property
     def system(self) -> System:
@@ -148,14 +156,21 @@ class Configuration(Section):
         return None if self.run.threads == "all" else self.run.threads
 
 
-def classifier_of(configuration: Configuration) -> "ElmanClassifier":
-    """Return the network that the classifiers of a run share; the kernels are imported only here."""
-    from turing_learning.classifiers import ElmanClassifier
+def classifier_of(configuration: Configuration) -> Classifier:
+    """Return what the classifiers of a run share; the kernels are imported only here."""
+    scale, name = configuration.input_scale, configuration.classifiers.network
+    if name == NETWORKS[0]:
+        from turing_learning.classifiers import ElmanClassifier
 
-    scale = configuration.input_scale
-    return ElmanClassifier(
-        inputs=len(scale), hidden=configuration.classifiers.hidden, scale=scale, threads=configuration.threads
-    )
+        hidden = configuration.classifiers.hidden
+        return ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
+    found = part_of("classifier", name)
+    if isinstance(found, type) or not isinstance(found, Classifier):
+        found = found(inputs=len(scale), scale=scale) if callable(found) else found
+    rule, remedy = "have `parameters` and `judge`, or be a function that returns it", "See docs/your-own-parts.md."
+    fits = isinstance(found, Classifier)
+    require(fits, "classifier", rule, type(found).__name__, remedy, error=ConfigurationError)
+    return cast(Classifier, found)
 
 
 def check_limits(configuration: Configuration) -> None:
@@ -171,7 +186,8 @@ def check_limits(configuration: Configuration) -> None:
         require(SMALLEST <= value <= LARGEST, name, f"{rule} between {SMALLEST:g} and {LARGEST:g}", f"{value:g}")
     hidden, most = configuration.classifiers.hidden, LARGEST_NEURONS - inputs
     because = f"be at most {most}, as a network has at most {LARGEST_NEURONS} inputs and hidden neurons"
-    require(hidden <= most, "classifiers.hidden", because, hidden)
+    elman = configuration.classifiers.network == NETWORKS[0]
+    require(hidden <= most or not elman, "classifiers.hidden", because, hidden)
     for what, size, keys in _demands(configuration):
         if size > LARGEST_GIB * 2**30:
             _refuse_largest(
@@ -221,7 +237,7 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
     run, inputs, hidden = configuration.run, len(configuration.input_scale), configuration.classifiers.hidden
     models = configuration.models.parents + configuration.models.offspring
     classifiers = configuration.classifiers.parents + configuration.classifiers.offspring
-    weights = hidden * (inputs + hidden + 2) + 1
+    weights = hidden * (inputs + hidden + 2) + 1 if configuration.classifiers.network == NETWORKS[0] else 0
     population = 16.0 * (models * len(configuration.parameter_names) + classifiers * weights)  # values and step sizes
     chunk = 1 if run.history == "thin" else min(run.checkpoint_every, run.generations)
     keys = (*_POPULATIONS, "classifiers.hidden", "models.hidden", "run.checkpoint_every")

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from turing_learning.errors import RefusedError, integer, require
+from turing_learning.errors import RefusedError, integer, nearest, require
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the same."""
@@ -19,6 +19,11 @@ LARGEST_START = 1e6  # of the range of the first population
 LARGEST_GENERATIONS = 10_000_000  # a week and more at the paper's size
 NETWORKS_STEP_SIZE = 0.3  # initial, of models that are networks: decision 0017
 SETTLED = 0.7  # share of a run after which no model jumps
+
+OPTIMIZERS = ("evolution-strategy", "cma")
+"""Names of the optimizers that are built in, the paper's first."""
+NETWORKS = ("elman",)
+GIVEN = "given:"  # before the name of an object that only the process that began a run has
 
 Count = Annotated[int, Field(ge=1)]
 Positive = Annotated[float, Field(gt=0)]
@@ -34,6 +39,12 @@ def require_at_least(least: int, **values: Any) -> None:
     """Reject what is not an integer of at least `least`, by its name."""
     for name, value in values.items():
         integer(name, value, least, error=ConfigurationError)
+
+
+def require_part(key: str, name: str, known: tuple[str, ...]) -> None:
+    """Reject a name that is neither built in nor "module:function"."""
+    rule = f"be {', '.join(known)}, or module:function"
+    require(name in known or ":" in name.strip(":"), key, rule, repr(name), nearest(name, known))
 
 
 class Section(BaseModel):
@@ -62,6 +73,11 @@ class PopulationSection(Section):
     minimum_step_size: Annotated[float, Field(ge=0)] = Field(
         default=0.01, description="no mutation has a smaller standard deviation"
     )
+    optimizer: str = Field(
+        default=OPTIMIZERS[0],
+        description='what improves the population: "evolution-strategy", the paper\'s; "cma", CMA-ES; or "module:function", see '
+        "docs/your-own-parts.md. The settings of step sizes and of children are those of the evolution strategy",
+    )
 
     @model_validator(mode="after")
     def _check_range(self) -> "PopulationSection":
@@ -70,6 +86,7 @@ class PopulationSection(Section):
         fits = self.minimum_step_size <= step <= LARGEST_STEP_SIZE
         rule = f"be between minimum_step_size ({self.minimum_step_size}) and {LARGEST_STEP_SIZE:g}"
         require(fits, "initial_step_size", rule, step)
+        require_part("optimizer", self.optimizer, OPTIMIZERS)
         return self
 
 
@@ -124,7 +141,11 @@ class ModelsSection(PopulationSection):
 class ClassifiersSection(PopulationSection):
     """The population of classifiers and their networks."""
 
-    hidden: Count = Field(default=5, description="hidden neurons of a classifier")
+    network: str = Field(
+        default=NETWORKS[0],
+        description='what judges: "elman", the paper\'s network; or "module:function", see docs/your-own-parts.md',
+    )
+    hidden: Count = Field(default=5, description="hidden neurons of an Elman network")
     renewal: Annotated[int, Field(ge=0)] = Field(
         default=100,
         description="in the first half of a run all classifiers are replaced by random ones after every so many generations; "
@@ -135,6 +156,11 @@ class ClassifiersSection(PopulationSection):
         description='what the inputs are divided by: "robot", the largest speeds of the scenario\'s robot, or a list with one '
         "positive number for each signal (cm/s, rad/s). Of a custom system it is found in the data",
     )
+
+    @model_validator(mode="after")
+    def _check_network(self) -> "ClassifiersSection":
+        require_part("network", self.network, NETWORKS)
+        return self
 
 
 class CoevolutionSection(Section):

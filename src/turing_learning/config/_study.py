@@ -105,6 +105,9 @@ def _variant(
             "From Python, give `genuine`, `parameters`, and `simulate` as a name that can be imported.",
             error=ConfigurationError,
         )
+    if configuration.given:
+        rule, got = "be a name that a worker can import", "an object of this process"
+        refuse(configuration.given[0].name, rule, got, "Give module:function.", error=ConfigurationError)
     return Variant(own, configuration)
 
 

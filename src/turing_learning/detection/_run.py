@@ -133,7 +133,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         best=_chosen(populations, archived, fitness[archived].argmax(axis=1)),
         jurors=_jurors(populations, fitness),
         steps=system.steps,
-        signals=network.inputs,
+        signals=len(configuration.input_scale),
         scenario=system.simulated,
         names=system.signals,
         interval_s=system.interval_s,

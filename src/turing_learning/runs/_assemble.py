@@ -1,22 +1,26 @@
 """From arguments to a configuration, and from a configuration to the loop that it describes."""
 
 from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
 from turing_learning.coevolution import ClassifierArchive, Coevolution, Generation, jury_reward
 from turing_learning.config import (
+    OPTIMIZERS,
     Configuration,
     ConfigurationError,
     PopulationSection,
     classifier_of,
     dotted,
     load_configuration,
+    part_of,
 )
-from turing_learning.errors import brief, nearest, require
+from turing_learning.errors import brief, nearest, refusing_as, require
 from turing_learning.evolution import (
+    CMAEvolutionStrategy,
     EvolutionStrategy,
     FitnessMemory,
     Jumper,
@@ -85,13 +89,14 @@ def generations_of(configuration: Configuration, source: Source) -> Generations:
         models,
         dimension,
         (MODELS, run.seed),
+        "models",
         mating=PhasedMating(models.recombination, models.intermediate, run.halfway),
         jumper=jumper,
         memory=FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
     )
 
     def judges(*number: int) -> Optimizer:
-        return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number))
+        return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number), "classifiers")
 
     # renewed in the first half of the run only
     renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
@@ -101,19 +106,43 @@ def generations_of(configuration: Configuration, source: Source) -> Generations:
     return Generations(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
 
 
-def optimizer_of(section: PopulationSection, dimension: int, seed: tuple[int, ...], **parts: Any) -> EvolutionStrategy:
-    """Return the evolution strategy that a section describes."""
-    return EvolutionStrategy(
-        dimension,
-        parents=section.parents,
-        offspring=section.offspring,
-        seed=seed,
-        initial_low=section.initial_low,
-        initial_high=section.initial_high,
-        initial_step_size=section.initial_step_size,
-        minimum_step_size=section.minimum_step_size,
-        **parts,
+def optimizer_of(
+    section: PopulationSection, dimension: int, seed: tuple[int, ...], argument: str, **parts: Any
+) -> Optimizer:
+    """Return the optimizer that a section describes; `argument` names it in messages, `parts` are those of the built-in one."""
+    name, size = section.optimizer, section.parents + section.offspring
+    begin = {"seed": seed, "initial_low": section.initial_low, "initial_high": section.initial_high}
+    if name == OPTIMIZERS[0]:
+        return EvolutionStrategy(
+            dimension,
+            parents=section.parents,
+            offspring=section.offspring,
+            initial_step_size=section.initial_step_size,
+            minimum_step_size=section.minimum_step_size,
+            **begin,  # type: ignore[arg-type]
+            **parts,
+        )
+    with refusing_as(ConfigurationError):
+        if name == "cma":
+            try:
+                least = section.minimum_step_size
+                return CMAEvolutionStrategy(dimension, size=size, minimum_step_size=least, **begin)  # type: ignore[arg-type]
+            except ImportError as error:
+                raise ConfigurationError(str(error)) from error
+        found = part_of(argument, name)
+        made = isinstance(found, Optimizer) and not isinstance(found, type)
+        # a copy, so that the caller's begins every run as it is
+        optimizer = deepcopy(found) if made or not callable(found) else found(dimension, size=size, **begin)
+    rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
+    fits = isinstance(optimizer, Optimizer)
+    require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)
+    fits, rule = (
+        (optimizer.size, optimizer.dimension) == (size, dimension),
+        f"have {size} candidates of {dimension} parameters",
     )
+    got = f"{optimizer.size} of {optimizer.dimension}"
+    require(fits, argument, rule, got, "Or change the population's settings.", error=ConfigurationError)
+    return cast(Optimizer, optimizer)
 
 
 def resolved(

@@ -73,7 +73,7 @@ def resume_command(path: Path) -> str:
 
 def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     """Return how to resume a run: by a command, or by a call where a custom system has to be given."""
-    needed = configuration.system.resuming
+    needed = (*configuration.system.resuming, *configuration.given)
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
 
 

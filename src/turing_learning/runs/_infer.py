@@ -8,7 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
-from turing_learning.config import Configuration, ConfigurationError, require_seen, single_settings
+from turing_learning.config import Configuration, ConfigurationError, part_named, require_seen, single_settings
 from turing_learning.errors import brief, refusing_as, require
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
@@ -17,7 +17,7 @@ from turing_learning.systems import CustomOptions, Given, Range, Simulator, Sour
 from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder, resume_command
 from ._result import Result
-from ._run import Observer, Origin, Run, conduct, refuse_given_source
+from ._run import Observer, Origin, Run, conduct, give_parts, refuse_given_source
 
 RUNS = Path("runs")
 
@@ -30,6 +30,8 @@ def infer(
     parameters: Mapping[str, Range] | None = None,
     generations: int | None = None,
     trials: int | None = None,
+    models: Any = None,
+    classifier: Any = None,
     seed: int | None = None,
     preset: str = "default",
     config: str | Path | Configuration | None = None,
@@ -62,6 +64,11 @@ def infer(
     trials
         Budget in trials, >= 20, instead of generations: every sample is kept and judged again, and the next trials are spent
         where they tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it.
+    models
+        Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that makes an
+        `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
+    classifier
+        What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an Elman network.
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
@@ -119,6 +126,14 @@ def infer(
         error=ConfigurationError,
     )
     overrides = single_settings(settings, generations=generations, trials=trials, seed=seed, threads=threads)
+    for key, argument, part in (
+        ("models.optimizer", "models", models),
+        ("classifiers.network", "classifier", classifier),
+    ):
+        if part is not None:
+            got = f"{brief(part)} beside {key} in `settings`"
+            require(key not in overrides, argument, "be given once", got, error=ConfigurationError)
+            overrides[key] = part_named(part)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
     if genuine is None and simulate is None and parameters is None:
         configuration = resolve(scenario)
@@ -167,6 +182,8 @@ def resume(
     workers: int | None = None,
     timeout_s: float | None = None,
     threads: int | None = None,
+    models: Any = None,
+    classifier: Any = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> Result:
@@ -182,6 +199,8 @@ def resume(
         As in `infer`.
     threads
         Number of threads; None takes that of the configuration.
+    models, classifier
+        The objects that the run began with, where no other process can import them.
     observer, should_stop
         As in `infer`.
 
@@ -203,6 +222,7 @@ def resume(
             f"`path` must be the folder of a run; got {path!r}. A run without `out` is kept in no folder, and cannot go on."
         )
     folder = RunFolder(Path(path))
+    give_parts(folder, models, classifier)
     with refusing_as(RunFolderError):
         given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
 

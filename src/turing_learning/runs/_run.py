@@ -13,7 +13,7 @@ import numpy as np
 from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
-from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
+from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
 from turing_learning.errors import refusing_as, require, said
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
@@ -240,7 +240,8 @@ class Run:
             else:
                 source = reopen(here)
             held.enter_context(source)
-            loop = _loop_of(here, source)
+            with refusing_as(RunFolderError, place=str(folder.path)):
+                loop = _loop_of(here, source)
             remove_partial(folder.path)
             folder.update_manifest(state=RUNNING, **resumed(folder.manifest(), folder.path))
             run = cls(here, source, loop, folder)
@@ -526,6 +527,15 @@ def _loop_of(configuration: Configuration, source: Source) -> Loop:
     return (TrialsLoop if configuration.run.trials else generations_of)(configuration, source)
 
 
+def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
+    """Take optimizer and classifier that a stored run began with, as they are given again."""
+    configuration = folder.configuration() if models is not None or classifier is not None else None
+    if configuration is not None:
+        with refusing_as(RunFolderError):
+            give_again("models", configuration.models.optimizer, models)
+            give_again("classifier", configuration.classifiers.network, classifier)
+
+
 def layout_of(configuration: Configuration) -> Layout:
     """Return the sizes of a run's history."""
     run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
@@ -653,13 +663,15 @@ def origin_of(folder: RunFolder, configuration: Configuration, completed: int) -
 # Runs that are stored
 
 
-def load_run(path: str | Path) -> Result:
+def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) -> Result:
     """Open a run that is finished, stopped, killed, or still running.
 
     Parameters
     ----------
     path
         The run folder.
+    models, classifier
+        The objects that the run began with, where no other process can import them; checks and detectors need the classifier.
 
     Returns
     -------
@@ -672,6 +684,7 @@ def load_run(path: str | Path) -> Result:
         If the folder is not a run, or has not been saved for the first time.
     """
     folder = RunFolder(Path(path))
+    give_parts(folder, models, classifier)
     configuration = folder.configuration()
     finished = folder.manifest()["state"] == FINISHED
     stored = _stored_result(folder, configuration) if finished else None

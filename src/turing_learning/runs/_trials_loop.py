@@ -52,7 +52,7 @@ class TrialsLoop:
         ends = [each.initial is None and None not in (each.low, each.high) for each in system.parameters.values()]
         self._limits = np.array(ends if source.genuine is not None else [False] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
-        optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed))
+        optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
         inputs = configuration.input_scale
         self.trials = FewTrials(
             source,

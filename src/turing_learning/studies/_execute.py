@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from turing_learning.workers import asked_to_stop
 
-from ._custom import imported
 from ._folder import FAILURE, SAMPLES, StudyFolder
 
 if TYPE_CHECKING:
@@ -127,6 +126,8 @@ def _start(
 
 def _given(study: StudyFolder, plan: "Plan") -> dict[str, Any]:
     """Return samples and simulator of a custom system, nothing else."""
+    from turing_learning.systems import imported
+
     return {"genuine": study.read(SAMPLES), "simulate": imported(plan.simulate)} if plan.simulate else {}
 
 

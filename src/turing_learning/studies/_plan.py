@@ -20,9 +20,7 @@ from turing_learning.config import (
 from turing_learning.errors import brief, is_integer, refusing_as, require
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
-from turing_learning.systems import CustomOptions, CustomSystem, Range, describe
-
-from ._custom import name_of
+from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, name_of
 
 BEHAVIORS = replace(
     AGGREGATION,
@@ -136,7 +134,7 @@ def plan_study(
         require(
             scenario is None, "scenario", "be left out for a custom system", brief(scenario), error=ConfigurationError
         )
-        name = name_of(simulate)
+        name = name_of(simulate, error=ConfigurationError)
         with refusing_as(ConfigurationError):
             known, data = describe(genuine, parameters or {}, options or {})
         require(data.live is None, "genuine", "be samples in a study, whose workers cannot share a live source", genuine,

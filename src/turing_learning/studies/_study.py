@@ -16,12 +16,11 @@ from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import resume_command
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomOptions, Range
+from turing_learning.systems import CustomOptions, Range, imported
 from turing_learning.workers import Workers
 
 from ._backends import dask_backend, dask_cluster, require_visible
 from ._conduct import Backend, Conduct, StudyObserver
-from ._custom import imported
 from ._execute import Task, execute, execute_in_worker
 from ._folder import StudyFolder
 from ._plan import Plan, plan_study
@@ -227,7 +226,7 @@ def resume_study(
     folder = StudyFolder(path)
     plan = folder.plan()
     if plan.simulate:
-        imported(plan.simulate)  # refuses before anything is done what no worker could load
+        imported(plan.simulate, error=ConfigurationError)  # refuses before anything is done what no worker could load
     with ExitStack() as stack:
         client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
         with writable("study", folder.path):

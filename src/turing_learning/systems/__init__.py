@@ -14,6 +14,8 @@
     Judge samples as they were observed; reject models whose simulation failed.
 `Simulator`, `FailureLog`, `same_time_step`
     A simulator as a type; which simulations failed, and why; which time steps count as the same.
+`name_of`, `importable_name`, `imported`
+    Functions by the names that another process imports them by.
 `physics_steps`
     Physics steps of single robots in a generation, which the configuration limits.
 """

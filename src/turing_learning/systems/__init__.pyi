@@ -12,6 +12,9 @@ from ._genuine import SplitSamples as SplitSamples
 from ._genuine import cut_samples as cut_samples
 from ._genuine import observed as observed
 from ._genuine import read_genuine as read_genuine
+from ._names import importable_name as importable_name
+from ._names import imported as imported
+from ._names import name_of as name_of
 from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps

@@ -81,6 +81,7 @@ class CustomSystem:
     headings: Literal["", "with", "without"] = ""
 
     truth: ClassVar[None] = None
+    trials_per_model: ClassVar[int] = 1
     kind: ClassVar[str] = "one on a custom system"
     simulated: ClassVar[Scenario | None] = None
     jumps: ClassVar[Jumps] = Jumps()

@@ -108,6 +108,11 @@ class Swarm:
         return self.scenario.truth
 
     @property
+    def trials_per_model(self) -> int:
+        """Two where agents and replicas move apart."""
+        return _groups(self.scenario)
+
+    @property
     def steps(self) -> int:
         """Control cycles of a trial, T."""
         return self.scenario.control_steps

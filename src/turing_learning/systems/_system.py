@@ -95,6 +95,10 @@ class System(Protocol):
         """Names of the D signals per time step."""
 
     @property
+    def trials_per_model(self) -> int:
+        """Number of trials in which a model is executed in a generation."""
+
+    @property
     def steps(self) -> int:
         """Time steps of a sample, T."""
 
