@@ -102,8 +102,8 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
             f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md).",
             "",
         ]
-        shown = [one for one in results.pictures if not re.search(r"\bpaper\b", one.name)]
-        lines += _pictures(shown, f"{link}/{experiment.id}/figures")
+        first = {one.claim: one for one in reversed(results.pictures) if "paper" not in one.name}  # of each claim
+        lines += _pictures(reversed(first.values()), f"{link}/{experiment.id}/figures")
     return "\n".join(lines).rstrip() + "\n"
 
 
