@@ -90,7 +90,8 @@ class ExperimentFolder:
         for picture in findings.pictures:
             picture.save(self.path / "figures")
         manifest = new_manifest("", 0)
-        machine = {key: manifest["machine"][key] for key in ("processor", "processors")}
+        provenance = {"finished": manifest["started"], "commit": manifest["commit"], "versions": manifest["versions"]}
+        provenance["machine"] = {key: manifest["machine"][key] for key in ("processor", "processors")}
         results = Results(
             form=FAST if fast else FULL,
             verdicts=tuple(findings.verdicts),
@@ -98,8 +99,7 @@ class ExperimentFolder:
             pictures=tuple(Shown(one.name, one.caption, one.title) for one in findings.pictures),
             remarks=tuple(findings.remarks),
             seconds=round(seconds, 1),
-            provenance={key: manifest[key] for key in ("commit", "versions")}
-            | {"finished": manifest["started"], "machine": machine},
+            provenance=provenance,
         )
         write_json(self.path / "results.json", {"format_version": FORMAT_VERSION} | asdict(results))
 
@@ -109,15 +109,10 @@ class ExperimentFolder:
         if content is None:
             return None
         try:
-            return Results(
-                form=content["form"],
-                verdicts=tuple(Verdict(**one) for one in content["verdicts"]),
-                tables=tuple(Shown(**one) for one in content["tables"]),
-                pictures=tuple(Shown(**one) for one in content["pictures"]),
-                remarks=tuple(content.get("remarks", ())),
-                seconds=content["seconds"],
-                provenance=content["provenance"],
-            )
+            tables, pictures = (tuple(Shown(**one) for one in content[name]) for name in ("tables", "pictures"))
+            verdicts, remarks = tuple(Verdict(**one) for one in content["verdicts"]), tuple(content.get("remarks", ()))
+            about = (content[name] for name in ("seconds", "provenance"))
+            return Results(content["form"], verdicts, tables, pictures, remarks, *about)
         except (KeyError, TypeError) as error:
             refuse("results.json", "hold results", f"something else, without {error}", "Restore it, or give the command again.",
                    place=str(self.path / "results.json"), error=RunFolderError)  # fmt: skip

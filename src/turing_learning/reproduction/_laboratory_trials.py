@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 
-from ._work import Work
+from ._work import RunSizes, Work
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
@@ -24,7 +24,7 @@ Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
-class LaboratoryRunSizes:
+class LaboratoryRunSizes(RunSizes):
     """How many runs, how long, which generations' classifiers are kept, and how often the last models are observed again."""
 
     runs: int = 10
@@ -34,15 +34,9 @@ class LaboratoryRunSizes:
     kept: tuple[int, ...] = (0, 1, 2, 3, 4, 5, 10, 20, 50, 99)
     settings: Mapping[str, Any] = field(default_factory=dict)
 
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the runs."""
-        return tuple(range(self.first_seed, self.first_seed + self.runs))
-
     def overrides(self, seed: int) -> dict[str, Any]:
         """Return the settings of a run."""
-        own = {"run.generations": self.generations, "run.seed": seed, "run.threads": 1}
-        return {**self.settings, **own}
+        return {**self.settings, "run.generations": self.generations, "run.seed": seed, "run.threads": 1}
 
 
 @dataclass(frozen=True)
@@ -142,24 +136,19 @@ def _emulated(
     should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: tuple[int, ...]
 ) -> dict[str, np.ndarray] | None:
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
+    from turing_learning import runs
     from turing_learning.robots import load_laboratory, rehearse
-    from turing_learning.runs import (
-        RunFolder,
-        is_laboratory_run,
-        read_post_evaluation,
-        resume_laboratory,
-        start_laboratory,
-        stored_generations,
-    )
 
     laboratory = load_laboratory(path, overrides)
-    if not is_laboratory_run(out):
-        result = start_laboratory(laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop)
+    if not runs.is_laboratory_run(out):
+        result = runs.start_laboratory(
+            laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop
+        )
     else:
-        entropy = (laboratory.configuration.run.seed, 1 + stored_generations(RunFolder(out).checkpoints_path))
+        entropy = (laboratory.configuration.run.seed, 1 + runs.stored_generations(runs.RunFolder(out).checkpoints_path))
         seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
-        result = resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
-    evaluation = read_post_evaluation(out)
+        result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
+    evaluation = runs.read_post_evaluation(out)
     if evaluation is None or not evaluation.complete:
         return None
     history = result.history
@@ -229,12 +218,11 @@ def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
         for trial in range(1, sizes.trials + 1)
     }
     pieces = list(work.all_arrays(_filmed, given).values())
-
-    def gathering(part: list[dict[str, np.ndarray]]) -> Gathering:
+    found = []
+    for part in (pieces[: sizes.trials], pieces[sizes.trials :]):
         seen, complete, poses = (np.stack([one[name] for one in part]) for name in ("seen", "complete", "poses"))
-        return Gathering(seen, complete, poses, LABORATORY.robot.radius_cm)
-
-    return gathering(pieces[: sizes.trials]), gathering(pieces[sizes.trials :])
+        found.append(Gathering(seen, complete, poses, LABORATORY.robot.radius_cm))
+    return found[0], found[1]
 
 
 def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator) -> np.ndarray:
@@ -249,16 +237,15 @@ def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, r
 
 
 def _filmed(
-    should_stop: Callable[[], bool], sizes: ValidationSizes, controller: np.ndarray, trial: int, kind: int
+    should_stop: Stop, sizes: ValidationSizes, controller: np.ndarray, trial: int, kind: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
     from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, move_alone, overhead_camera
 
     arena, robot, interval = LABORATORY.arena, LABORATORY.robot, LABORATORY.trial.control_interval_s
     sides = float(arena.width_cm or 0), float(arena.height_cm or 0)
-    start = places_apart(
-        sizes.robots, sides, robot.radius_cm, np.random.default_rng((VALIDATION_STARTS, sizes.seed, trial))
-    )
+    rng = np.random.default_rng((VALIDATION_STARTS, sizes.seed, trial))
+    start = places_apart(sizes.robots, sides, robot.radius_cm, rng)
     seed = int(np.random.SeedSequence((VALIDATION_NOISE, sizes.seed, trial, kind)).generate_state(1)[0])
     calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * sizes.robots
     look = int(np.random.SeedSequence((VALIDATION_CAMERA, sizes.seed, trial, kind)).generate_state(1)[0])
@@ -266,9 +253,8 @@ def _filmed(
     tracker = Tracker(markers, calibration, labels)
     every = round(sizes.every_s / interval)
     cycles = every * (len(sizes.times_s) - 1)
-    poses: list[np.ndarray] = []
     seen: list[np.ndarray] = []
-    complete: list[bool] = []
+    poses, complete = [], []
     for cycle, now in enumerate(move_alone(LABORATORY, controller, start, cycles=cycles, seed=seed)):
         if cycle % every:
             continue
@@ -281,12 +267,8 @@ def _filmed(
     return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
 
 
-def random_models(work: Work, path: Path) -> dict[str, np.ndarray]:
+def random_models(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
     """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
-    return work.arrays("random-models", partial(_observed, path, work.sizes.random_models))
-
-
-def _observed(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
     from turing_learning.robots import LaboratorySource, laboratory_tracker, load_laboratory, rehearse
 
     laboratory = load_laboratory(path)

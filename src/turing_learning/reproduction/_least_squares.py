@@ -61,12 +61,7 @@ class LeastSquares:
     def infer(self, seed: Seed = 1, should_stop: Callable[[], bool] | None = None) -> Inferred | None:
         """Return the model of the last generation with the smallest error, and the typical model; None if it was stopped.
 
-        Parameters
-        ----------
-        seed
-            Seed of the evolution and of the trials.
-        should_stop
-            Asked before every generation.
+        `seed` is that of the evolution and of the trials; `should_stop` is asked before every generation.
         """
         numbers = tuple(seed) if isinstance(seed, Sequence) else (seed,)
         source, parameters = MixedSwarm(self.scenario, self.threads), len(self.scenario.parameter_names)
@@ -202,16 +197,7 @@ class Check:
 def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
     """Check theorem 1 and its corollaries in random cases by searching for the minimum of the expected squared error.
 
-    Parameters
-    ----------
-    cases
-        Number of cases of each statement, >= 1.
-    seed
-        Seed of the cases.
-
-    Source
-    ------
-    Paper, section 4.5.
+    There are so many `cases` (>= 1) of each statement; `seed` draws them.
     """
     from scipy.optimize import minimize
 

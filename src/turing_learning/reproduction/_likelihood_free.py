@@ -2,11 +2,11 @@
 
 import logging
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
+from collections.abc import Callable
+from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,16 @@ def infer_by_abc_smc(
         spent += 1
         return {"summaries": groups.simulate(np.array([[model[name] for name in names]]), rng)[0]}
 
-    with _quiet_pyabc(seed):
+    logger = logging.getLogger("ABC")
+    with (
+        warnings.catch_warnings(),
+        ExitStack() as after,
+    ):  # hold back what pyabc says, seed what it draws, leave all as it was
+        after.callback(logger.setLevel, logger.level)
+        after.callback(np.random.set_state, np.random.get_state())  # noqa: NPY002
+        logger.setLevel(logging.ERROR)
+        np.random.seed(seed)  # noqa: NPY002
+        warnings.simplefilter("ignore")
         prior = pyabc.Distribution(**{name: pyabc.RV("uniform", -LARGEST, 2 * LARGEST) for name in names})
         distance, sampler = pyabc.AdaptivePNormDistance(p=1), pyabc.sampler.SingleCoreSampler()
         size = round(2 * evaluations**0.5)
@@ -157,20 +166,6 @@ def infer_by_abc_smc(
                 return None
         table, weights = history.get_distribution(t=history.max_t)
         return Inferred.of_posterior(table[list(names)].to_numpy(), weights)
-
-
-@contextmanager
-def _quiet_pyabc(seed: int) -> Iterator[None]:
-    """Hold back what pyabc says, and seed the global random numbers that it uses; leave all as it was."""
-    logger = logging.getLogger("ABC")
-    level, state = logger.level, np.random.get_state()  # noqa: NPY002
-    logger.setLevel(logging.ERROR)
-    np.random.seed(seed)  # noqa: NPY002
-    with warnings.catch_warnings(), ExitStack() as after:
-        after.callback(logger.setLevel, level)
-        after.callback(np.random.set_state, state)
-        warnings.simplefilter("ignore")
-        yield
 
 
 def infer_by_npe(
@@ -201,10 +196,17 @@ def infer_by_npe(
         return torch.as_tensor(array, dtype=torch.float32)
 
     rng = np.random.default_rng(seed)
-    with _quiet_sbi(torch, seed):
+    silence = warnings.catch_warnings(), redirect_stdout(StringIO()), redirect_stderr(StringIO())
+    with ExitStack() as after:  # hold back what sbi says, take one thread, seed what torch draws, leave all as it was
+        for context in (torch.random.fork_rng(devices=[]), *silence):
+            after.enter_context(context)
+        after.callback(torch.set_num_threads, torch.get_num_threads())
+        torch.set_num_threads(1)
+        warnings.simplefilter("ignore")
+        torch.manual_seed(seed)
         end = torch.full((len(groups.scenario.controller),), LARGEST)
         prior = utils.BoxUniform(-end, end)
-        method = sbi.NPE(prior, show_progress_bars=False, tracker=_NoTracker())
+        method = sbi.NPE(prior, show_progress_bars=False, tracker=_NO_TRACKER)
         posterior: Any = None
         for part in np.array_split(np.arange(evaluations), rounds):
             if should_stop is not None and should_stop():
@@ -229,26 +231,7 @@ def _truncated(utils: Any, posterior: Any) -> Any:
     return utils.RestrictedPrior(box, inside, sample_with="rejection")
 
 
-@contextmanager
-def _quiet_sbi(torch: Any, seed: int) -> Iterator[None]:
-    """Hold back what sbi says, take one thread, and seed torch's global random numbers; leave all as it was."""
-    silence = warnings.catch_warnings(), redirect_stdout(StringIO()), redirect_stderr(StringIO())
-    with ExitStack() as after:
-        for context in (torch.random.fork_rng(devices=[]), *silence):
-            after.enter_context(context)
-        after.callback(torch.set_num_threads, torch.get_num_threads())
-        torch.set_num_threads(1)
-        warnings.simplefilter("ignore")
-        torch.manual_seed(seed)
-        yield
-
-
-class _NoTracker:
-    """Takes the place of sbi's log files, and drops everything."""
-
-    log_dir = None
-
-    def _drop(self, *what: Any, **more: Any) -> None:
-        pass
-
-    log_metric = log_metrics = log_params = add_figure = flush = _drop
+_LOGGED = "log_metric", "log_metrics", "log_params", "add_figure", "flush"
+_NO_TRACKER = SimpleNamespace(
+    log_dir=None, **dict.fromkeys(_LOGGED, lambda *what, **more: None)
+)  # in place of sbi's log files

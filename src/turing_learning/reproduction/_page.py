@@ -16,15 +16,9 @@ from ._verdicts import RULES, Claim, load_claims, prose
 from .experiments import EXPERIMENTS
 
 NOT_RUN = "not run yet"
-NO_EXPERIMENT = "no experiment yet"
 MADE = "This page is made from the folders of the experiments:"  # by which the page of all claims is known
 HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
-VARIANTS = {
-    "estimate": "with the `estimate` in place of the paper's best model",
-    "preset paper": "with the preset `paper`, which keeps to the text,",
-    "preset paper, estimate": "with both",
-}  # variants of a verdict -> what they are about
 
 
 def write_readme(experiment: Experiment, folder: ExperimentFolder) -> Path:
@@ -75,12 +69,7 @@ def page(experiments: str | Path, link: str = "../experiments") -> str:
 
     Only full-size results count; fast forms are as if they had not been run.
 
-    Parameters
-    ----------
-    experiments
-        The folder that holds a folder for each experiment.
-    link
-        The same folder as the page sees it.
+    `link` is the folder of the experiments as the page sees it.
     """
     claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
     found: dict[str, Results | None] = {}
@@ -127,12 +116,7 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     path
         The page, a name that ends with .md; links are made relative to it. One that was made so before is replaced.
     force
-        Whether any other file is replaced, too.
-
-    Raises
-    ------
-    ConfigurationError
-        If no page may be written there.
+        Whether any other file is replaced, too; otherwise `ConfigurationError` is raised.
     """
     target, experiments = Path(path), in_home(experiments)
     refuse_page_path(target, force=force)
@@ -159,20 +143,15 @@ def _score(claims: Mapping[str, Claim], found: Mapping[str, Results | None], lin
         where = next(one.id for one in EXPERIMENTS.values() if claim in one.claims)
         lines.append(f"* [{claim}]({link}/{where}/README.md): {prose()['differences'][claim]}")
     beside = []
-    for variant, words in VARIANTS.items():
+    for variant, words in prose()["variants"].items():
         of = [one.agrees for one in verdicts if one.variant == variant]
         beside += [f"{words} {sum(of)} of {len(of)} claims agree"] if of else []
-    return [
-        *lines,
-        "",
-        *([f"Other variants were held against some claims: {'; '.join(beside)}.", ""] if beside else []),
-    ]
+    others = [f"Other variants were held against some claims: {'; '.join(beside)}.", ""] if beside else []
+    return [*lines, "", *others]
 
 
 def _claim_cells(claim: Claim, found: Mapping[str, Results | None], link: str) -> tuple[str, ...]:
-    experiment = next((one for one in EXPERIMENTS.values() if claim.id in one.claims), None)
-    if experiment is None:
-        return claim.id, NO_EXPERIMENT, _printed(claim), ""
+    experiment = next(one for one in EXPERIMENTS.values() if claim.id in one.claims)
     name, results = f"[{claim.id}]({link}/{experiment.id}/README.md)", found[experiment.id]
     verdict = None if results is None else results.verdict(claim.id)
     if verdict is None:

@@ -53,12 +53,7 @@ def default_folder(*, fast: bool = False) -> Path:
 def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Standing, ...]:
     """Return how all experiments stand.
 
-    Parameters
-    ----------
-    out
-        The folder that holds a folder for each experiment; see `default_folder`.
-    fast
-        Which default folder.
+    `out` is the folder that holds a folder for each experiment; by default, and by `fast`, that of `default_folder`.
     """
     path = default_folder(fast=fast) if out is None else in_home(out)
     return tuple(Standing.of(experiment, path) for experiment in EXPERIMENTS.values())
@@ -103,11 +98,11 @@ def reproduce(
     Hands(workers)  # rejects a wrong number before anything is done
     chosen = possible(experiment, say)
     path = default_folder(fast=fast) if out is None else in_home(out)
-    folders = [(one, ExperimentFolder(path / one.id)) for one in chosen]
     with writable("out", path):
-        stores = [folder.begin(one, fast=fast) for one, folder in folders]
-    with storage(path, "give the same command again: it goes on."):
-        for (one, folder), store in zip(folders, stores, strict=True):
+        folders = [(one, ExperimentFolder(path / one.id)) for one in chosen]
+        begun = [(one, folder, folder.begin(one, fast=fast)) for one, folder in folders]
+    with storage(path, "give the same command again: it resumes."):
+        for one, folder, store in begun:
             with store.locked():
                 sizes = one.fast if fast else one.full
                 work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)

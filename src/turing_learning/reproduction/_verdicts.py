@@ -36,12 +36,7 @@ class Claim:
 
 @cache
 def load_claims() -> Mapping[str, Claim]:
-    """Return id -> claim, in the order of the paper.
-
-    Source
-    ------
-    Paper, sections 3.2, 4 and 5.
-    """
+    """Return id -> claim, in the order of the paper: those of sections 3.2, 4 and 5."""
     claims = {}
     for entry in _data("claims.toml")["claim"]:
         words = {key: entry.pop(key, "") for key in ("id", "where", "seen", "note")}
@@ -60,6 +55,8 @@ def _data(name: str) -> dict[str, Any]:
 
 
 RULES: Mapping[str, str] = prose()["rules"]  # kind of claim -> when it agrees
+PRINTED: Mapping[str, str] = prose()["printed"]  # claim -> what the paper prints in words, in short
+REASONS: Mapping[str, str] = prose()["reasons"]  # claim, or finding -> why a verdict differs
 
 
 @dataclass(frozen=True)

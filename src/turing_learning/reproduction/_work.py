@@ -4,6 +4,7 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
@@ -24,6 +25,20 @@ Compute = Callable[..., Found | None]
 PIECES = Kind("experiment", "store.json", identity=("experiment", "form", "sizes"), pieces=("*.json", "*.npz"))
 _FOUND = "found/"
 _POLL_S = 0.5
+
+
+@dataclass(frozen=True)
+class RunSizes:
+    """How many runs of how many generations."""
+
+    runs: int = 30
+    generations: int = 1000
+    first_seed: int = 2001
+
+    @property
+    def seeds(self) -> tuple[int, ...]:
+        """Seeds of the runs."""
+        return tuple(range(self.first_seed, self.first_seed + self.runs))
 
 
 class Stopped(Exception):

@@ -14,11 +14,9 @@ from . import (
     snapshots,
 )
 
+_IN_ORDER = (
+    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory
+)  # fmt: skip
 EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.id: module.EXPERIMENT
-    for module in (
-        snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors,
-        laboratory,
-    )
-}  # fmt: skip
-"""The experiments by their ids, those of the paper's sections."""
+    module.EXPERIMENT.id: module.EXPERIMENT for module in _IN_ORDER
+}  # by their sections

@@ -33,20 +33,6 @@ def small(population: int, every: int) -> dict[str, Any]:
     return {"models.population": population, "classifiers.population": population, "run.checkpoint_every": every}
 
 
-@dataclass(frozen=True)
-class RunSizes:
-    """How many runs of how many generations."""
-
-    runs: int = 30
-    generations: int = 1000
-    first_seed: int = 2001
-
-    @property
-    def seeds(self) -> tuple[int, ...]:
-        """Seeds of the runs."""
-        return tuple(range(self.first_seed, self.first_seed + self.runs))
-
-
 @dataclass(frozen=True, eq=False)
 class Runs:
     """What R runs of a study with one preset have inferred."""
@@ -122,12 +108,7 @@ class ShareSizes:
 
 
 def sensor_shares(scenario: Scenario, sizes: ShareSizes) -> np.ndarray:
-    """Return the share of the agents in each sensor state (R, T, n), trial by trial and step by step; all are agents.
-
-    Source
-    ------
-    Paper, section 4.3.
-    """
+    """Return the share of the agents in each sensor state (R, T, n), trial by trial and step by step (paper, section 4.3)."""
     robots, steps, seed = scenario.individuals, scenario.control_steps, sizes.seed
     sensors = moved(scenario, scenario.controller, sizes.trials, robots, steps, starts=seed, noise=seed).sensors
     return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)

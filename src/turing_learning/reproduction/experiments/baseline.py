@@ -15,17 +15,12 @@ from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, Table, stacked
 from .._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
-from .._verdicts import Verdict, listed, printed_spreads, spreads_of, within_spread
+from .._verdicts import PRINTED, REASONS, Verdict, listed, printed_spreads, spreads_of, within_spread
 from .._work import Work
 from ._shared import ShareSizes, seeded, sensor_shares, spreads_frame
 
-ID, CAPTIONS = "4.5", Captions("4.5")
+ID, THEOREM, CAPTIONS = "4.5", "4.5-theorem", Captions("4.5")
 TYPICAL = "typical model of the last generations"
-SCATTER = (
-    "a model is scored by one trial, in which the rarer readings hardly occur, so that the best of a generation may have any "
-    "speeds for them, and the population wanders; the median over the population and the last three tenths of the generations "
-    "is nearer to what theorem 1 says than to the truth"
-)
 
 
 @dataclass(frozen=True)
@@ -64,23 +59,19 @@ class _Outcome:
 
 def conduct(work: Work) -> Findings:
     """Run least squares in both case studies, compute what the theorem predicts, and check its statements."""
-    outcomes = aggregation, clustering = (
-        _outcome(work, AGGREGATION, "4.5-least-squares-aggregation"),
-        _outcome(work, OBJECT_CLUSTERING, "4.5-least-squares-clustering"),
-    )
+    aggregation = _outcome(work, AGGREGATION, "4.5-least-squares-aggregation")
+    clustering = _outcome(work, OBJECT_CLUSTERING, "4.5-least-squares-clustering")
+    outcomes = (aggregation, clustering)
     cases = work.sizes.cases
     found = work.piece("theorem", lambda: {"checks": [asdict(check) for check in check_statements(cases)]})
     checks = [Check(**check) for check in found["checks"]]
     texts = (f"{one.statement}: {one.cases} cases, largest difference {one.difference:.0e}" for one in checks)
-    stated = (
-        "the optimum of the squared error is E{Y} in every state, or the weighted mean of corollary 3; never the agent"
-    )
     return Findings(
         [
             _errors_verdict(aggregation),
             _picture_verdict(clustering, clustering.models),
             _picture_verdict(clustering, clustering.typical, TYPICAL),
-            Verdict("4.5-theorem", all(check.holds for check in checks), stated, "; ".join(texts), "theorem"),
+            Verdict(THEOREM, all(check.holds for check in checks), PRINTED[THEOREM], "; ".join(texts), "theorem"),
         ],
         _tables(outcomes, checks),
         [picture for outcome in outcomes for picture in _pictures(outcome)],
@@ -128,15 +119,13 @@ def _errors_verdict(outcome: _Outcome) -> Verdict:
 def _picture_verdict(outcome: _Outcome, models: np.ndarray, variant: str = "") -> Verdict:
     low, middle, high = np.quantile(models, (0.25, 0.5, 0.75), axis=0)
     agrees = all((abs(end - outcome.weighted) < abs(end - outcome.truth)).all() for end in (low, high))
+    numbers = zip(outcome.names, middle, low, high, outcome.weighted, outcome.truth, strict=True)
     texts = (
         f"{name} {median:.2f} ({first:.2f} to {third:.2f}; weighted mean {mean:.2f}, truth {true:g})"
-        for name, median, first, third, mean, true in zip(
-            outcome.names, middle, low, high, outcome.weighted, outcome.truth, strict=True
-        )
+        for name, median, first, third, mean, true in numbers
     )
-    printed = "both parameters of a wheel near their weighted mean over the sensor states, far from the truth"
-    observed, reason = f"medians and quartiles: {', '.join(texts)}", "" if agrees else SCATTER
-    return Verdict(outcome.claim, agrees, printed, observed, "baseline's picture", variant, reason)
+    observed, reason = f"medians and quartiles: {', '.join(texts)}", "" if agrees else REASONS[outcome.claim]
+    return Verdict(outcome.claim, agrees, PRINTED[outcome.claim], observed, "baseline's picture", variant, reason)
 
 
 def _tables(outcomes: Sequence[_Outcome], checks: Sequence[Check]) -> list[Table]:
@@ -144,8 +133,7 @@ def _tables(outcomes: Sequence[_Outcome], checks: Sequence[Check]) -> list[Table
     for one in outcomes:
         kinds = {"best_model": one.models, "typical": one.typical}
         models = stacked({kind: seeded(one.seeds, each, one.names) for kind, each in kinds.items()}, "model")
-        words = {"scenario": one.scenario.name, "title": one.scenario.title, "typical": TYPICAL}
-        tables.append(CAPTIONS.table("{scenario}-models", models, **words))
+        tables.append(CAPTIONS.table("{scenario.name}-models", models, scenario=one.scenario, typical=TYPICAL))
         columns = {"truth": one.truth, "theorem_1": one.weighted, "corollary_3": one.corrected}
         frame = pd.DataFrame({"parameter": one.names, **columns}).join(spreads_frame(spreads_of(one.models)))
         for name, found in (("", one.models), ("typical_", one.typical)):
@@ -159,17 +147,18 @@ def _tables(outcomes: Sequence[_Outcome], checks: Sequence[Check]) -> list[Table
 
 
 def _pictures(outcome: _Outcome) -> list[Picture]:
-    words: dict[str, Any] = {"scenario": outcome.scenario.name, "title": outcome.scenario.title}
-    words["runs"] = len(outcome.seeds)
+    words: dict[str, Any] = {"scenario": outcome.scenario, "runs": len(outcome.seeds)}
     look: dict[str, Any] = {"names": outcome.names, "truth": outcome.truth}
     boxes = box_figure(outcome.models, **look)
-    pictures = [CAPTIONS.picture("{scenario}-boxes", outcome.claim, boxes, **words)]
+    pictures = [CAPTIONS.picture("{scenario.name}-boxes", outcome.claim, boxes, **words)]
     for kind, what, models in (
         ("predictions", "best model of the last generation", outcome.models),
         ("typical", TYPICAL, outcome.typical),
     ):
         figure = prediction_figure(models, predicted=outcome.weighted, **look)
-        pictures.append(CAPTIONS.picture("{scenario}-{kind}", outcome.claim, figure, kind=kind, what=what, **words))
+        pictures.append(
+            CAPTIONS.picture("{scenario.name}-{kind}", outcome.claim, figure, kind=kind, what=what, **words)
+        )
     return pictures
 
 

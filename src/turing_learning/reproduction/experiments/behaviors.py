@@ -96,9 +96,7 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> Verdict:
     )
     harder = depends_on_the_reading(runs.errors[kind])
     reason = ""
-    if (
-        found and not harder and len(maes) < len(of_most)
-    ):  # how often do that few runs show which parameters are harder?
+    if found and not harder and len(maes) < len(of_most):  # how often do so few runs show what is harder?
         rng, many = np.random.default_rng(1), len(of_most)
         few = [depends_on_the_reading(of_most[rng.choice(many, len(maes), replace=False)]) for _ in range(DRAWS)]
         reason = (

@@ -14,9 +14,9 @@ from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import PAPER_RUNS, Verdict, shares_not_worse, valued
-from .._work import Work
-from ._shared import PRESETS, Runs, RunSizes, seeded, small, variant_of
+from .._verdicts import PAPER_RUNS, PRINTED, Verdict, shares_not_worse, valued
+from .._work import RunSizes, Work
+from ._shared import PRESETS, Runs, seeded, small, variant_of
 
 ID, CLAIM = "4.6.2", "4.6.2-black-box"
 NEAR = 0.1
@@ -81,7 +81,13 @@ def conduct(work: Work) -> Findings:
     captions, verdicts, pictures = Captions(ID), [], []
     errors, steady, dynamic = {}, {}, {}
     for preset in sizes.presets:
-        outcomes = [_network_runs(work, preset, hidden) for hidden in sizes.hidden]
+        outcomes = []
+        for hidden in sizes.hidden:
+            settings = {"models.hidden": hidden}
+            result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings=settings)
+            found = [run.result["networks"]["best_model"] for run in result.runs if run.result is not None]
+            model, networks = ElmanModel(AGGREGATION.sensor.states, hidden), [list(one.values()) for one in found]
+            outcomes.append(NetworkRuns(Runs.of(result, preset, NAMES), model, np.array(networks)))
         verdicts.append(black_box_verdict(outcomes))
         for one in outcomes:
             key, runs = (preset, one.model.hidden), one.runs
@@ -111,15 +117,6 @@ def conduct(work: Work) -> Findings:
     return Findings(verdicts, tables, pictures)
 
 
-def _network_runs(work: Work, preset: str, hidden: int) -> NetworkRuns:
-    name, settings = f"study-{hidden}-hidden-{preset}", {"models.hidden": hidden}
-    result = work.runs(name, AGGREGATION.name, preset, settings=settings)
-    networks = [list(run.result["networks"]["best_model"].values()) for run in result.runs if run.result is not None]
-    return NetworkRuns(
-        Runs.of(result, preset, NAMES), ElmanModel(AGGREGATION.sensor.states, hidden), np.array(networks)
-    )
-
-
 def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
     """Return in which step after a change of the reading, from 1, the outputs (T, 2) are near where they end, to stay."""
     begins = np.flatnonzero(np.diff(readings, prepend=readings[0] - 1))
@@ -143,7 +140,7 @@ def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> Verdict:
     return Verdict(
         CLAIM,
         all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK,
-        "steady outputs near (-0.7, -1, 1, -1), more hidden neurons worse, two outliers with five; outputs settle quickly",
+        PRINTED[CLAIM],
         ". ".join(texts),
         "black box",
         variant_of(outcomes[0].runs.preset),

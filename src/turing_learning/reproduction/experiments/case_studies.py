@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -16,12 +16,9 @@ from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, Table, stacked
-from .._verdicts import Spread, Verdict, errors_verdict, load_claims, shares_not_worse, spreads_of
-from .._work import Work
-from ._shared import KINDS, PRESETS, Runs, RunSizes, ShareSizes, gathered, moved, sensor_shares, small, variant_of
-
-if TYPE_CHECKING:
-    from turing_learning.studies import StudyResult
+from .._verdicts import PRINTED, REASONS, Spread, Verdict, errors_verdict, load_claims, shares_not_worse, spreads_of
+from .._work import RunSizes, Work
+from ._shared import KINDS, PRESETS, Runs, ShareSizes, gathered, moved, sensor_shares, small, variant_of
 
 ID, CAPTIONS = "4.3", Captions("4.3")
 NEAR = 0.1
@@ -106,12 +103,13 @@ class Outcome:
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and measure shares and dispersion."""
     sizes: CaseStudySizes = work.sizes
-    cases = (
-        Case(AGGREGATION, "aggregation", sizes.aggregation),
-        Case(OBJECT_CLUSTERING, "clustering", sizes.clustering),
-    )
+    cases = [Case(AGGREGATION, "aggregation", sizes.aggregation)]
+    cases.append(Case(OBJECT_CLUSTERING, "clustering", sizes.clustering))
     outcomes = [_outcome(work, case, preset) for preset in PRESETS for case in cases]
-    shares = {case: _shares(work, case.scenario) for case in cases}
+    shares = {}
+    for case in cases:
+        compute = partial(_shares, case.scenario, sizes.shares)
+        shares[case] = spreads_of(np.array(work.piece(f"shares-{case.scenario.name}", compute)["shares"]))
     remarks = []
     for one in outcomes:
         (low, high), truth = np.moveaxis(one.intervals, 1, 0), np.array(one.case.scenario.controller)
@@ -125,9 +123,8 @@ def conduct(work: Work) -> Findings:
         verdicts += [errors_verdict(claim, runs.errors[k], runs.names, variant_of(runs.preset, k)) for k in KINDS]
     verdicts += [convergence_verdict([one for one in outcomes if one.runs.preset == preset]) for preset in PRESETS]
     verdicts += [_shares_verdict(shares), *(emergence_verdict(one, kind) for one in outcomes for kind in KINDS)]
-    return Findings(
-        verdicts, _tables(outcomes, shares), [picture for one in outcomes for picture in _pictures(one)], remarks
-    )
+    pictures = [picture for one in outcomes for picture in _pictures(one)]
+    return Findings(verdicts, _tables(outcomes, shares), pictures, remarks)
 
 
 def _outcome(work: Work, case: Case, preset: str) -> Outcome:
@@ -139,35 +136,30 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
         kind: _emergence(work, case, runs.models[kind], name)
         for kind, name in (("best_model", preset), ("estimate", f"{preset}-estimate"))
     }
-    medians = convergences(folder, folder.plan(), result.runs)[0].best_model
-    return Outcome(case, runs, _intervals(result), medians, emergence)
-
-
-def _intervals(result: "StudyResult") -> np.ndarray:
-    """Return the ends of each run's intervals (R, 2, P), read off its typical models by the present rule; NaN where unknown."""
-    from turing_learning.studies import StudyFolder
-
-    folder, found = StudyFolder(result.path), []
-    plan = folder.plan()
-    for run in result.runs:
+    plan, intervals = folder.plan(), []
+    for run in result.runs:  # read off its typical models by the present rule
         traces = RunFolder(folder.run_path(run.number)).traces()
         assert traces is not None  # of a complete run
         typical = traces["typical_model"]
-        found.append(interval(typical, plan.configuration(run.number).run.estimated_from(len(typical))).T)
-    return np.array(found)
+        intervals.append(interval(typical, plan.configuration(run.number).run.estimated_from(len(typical))).T)
+    medians = convergences(folder, plan, result.runs)[0].best_model
+    return Outcome(case, runs, np.array(intervals), medians, emergence)
 
 
 def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergence:
-    """Measure the dispersion of agents and of replicas of models (M, P), a piece of work for each.
-
-    Source
-    ------
-    Paper, section 4.3.
-    """
+    """Measure the dispersion of agents and of replicas of models (M, P), a piece of work for each (paper, section 4.3)."""
     scenario, sizes = case.scenario, case.emergence
 
+    starts, steps = (EMERGENCE_STARTS, sizes.seed), round(sizes.duration_s / scenario.trial.control_interval_s)
+
     def reached(name: str, controller: Any, number: int) -> list[float]:
-        compute = partial(_dispersions, scenario, controller, sizes, number)
+        """Return the dispersion at the end of each trial (R,): of the objects where there are any, otherwise of the robots."""
+
+        def compute() -> dict[str, list[float]]:
+            noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, sizes.seed)).generate_state(1)[0])
+            found = moved(scenario, controller, sizes.trials, sizes.robots, steps, starts=starts, noise=noise)
+            return {"dispersion": dispersion(*gathered(scenario, found.poses[:, -1], sizes.robots)).tolist()}
+
         return work.piece(f"dispersion-{scenario.name}-{name}", compute)["dispersion"]
 
     return Emergence(
@@ -177,22 +169,8 @@ def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergen
     )
 
 
-def _dispersions(scenario: Scenario, controller: Any, sizes: EmergenceSizes, number: int) -> dict[str, list[float]]:
-    """Return the dispersion at the end of each trial (R,): of the objects where there are any, otherwise of the robots."""
-    starts, steps = (EMERGENCE_STARTS, sizes.seed), round(sizes.duration_s / scenario.trial.control_interval_s)
-    noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, sizes.seed)).generate_state(1)[0])
-    found = moved(scenario, controller, sizes.trials, sizes.robots, steps, starts=starts, noise=noise)
-    return {"dispersion": dispersion(*gathered(scenario, found.poses[:, -1], sizes.robots)).tolist()}
-
-
-def _shares(work: Work, scenario: Scenario) -> list[Spread]:
-    """Return the share of each sensor state, over trials."""
-    sizes: CaseStudySizes = work.sizes
-
-    def compute() -> dict[str, Any]:
-        return {"shares": sensor_shares(scenario, sizes.shares).mean(axis=1).tolist()}
-
-    return spreads_of(np.array(work.piece(f"shares-{scenario.name}", compute)["shares"]))
+def _shares(scenario: Scenario, sizes: ShareSizes) -> dict[str, Any]:
+    return {"shares": sensor_shares(scenario, sizes).mean(axis=1).tolist()}  # of each sensor state (R, n)
 
 
 def settled(values: np.ndarray, truth: float) -> int | None:
@@ -223,11 +201,9 @@ def convergence_verdict(outcomes: Sequence[Outcome]) -> Verdict:
             later = "" if first is None or first == last else f" (for good {'never' if last is None else last})"
             texts.append(f"{name} {'never' if first is None else first}{later}")
         observed.append(f"{scenario.title.lower()}: {', '.join(texts)}")
-    printed = (
-        "aggregation: I = 0 about 50, I = 1 about 200; clustering: I = 0 and 1 about 200, I = 2 about 400 generations"
-    )
     variant = variant_of(outcomes[0].runs.preset)
-    return Verdict("4.3-convergence", agrees, printed, "; ".join(observed), "convergence", variant)
+    claim = "4.3-convergence"
+    return Verdict(claim, agrees, PRINTED[claim], "; ".join(observed), "convergence", variant)
 
 
 def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
@@ -245,8 +221,7 @@ def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
 
     printed = text({case.key: values[case.key] for case in shares})
     observed = text({case.key: [one.mean for one in found] for case, found in shares.items()})
-    reason = "the simulator of the paper does not give the printed shares itself; what it gives agrees with ours (docs/physics.md)"
-    return Verdict(claim, agrees, printed, observed, "shares", reason="" if agrees else reason)
+    return Verdict(claim, agrees, printed, observed, "shares", reason="" if agrees else REASONS[claim])
 
 
 def emergence_verdict(outcome: Outcome, kind: str) -> Verdict:
@@ -274,11 +249,12 @@ def _tables(outcomes: Sequence[Outcome], shares: Mapping[Case, Sequence[Spread]]
         errors[scenario.name, preset] = one.runs.errors_frame(f"4.3-{one.case.key}-ae")
         frame = pd.DataFrame(one.medians.astype(float), columns=one.runs.names).map(partial(round, ndigits=4))
         frame.insert(0, "generation", frame.index)
-        words = {"scenario": scenario.name, "title": scenario.title, "preset": preset}
-        convergence.append(CAPTIONS.table("{scenario}-{preset}-convergence", frame, **words))
+        convergence.append(
+            CAPTIONS.table("{scenario.name}-{preset}-convergence", frame, scenario=scenario, preset=preset)
+        )
     models, readings, dispersions = [], {}, []
     for case, found in shares.items():
-        words = {"scenario": case.scenario.name, "title": case.scenario.title, "gathered": case.gathered}
+        words: dict[str, Any] = {"scenario": case.scenario, "case": case}
         own, names = [one for one in outcomes if one.case == case], case.scenario.parameter_names
         frames, ends = {}, [f"{end}_{name}" for end in ("low", "high") for name in names]
         trials = [f"trial_{k}" for k in range(1, case.emergence.trials + 1)]
@@ -292,9 +268,9 @@ def _tables(outcomes: Sequence[Outcome], shares: Mapping[Case, Sequence[Spread]]
                 found_by = {"p_value": tests.p_values, "significant": tests.significant.astype(object)}
                 frame = pd.DataFrame({"seed": one.runs.seeds, **found_by})
                 reached[one.runs.preset, kind] = frame.join(pd.DataFrame(emergence.models, columns=trials))
-        models.append(CAPTIONS.table("{scenario}-models", stacked(frames, "preset"), **words))
+        models.append(CAPTIONS.table("{scenario.name}-models", stacked(frames, "preset"), **words))
         frame = stacked(reached, "preset", "model")[["preset", "model", "seed", "p_value", "significant", *trials]]
-        dispersions.append(CAPTIONS.table("{scenario}-dispersion", frame, **words))
+        dispersions.append(CAPTIONS.table("{scenario.name}-dispersion", frame, **words))
         numbers = {"share": [one.mean for one in found], "standard_error": [one.standard_error for one in found]}
         readings[case.scenario.name] = pd.DataFrame(
             {"reading": range(len(found)), **numbers, "paper": printed[case.key]}
@@ -310,11 +286,7 @@ def _tables(outcomes: Sequence[Outcome], shares: Mapping[Case, Sequence[Spread]]
 
 def _pictures(outcome: Outcome) -> list[Picture]:
     case, runs, scenario = outcome.case, outcome.runs, outcome.case.scenario
-    words: dict[str, Any] = {
-        "scenario": scenario.name, "preset": runs.preset, "title": scenario.title, "runs": len(runs),
-        "gathering": case.gathering, "gathered": case.gathered, "duration": case.emergence.duration_s,
-        "trials": case.emergence.trials,
-    }  # fmt: skip
+    words: dict[str, Any] = {"scenario": scenario, "preset": runs.preset, "runs": len(runs), "case": case}
     look: dict[str, Any] = {"names": runs.names, "truth": scenario.controller}
     emergence, least = outcome.emergence["best_model"], least_dispersion(case.gathering)
     swarms = dispersion_figure(emergence.agents, emergence.models, least=least, gathered=case.gathered)
@@ -323,7 +295,9 @@ def _pictures(outcome: Outcome) -> list[Picture]:
         ("convergence", "4.3-convergence", convergence_figure(outcome.medians, **look)),
         ("dispersion", f"4.3-emergent-{case.key}", swarms),
     )
-    return [CAPTIONS.picture("{scenario}-{preset}-" + name, claim, figure, **words) for name, claim, figure in pictures]
+    return [
+        CAPTIONS.picture("{scenario.name}-{preset}-" + name, claim, figure, **words) for name, claim, figure in pictures
+    ]
 
 
 EXPERIMENT = Experiment.of(

@@ -13,10 +13,10 @@ from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import Verdict, spreads_of
+from .._verdicts import PRINTED, REASONS, Verdict, spreads_of
+from .._work import RunSizes as Sizes
 from .._work import Work
 from ._shared import PRESETS, spreads_frame, variant_of
-from ._shared import RunSizes as Sizes
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
@@ -27,23 +27,6 @@ SETTLED = 50  # the generation from which it is held against the printed range
 RANGE = (0.62, 0.80)
 LEVEL = 0.95
 STEP_BACK = 0.02  # of a curve that still rises "almost monotonically"
-
-PRINTED = (
-    "subjective best: rises in the first 5 generations, then drops and fluctuates within 0.62 to 0.80; objective best: rises "
-    "almost monotonically to above 0.95"
-)
-
-JUMPS = (
-    "until 0.7 of a run models jump, and whoever tells those that have jumped is rewarded; without jumps the subjective best of "
-    "other runs is no better than the paper's, decision 0019"
-)
-"""Why the subjectively best of the default preset is better than the paper's."""
-
-FORGETS = (
-    "once models are close to the truth nothing rewards a population for telling what no model does any more, and it forgets, "
-    "decision 0019"
-)
-"""Why an objectively best gets worse that is of a population alone."""
 
 
 @dataclass(frozen=True)
@@ -126,11 +109,8 @@ def conduct(work: Work) -> Findings:
         figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective, jury=jury)
         words = {"preset": preset, "runs": len(best.objective)}
         pictures.append(captions.picture("accuracy-{preset}", CLAIM, figure, **words))
-    tables = [
-        captions.table("accuracy", stacked(means, "preset")),
-        captions.table("accuracy-runs", stacked(every, "preset", "seed")),
-    ]
-    return Findings(verdicts, tables, pictures)
+    summary, runs = stacked(means, "preset"), stacked(every, "preset", "seed")
+    return Findings(verdicts, [captions.table("accuracy", summary), captions.table("accuracy-runs", runs)], pictures)
 
 
 def run_populations(work: Work, sizes: RunSizes, preset: str, generations: tuple[int, ...]) -> Populations:
@@ -198,43 +178,28 @@ def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str,
     }
 
 
-def rises_to_the_level(highest_of_runs: np.ndarray) -> bool:
-    """Apply the rule "accuracy of the objective best" to accuracies (R, G)."""
-    means = highest_of_runs.mean(axis=0)
-    highest = np.maximum.accumulate(means)
-    return bool(means[-1] > LEVEL and means[-1] > means[0] and (means >= highest - STEP_BACK).all())
-
-
-def rises_drops_and_fluctuates(best: BestAccuracies) -> bool:
-    """Apply the rule "accuracy of the subjective best"."""
-    means = best.subjective.mean(axis=0)
-    early, late = best.generations <= RISEN, best.generations >= SETTLED
-    peak, (low, high) = means[early].max(), RANGE
-    within = all(
-        low <= one.mean + 2 * one.standard_error and one.mean - 2 * one.standard_error <= high
-        for one in spreads_of(best.subjective[:, late])
-    )
-    return bool(peak > means[0] and (means[late] < peak).all() and within)
-
-
 def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
     """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
-    means = best.subjective.mean(axis=0)
+    means, (low, high) = best.subjective.mean(axis=0), RANGE
     early, late = best.generations <= RISEN, best.generations >= SETTLED
     peak, latest = int(means[early].argmax()), means[late]
     text = f"subjective best: {means[0]:.2f} at first, highest of the first {RISEN} generations {means[peak]:.2f} in "
     text += f"generation {best.generations[peak]}"
     if latest.size:
         text += f", {latest.min():.2f} to {latest.max():.2f} from generation {SETTLED} on"
-    subjective = rises_drops_and_fluctuates(best)
-    exceeds = bool(latest.size and latest.max() > RANGE[1] and latest.min() >= RANGE[0])
-    higher = JUMPS if exceeds and not (subjective or best.variant) else ""
+    within = all(
+        low <= one.mean + 2 * one.standard_error and one.mean - 2 * one.standard_error <= high
+        for one in spreads_of(best.subjective[:, late])
+    )
+    subjective = bool(means[peak] > means[0] and (latest < means[peak]).all() and within)
+    exceeds = bool(latest.size and latest.max() > high and latest.min() >= low)
+    higher = REASONS["4.4-jumps"] if exceeds and not (subjective or best.variant) else ""
     rule = "accuracy of the objective best"
     objective, jury_text, forgets = _of_the_objective_best(best.jury)
     alone, alone_text, alone_forgets = _of_the_objective_best(best.objective)
     both, reasons = f"{text}; {jury_text}", "; ".join(filter(None, (higher, forgets)))
     return [
-        Verdict(CLAIM, agrees, PRINTED, observed, rule, ", ".join(filter(None, (best.variant, part))), reason)
+        Verdict(CLAIM, agrees, PRINTED[CLAIM], observed, rule, ", ".join(filter(None, (best.variant, part))), reason)
         for part, agrees, observed, rule, reason in (
             ("", subjective and objective, both, "accuracy of classifiers", reasons),
             ("subjective best", subjective, text, "accuracy of the subjective best", higher),
@@ -247,9 +212,12 @@ def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
 def _of_the_objective_best(highest_of_runs: np.ndarray) -> tuple[bool, str, str]:
     """Return whether accuracies (R, G) agree, what they do, and why not, if they had come to the level and did not stay there."""
     means = highest_of_runs.mean(axis=0)
-    back, agrees = float((np.maximum.accumulate(means) - means).max()), rises_to_the_level(highest_of_runs)
+    back = float((np.maximum.accumulate(means) - means).max())
+    agrees = bool(
+        means[-1] > LEVEL and means[-1] > means[0] and (means >= np.maximum.accumulate(means) - STEP_BACK).all()
+    )
     text = f"objective best: {means[0]:.3f} at first, {means[-1]:.3f} in the end, largest step back {back:.3f}"
-    return agrees, text, FORGETS if means.max() > LEVEL and not agrees else ""
+    return agrees, text, REASONS["4.4-forgets"] if means.max() > LEVEL and not agrees else ""
 
 
 EXPERIMENT = Experiment.of(

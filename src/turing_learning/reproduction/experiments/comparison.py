@@ -84,11 +84,6 @@ class Outcome:
         return float(np.median(self.maes))
 
     @property
-    def worst(self) -> float:
-        """Largest of the mean absolute errors."""
-        return float(self.maes.max())
-
-    @property
     def seconds(self) -> float:
         """Median processor time (s)."""
         return float(np.median(self.processor_seconds))
@@ -169,10 +164,10 @@ def _infer(work: Work, method: str, groups: Groups, genuine: np.ndarray, trials:
 
 def as_json(inferred: Inferred, seconds: float) -> dict[str, Any]:
     """Return what a piece of work holds: None where a number is not known."""
+    values = {name: getattr(inferred, name) for name in ("estimate", "low", "high")}
     found: dict[str, Any] = {}
-    for name in ("estimate", "low", "high"):
-        values = getattr(inferred, name)
-        found[name] = None if values is None else [v if is_known(v) else None for v in values.tolist()]
+    for name, each in values.items():
+        found[name] = None if each is None else [v if is_known(v) else None for v in each.tolist()]
     return found | {"processor_seconds": round(seconds, 2)}
 
 
@@ -183,7 +178,7 @@ def remarks(outcomes: Sequence[Outcome]) -> list[str]:
     fit = max((one for one in outcomes if one.method == MIXTURE), key=lambda one: one.trials)
 
     def named(one: Outcome) -> str:
-        return f"{METHODS[one.method]} {one.mae:.4f} ({one.worst:.4f}; {one.seconds:.1f} s)"
+        return f"{METHODS[one.method]} {one.mae:.4f} ({one.maes.max():.4f}; {one.seconds:.1f} s)"
 
     texts, wins = [], []
     for trials in own:
@@ -221,13 +216,13 @@ def _summary_table(outcomes: Sequence[Outcome]) -> Table:
         | {"coverage": one.coverage, "width": one.width, "processor_s": one.seconds}
         for one in outcomes
     )
-    return CAPTIONS.table("{scenario}", frame, True, scenario=scenario.name, title=scenario.title)
+    return CAPTIONS.table("{scenario.name}", frame, True, scenario=scenario)
 
 
 def _runs_table(outcomes: Sequence[Outcome]) -> Table:
     scenario = outcomes[0].scenario
     frame = runs_frame(outcomes, scenario.parameter_names)
-    return CAPTIONS.table("{scenario}-runs", frame, scenario=scenario.name, title=scenario.title)
+    return CAPTIONS.table("{scenario.name}-runs", frame, scenario=scenario)
 
 
 def runs_frame(outcomes: Sequence[Outcome], names: Sequence[str]) -> pd.DataFrame:

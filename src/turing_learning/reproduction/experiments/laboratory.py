@@ -2,18 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import (
-    Comparison,
-    absolute_error,
-    decision_accuracy,
-    least_dispersion,
-    mean_absolute_error,
-)
+from turing_learning import analysis
+from turing_learning.analysis import Comparison, absolute_error, mean_absolute_error
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
@@ -22,28 +18,21 @@ from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 from .. import _laboratory_trials as trials
 from .._experiment import Captions, Experiment, Findings, Table, stacked
 from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
-from .._verdicts import Verdict, errors_verdict, load_claims, printed_spreads, spreads_of, valued
+from .._verdicts import PRINTED, REASONS, Verdict, errors_verdict, load_claims, spreads_of, valued
 from .._work import Work
-from ._shared import compare_columns, errors_frame, seeded, spreads_frame
+from ._shared import beside_the_paper, compare_columns, errors_frame, seeded
 from .classifier_accuracy import BestAccuracies
 
 ID, CAPTIONS = "5", Captions("5")
-ERRORS, DYNAMICS, VALIDATION, CLASSIFIERS = (
-    f"5-physical-{what}" for what in ("ae", "dynamics", "validation", "classifiers")
-)
+ERRORS, DYNAMICS = "5-physical-ae", "5-physical-dynamics"
+VALIDATION, CLASSIFIERS = "5-physical-validation", "5-physical-classifiers"
 PAPER_RUNS = 10
-CORRESPONDENCE = 0.1
-"""Difference of medians that still counts as good correspondence, as "near the truth" does in section 4.3."""
+CORRESPONDENCE = 0.1  # difference of medians that still counts as good, as "near the truth" does in section 4.3
 LATE = 0.2  # share of the generations, the last ones, over which medians are compared
 HIGH = 0.9
-QUANTITIES = ("proportion at the end", "dispersion at the end", "mean proportion", "mean dispersion")
-"""What is compared: of every trial the last moment, and the mean over all moments."""
+QUANTITIES = ("proportion at the end", "dispersion at the end", "mean proportion", "mean dispersion")  # of every trial
 EMULATED, SIMULATED = "emulated laboratory", "plain simulation"
 NAMES = ("vl0", "vr0", "vl1", "vr1")
-NO_NOISE = (
-    "as in simulation, the fittest classifier comes to know the present models only; the paper supposes that the noise of its "
-    "robots has prevented that, and emulated robots have none but that of their wheels and of the camera"
-)
 
 
 @dataclass(frozen=True)
@@ -67,11 +56,8 @@ class ErrorDynamics:
     def of(cls, runs: LaboratoryRuns, truth: np.ndarray) -> "ErrorDynamics":
         """Return the errors of all models on average, of the subjectively best, and of the best."""
         maes = mean_absolute_error(runs.models, truth)
-        return cls(
-            average=np.median(maes.mean(axis=2), axis=0),
-            subjective=np.median(mean_absolute_error(runs.fittest, truth), axis=0),
-            objective=np.median(maes.min(axis=2), axis=0),
-        )
+        chosen = maes.mean(axis=2), mean_absolute_error(runs.fittest, truth), maes.min(axis=2)
+        return cls(*(np.median(each, axis=0) for each in chosen))
 
     @property
     def share_between(self) -> float:
@@ -91,14 +77,12 @@ class Validation:
     @property
     def comparison(self) -> Comparison:
         """Tests of the four `QUANTITIES`."""
-        swarms = []
-        for one in (self.agents, self.replicas):
-            ends, means = (
-                [one.proportion[:, -1], one.dispersion[:, -1]],
-                [one.proportion.mean(1), one.dispersion.mean(1)],
-            )
-            swarms.append(np.column_stack(ends + means))
-        return compare_columns(*swarms)
+
+        def values(one: Gathering) -> np.ndarray:
+            ends = one.proportion[:, -1], one.dispersion[:, -1]
+            return np.column_stack([*ends, one.proportion.mean(1), one.dispersion.mean(1)])
+
+        return compare_columns(values(self.agents), values(self.replicas))
 
 
 def conduct(work: Work) -> Findings:
@@ -114,16 +98,18 @@ def conduct(work: Work) -> Findings:
     validation = Validation(median, *trials.gatherings(work, median), sizes.validation.times_s)
     best = _accuracies(work, emulated)
     figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective)
-    words = {"models": sizes.random_models.models, "runs": len(best.objective)}
+    words: dict[str, Any] = {"models": sizes.random_models.models, "runs": len(best.objective)}
     verdicts = [runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()]
-    verdicts += [
-        dynamics_verdict(emulated, simulated, truth),
-        validation_verdict(validation),
-        classifiers_verdict(best),
-    ]
+    verdicts += [dynamics_verdict(emulated, simulated, truth), validation_verdict(validation)]
+    verdicts.append(classifiers_verdict(best))
+    swarms = {}
+    for kind, one in zip(trials.KINDS, (validation.agents, validation.replicas), strict=True):
+        ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
+        numbers = np.arange(1, len(one.complete) + 1)
+        swarms[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
     tables = [
         *_runs_tables(outcomes, sizes.runs.seeds, truth),
-        _validation_table(validation),
+        CAPTIONS.table("validation", stacked(swarms, "controller")),
         CAPTIONS.table("accuracy", best.means_frame("subjective", "objective")),
     ]
     pictures = [
@@ -135,22 +121,18 @@ def conduct(work: Work) -> Findings:
 
 
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
-    """Let the classifiers of all runs and stored generations judge the same trials of random models.
-
-    Source
-    ------
-    Paper, section 5.5.
-    """
+    """Let the classifiers of all runs and stored generations judge the same trials of random models (paper, section 5.5)."""
     from turing_learning.coevolution import THRESHOLD
     from turing_learning.config import classifier_of
     from turing_learning.robots import load_laboratory
 
     sizes, path = work.sizes.runs, trials.laboratory_file(work, "default")
-    samples = trials.random_models(work, path)
+    compute = partial(trials.random_models, path, work.sizes.random_models)
+    samples = work.arrays("random-models", compute)
     classifier = classifier_of(load_laboratory(path, dict(sizes.settings)).configuration)
     genomes = runs.classifiers.reshape(-1, runs.classifiers.shape[-1]).astype(np.float64)
     agents, replicas = (classifier.judge(genomes, samples[name]) >= THRESHOLD for name in ("agents", "replicas"))
-    accuracy = decision_accuracy(agents[..., None], replicas[..., None]).reshape(runs.classifier_fitness.shape)
+    accuracy = analysis.decision_accuracy(agents[..., None], replicas[..., None]).reshape(runs.classifier_fitness.shape)
     return BestAccuracies.of("", sizes.kept, accuracy, runs.classifier_fitness)  # the archive is left out
 
 
@@ -183,8 +165,7 @@ def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth:
     return Verdict(
         DYNAMICS,
         bool(min(shares) > 0.5 and (late <= CORRESPONDENCE).all()),
-        "good correspondence of physical and simulated runs; the subjectively best model lies between the best and the average "
-        "one in the majority of the generations of both",
+        PRINTED[DYNAMICS],
         f"between them in {shares[0]:.0%} of the generations of emulated and {shares[1]:.0%} of simulated runs; medians apart in "
         f"the last fifth of the generations: {valued(NAMES, late)}; over all generations: {valued(NAMES, overall)}",
         "dynamics",
@@ -199,7 +180,7 @@ def validation_verdict(validation: Validation) -> Verdict:
     return Verdict(
         VALIDATION,
         not comparison.significant.any(),
-        "the dynamics of the agents and of the median inferred model show good correspondence",
+        PRINTED[VALIDATION],
         f"{validation.agents.seen.shape[2]} robots after {validation.times_s[-1]:g} s: largest cluster {shares[0]:.2f} (agents), "
         f"{shares[1]:.2f} (model) of the robots; dispersion {spreads[0]:.0f}, {spreads[1]:.0f}; p: "
         f"{valued(QUANTITIES, comparison.p_values, '.2g')}",
@@ -225,20 +206,19 @@ def classifiers_verdict(best: BestAccuracies) -> Verdict:
     return Verdict(
         CLASSIFIERS,
         agrees,
-        "best classifier (objective) high; best classifier (subjective) does not drop within 100 generations",
+        PRINTED[CLASSIFIERS],
         f"objective best {objective[0]:.2f} at first, {objective[-1]:.2f} in the end; subjective best {subjective[0]:.2f} at "
         f"first, {subjective[-1]:.2f} in the end, lowest {subjective[lowest]:.2f} in generation {best.generations[lowest]}",
         "classifiers in the laboratory",
-        reason="" if agrees else NO_NOISE,
+        reason="" if agrees else REASONS[CLASSIFIERS],
     )
 
 
 def _runs_tables(outcomes: Mapping[str, LaboratoryRuns], seeds: tuple[int, ...], truth: np.ndarray) -> list[Table]:
     errors, models, dynamics = {}, {}, {}
-    printed = spreads_frame(printed_spreads(ERRORS, PAPER_RUNS), "paper_mean", "paper_standard_deviation")
     for kind, runs in outcomes.items():
         statistics = errors_frame(absolute_error(runs.best, truth), NAMES).rename(columns={"runs": "number"})
-        errors[kind] = statistics.join(printed)
+        errors[kind] = beside_the_paper(statistics, ERRORS)
         models[kind] = seeded(seeds, runs.best, NAMES)
         curves = ErrorDynamics.of(runs, truth)
         maes = {f"mae_{name}": getattr(curves, name) for name in ("average", "subjective", "objective")}
@@ -250,15 +230,6 @@ def _runs_tables(outcomes: Mapping[str, LaboratoryRuns], seeds: tuple[int, ...],
         CAPTIONS.table("models", stacked(models, "runs")),
         CAPTIONS.table("dynamics", stacked(dynamics, "runs")),
     ]
-
-
-def _validation_table(validation: Validation) -> Table:
-    frames = {}
-    for kind, one in zip(trials.KINDS, (validation.agents, validation.replicas), strict=True):
-        ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
-        numbers = np.arange(1, len(one.complete) + 1)
-        frames[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
-    return CAPTIONS.table("validation", stacked(frames, "controller"))
 
 
 def _runs_pictures(outcomes: Mapping[str, LaboratoryRuns], truth: np.ndarray) -> list[Picture]:
@@ -284,7 +255,7 @@ def _validation_pictures(validation: Validation, sizes: ValidationSizes) -> list
         "Proportion in largest cluster": {name: one.proportion for name, one in swarms.items()},
         "Dispersion": {name: one.dispersion for name, one in swarms.items()},
     }
-    limits = dict(zip(curves, (1.0, least_dispersion(sizes.robots)), strict=True))
+    limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes.robots)), strict=True))
     moments = [int(np.argmin(np.abs(sizes.times_s - time))) for time in sizes.shown_s]
     ends = replicas.dispersion[:, -1]
     trial = int(np.argsort(ends, kind="stable")[(len(ends) - 1) // 2])

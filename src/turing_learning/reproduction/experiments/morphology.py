@@ -11,17 +11,13 @@ from turing_learning.figures import box_figure
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import Verdict, errors_verdict, listed, spreads_of
+from .._verdicts import REASONS, Verdict, errors_verdict, listed, spreads_of
 from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, small, variant_of
 
 ID = "4.6.1"
 CASES = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}  # claim -> scenario
 OFF = 0.1  # mean absolute error above which a run is off
-MIRRORED = (
-    "a mirror image of the truth, which takes one reading of the sensor for the other and exchanges their wheel speeds"
-)
-STRAYED = "a field of view that is far off beside the right wheel speeds"
 
 
 @dataclass(frozen=True)
@@ -47,10 +43,10 @@ def conduct(work: Work) -> Findings:
             runs = Runs.of(result, preset, scenario.parameter_names)
             verdicts += [morphology_verdict(claim, runs, kind) for kind in KINDS]
             errors[scenario.name, preset] = runs.errors_frame(claim)
-            words = {"scenario": scenario.name, "title": scenario.title, "preset": preset, "runs": number}
-            tables.append(captions.table("{scenario}-{preset}-models", runs.models_frame(), **words))
+            words = {"scenario": scenario, "preset": preset, "runs": number}
+            tables.append(captions.table("{scenario.name}-{preset}-models", runs.models_frame(), **words))
             figure = box_figure(runs.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth)
-            pictures.append(captions.picture("{scenario}-{preset}-boxes", claim, figure, **words))
+            pictures.append(captions.picture("{scenario.name}-{preset}-boxes", claim, figure, **words))
     summary = captions.table("absolute-errors", stacked(errors, "scenario", "preset"))
     return Findings(verdicts, [summary, *tables], pictures)
 
@@ -70,8 +66,10 @@ def morphology_verdict(claim: str, runs: Runs, kind: str) -> Verdict:
             text += f", without them {listed(names, spreads_of(errors[~off]))}"
     speeds = runs.models[kind][:, : len(truth)]
     mirrored = np.abs(speeds - np.roll(truth, 2)).sum(axis=1) < np.abs(speeds - truth).sum(axis=1)
-    strayed = {MIRRORED: off & mirrored, STRAYED: off & ~mirrored & (errors[:, -1] > math.pi / 2)}
-    reasons = [f"{what} (seeds {seeds(chosen)})" for what, chosen in strayed.items() if chosen.any()]
+    strayed = {"mirrored": off & mirrored, "strayed": off & ~mirrored & (errors[:, -1] > math.pi / 2)}
+    reasons = [
+        f"{REASONS[f'4.6.1-{what}']} (seeds {seeds(chosen)})" for what, chosen in strayed.items() if chosen.any()
+    ]
     reason = f"{'; '.join(reasons)}; docs/decisions/0016" if reasons else ""
     return errors_verdict(claim, errors, names, variant_of(runs.preset, kind), observed_also=text, reason=reason)
 

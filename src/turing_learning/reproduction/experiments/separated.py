@@ -10,9 +10,9 @@ from turing_learning.figures._many_runs import box_panels_figure
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import Verdict, listed, spreads_of, valued
-from .._work import Work
-from ._shared import KINDS, PRESETS, Runs, RunSizes, compare_columns, small, spreads_frame, variant_of
+from .._verdicts import PRINTED, Verdict, listed, spreads_of, valued
+from .._work import RunSizes, Work
+from ._shared import KINDS, PRESETS, Runs, compare_columns, small, spreads_frame, variant_of
 
 ID, CLAIM = "4.6.3", "4.6.3-separated"
 GROUPINGS = ("mixed", "separated")
@@ -50,9 +50,8 @@ def conduct(work: Work) -> Findings:
         look: dict[str, Any] = {"titles": ("Mixed", "Separated"), "names": NAMES, "truth": AGGREGATION.controller}
         figure = box_panels_figure([runs.models["best_model"] for runs in both.values()], **look)
         pictures.append(captions.picture("{preset}-boxes", CLAIM, figure, preset=preset, runs=sizes.runs))
-    return Findings(
-        verdicts, [captions.table("absolute-errors", stacked(errors, "preset", "model")), *tables], pictures
-    )
+    summary = captions.table("absolute-errors", stacked(errors, "preset", "model"))
+    return Findings(verdicts, [summary, *tables], pictures)
 
 
 def separated_verdict(both: Mapping[str, Runs], kind: str) -> Verdict:
@@ -61,7 +60,7 @@ def separated_verdict(both: Mapping[str, Runs], kind: str) -> Verdict:
     texts = "; ".join(f"{name}: {listed(NAMES, spreads_of(runs.errors[kind]))}" for name, runs in both.items())
     agrees, observed = not tests.significant.any(), f"{texts}; p: {valued(NAMES, tests.p_values, '.2g')}"
     variant = variant_of(both["mixed"].preset, kind)
-    return Verdict(CLAIM, agrees, "no significant difference", observed, "separated", variant)
+    return Verdict(CLAIM, agrees, PRINTED[CLAIM], observed, "separated", variant)
 
 
 EXPERIMENT = Experiment.of(

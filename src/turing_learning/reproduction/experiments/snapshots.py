@@ -13,16 +13,12 @@ from turing_learning.figures._swarms import snapshots_figure
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import Verdict
+from .._verdicts import PRINTED, REASONS, Verdict
 from .._work import Work
 from ._shared import gathered, moved
 
 ID, CLAIM = "3.2", "3.2-snapshots"
 SHARE = 0.9  # of all robots, or objects, in the largest cluster: then they count as one cluster
-OPENS_AND_CLOSES = (
-    "where objects are clustered the agents never stop pushing, so that the cluster opens and closes, and does not become more "
-    "compact later; the paper shows one trial at one moment, here it is the median trial"
-)
 
 
 @dataclass(frozen=True)
@@ -61,22 +57,14 @@ def conduct(work: Work) -> Findings:
         frame = {"trial": np.repeat(np.arange(1, trials + 1), len(measured_s)), "time_s": np.tile(measured_s, trials)}
         frame |= {name: np.ravel(found[name]) for name in ("dispersion", "largest_cluster")}
         frames[scenario.name] = pd.DataFrame(frame)
-        radii: dict[str, Any] = {
-            "robot_radius_cm": scenario.robot.radius_cm,
-            "object_radius_cm": scenario.objects.radius_cm,
-        }
+        radii: dict[str, Any] = {"robot_radius_cm": scenario.robot.radius_cm}
+        radii["object_radius_cm"] = scenario.objects.radius_cm
         figure = snapshots_figure(np.array(found["poses"]), times_s=times_s, robots=robots, **radii)
         objects = f" and {total} objects" if scenario.objects.count else ""
-        words = {
-            "behavior": scenario.name,
-            "title": scenario.title,
-            "robots": robots,
-            "objects": objects,
-            "trials": trials,
-        }
-        pictures.append(captions.picture("{behavior}", CLAIM, figure, **words))
-    printed, reason = "a single compact cluster at the end of each row", "" if agrees else OPENS_AND_CLOSES
-    verdict = Verdict(CLAIM, agrees, printed, "; ".join(texts), "snapshots", reason=reason)
+        words = {"scenario": scenario, "robots": robots, "objects": objects, "trials": trials}
+        pictures.append(captions.picture("{scenario.name}", CLAIM, figure, **words))
+    reason = "" if agrees else REASONS[CLAIM]
+    verdict = Verdict(CLAIM, agrees, PRINTED[CLAIM], "; ".join(texts), "snapshots", reason=reason)
     return Findings([verdict], [captions.table("snapshots", stacked(frames, "behavior"))], pictures)
 
 
