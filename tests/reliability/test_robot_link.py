@@ -34,7 +34,7 @@ def served(request):
 @pytest.fixture
 def epuck(served):
     with open_link(served.port) as link:
-        driver = EPuck(link, timeout_s=0.3, retries=5)
+        driver = EPuck(link, timeout_s=1.0, retries=5)
         driver.version()
         yield driver
 
@@ -113,7 +113,7 @@ def test_a_link_that_comes_back_is_opened_again(epuck, served):
 
 def test_a_link_that_stays_away_is_told(served):
     with open_link(served.port) as link:
-        driver = EPuck(link, timeout_s=0.05, retries=2)
+        driver = EPuck(link, timeout_s=1.0, retries=2)
         driver.version()
         served.drop()
         with pytest.raises(LinkError, match=r"the robot at .* must answer 'N'; got .* in 3 attempts"):

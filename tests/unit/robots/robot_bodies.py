@@ -34,7 +34,7 @@ class PublicClient:
     def __init__(self, descriptor):
         self.descriptor, self.rest = descriptor, b""
 
-    def line(self, timeout=20.0):
+    def line(self, timeout=60.0):
         while b"\n" not in self.rest:
             assert select.select([self.descriptor], [], [], timeout)[0], f"silence after {self.rest!r}"
             self.rest += os.read(self.descriptor, 1024)
@@ -48,7 +48,7 @@ class PublicClient:
     def binary(self, request, expected):
         os.write(self.descriptor, request)
         while len(self.rest) < expected:
-            assert select.select([self.descriptor], [], [], 2.0)[0]
+            assert select.select([self.descriptor], [], [], 60.0)[0]
             self.rest += os.read(self.descriptor, 1024)
         answer, self.rest = self.rest[:expected], self.rest[expected:]
         return answer

@@ -42,7 +42,7 @@ def connect(address):
     """Return a file descriptor, with nothing of this project's own between it and the robot."""
     if address.startswith("socket://"):
         host, port = address.removeprefix("socket://").split(":")
-        return socket.create_connection((host, int(port)), timeout=5).detach()
+        return socket.create_connection((host, int(port)), timeout=60).detach()
     return os.open(address, os.O_RDWR | os.O_NOCTTY)
 
 
@@ -57,7 +57,7 @@ def test_a_public_client_drives_any_robot_and_hears_a_replica(service):
     before = service.laboratory.poses()[0, 2]
     assert agent.ask("D,300,-300") == "d"
     assert agent.ask("E") == "e,300,-300"
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + 60
     while service.laboratory.poses()[0, 2] == before:
         assert time.monotonic() < deadline
         time.sleep(0.01)
@@ -71,7 +71,7 @@ def test_a_public_client_drives_any_robot_and_hears_a_replica(service):
 
 def test_the_driver_sends_a_model_and_a_lost_link_comes_back(service):
     with open_link(service.addresses["replica-2"]) as link:
-        robot = EPuck(link, timeout_s=2.0)
+        robot = EPuck(link, timeout_s=10.0)
         robot.send_model(Model(4, (0.1, 0.2, 0.3, 0.4)))
         assert robot.status().waiting == 4
         obey(service.laboratory, "lose-link replica-2")
@@ -95,7 +95,7 @@ def test_what_is_not_the_camera_is_not_found(shared):
     import urllib.request
 
     with pytest.raises(urllib.error.HTTPError, match="404") as refused:
-        urllib.request.urlopen(shared.camera_url.replace(".mjpg", ".avi"), timeout=5)
+        urllib.request.urlopen(shared.camera_url.replace(".mjpg", ".avi"), timeout=60)
     refused.value.close()
 
 
@@ -112,12 +112,14 @@ def test_markers_survive_the_compression(shared):
         assert abs(np.angle(np.exp(1j * (heading - poses[nearest, 2])))) < 0.1
 
 
-def test_time_goes_on_as_fast_as_told(shared):
+def test_time_passes_at_the_given_speed(shared):
     before, began = shared.laboratory.clock.now(), time.monotonic()
-    time.sleep(0.5)
-    with shared.laboratory.lock:
-        passed = shared.laboratory.clock.now() - before
-    assert passed == pytest.approx(FAST * (time.monotonic() - began), rel=0.5)
+    passed = elapsed = 0.0
+    while elapsed < 0.3 or passed != pytest.approx(FAST * elapsed, rel=0.5):
+        assert elapsed < 60.0, f"{passed} s in {elapsed} s"
+        time.sleep(0.1)
+        with shared.laboratory.lock:
+            passed, elapsed = shared.laboratory.clock.now() - before, time.monotonic() - began
 
 
 def test_its_file_describes_a_laboratory_that_loads(shared, tmp_path):

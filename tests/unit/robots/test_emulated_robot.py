@@ -27,7 +27,7 @@ def client(request, robot):
     if request.param == "tcp":
         with serve_tcp(robot) as server:
             host, port = server.port.removeprefix("socket://").split(":")
-            with socket.create_connection((host, int(port)), timeout=2) as line:
+            with socket.create_connection((host, int(port)), timeout=60) as line:
                 yield PublicClient(line.fileno())
     else:
         with serve_terminal(robot) as server:

@@ -23,7 +23,7 @@ def served(request, robot):
 @pytest.fixture
 def epuck(served):
     with open_link(served.port) as link:
-        yield EPuck(link, timeout_s=1.0, retries=1)
+        yield EPuck(link, timeout_s=20.0, retries=1)
 
 
 def test_the_driver_speaks_with_a_robot_over_tcp_and_serial(epuck, body):
@@ -57,9 +57,9 @@ def test_signals_are_waited_for_and_kept_while_commands_are_answered(epuck, serv
     epuck.version()
     served.signal("START")
     assert epuck.speed() == (0, 0)
-    assert epuck.wait_for("START", 1.0).trial == 1
+    assert epuck.wait_for("START", 20.0).trial == 1
     served.signal("STOP")
-    assert epuck.wait_for("STOP", 1.0).sequence == -1
+    assert epuck.wait_for("STOP", 20.0).sequence == -1
 
 
 def test_a_signal_that_does_not_come_is_told(epuck, served):
