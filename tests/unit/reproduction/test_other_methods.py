@@ -154,9 +154,9 @@ def test_its_page_tells_conditions_and_remarks_and_shows_its_table(folder):
     assert "What the paper prints" not in text
 
 
-def test_the_page_of_all_claims_has_its_remarks_and_picture(folder):
+def test_the_page_of_all_claims_has_its_picture(folder):
     text = page(folder.path.parent, "there")
-    assert "* Who wins.\n\n![one](there/4.5+/figures/one.svg)" in text
+    assert "![one](there/4.5+/figures/one.svg)" in text
 
 
 def test_without_claims_an_experiment_is_finished(folder):
