@@ -111,6 +111,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
     table.add_column("parameter" if columns[0] == "estimate" and "best model" in columns else "")
     for column in columns:
         table.add_column(column.partition(":")[0], justify="right")
+    labels = result.labels
     for name, value in result.estimate.items():
         entries = (
             short_number(value),
@@ -121,7 +122,7 @@ def result_table(result: "Result", columns: tuple[str, ...] = _ALL) -> Table:
             _entry(result.absolute_error, name),
             _entry(result.paper_absolute_error, name, "{:.2f}".format),
         )
-        table.add_row(name, *_chosen(entries, columns))
+        table.add_row(Text(labels[name]), *_chosen(entries, columns))
     if "error:estimate" in columns or "error:best" in columns:
         table.add_section()
         means = ("", "", "", shown(result.estimate_mae), "", shown(result.mae), "")
@@ -169,7 +170,7 @@ def check_table(found: "Check") -> Table:
             shown(each.interval_share, "{:.1%}".format),
             shown(each.open_share, "at most {:.0%}".format),
             shown(each.recovery_error, "{:.1%}".format),
-            "pinned down" if each.pinned_down else Text("not pinned down", style="bold red"),
+            each.verdict if each.pinned_down else Text(each.verdict, style="bold red"),
         )
     return table
 

@@ -62,17 +62,25 @@ class PinnedDown:
         Width of what its profile may leave open, at most; None without profile.
     recovery_error
         Largest error of the recoveries; None without recovery.
+    bound
+        The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none.
+    rejected
+        Whether the model is told from the samples: nothing is known of the parameters of a model that is wrong.
     """
 
     parameter: str
     interval_share: float | None
     open_share: float | None
     recovery_error: float | None
+    bound: str = ""
+    rejected: bool = False
 
     @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         said = (
+            (self.rejected, "the model is rejected"),
+            (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None, f"its interval is unknown: {WHY_UNKNOWN}"),
             (
                 self.interval_share is not None and self.interval_share >= WIDE,
@@ -93,6 +101,13 @@ class PinnedDown:
     def pinned_down(self) -> bool:
         """Whether nothing speaks against it."""
         return not self.reasons
+
+    @property
+    def verdict(self) -> str:
+        """What to say of it in a table."""
+        if self.bound:
+            return f"at the bound {self.bound}"
+        return "pinned down" if self.pinned_down else "model rejected" if self.rejected else "not pinned down"
 
 
 @dataclass(frozen=True, repr=False)
@@ -136,8 +151,13 @@ class Check(Tabular):
             f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
         )
         second = "Nothing speaks against any parameter being pinned down."
-        if self.not_pinned_down:
-            second = f"Not pinned down: {', '.join(self.not_pinned_down)}."
+        loose = [
+            f"{each.parameter} ({each.verdict})" if each.bound else each.parameter
+            for each in self.parameters
+            if each.reasons
+        ]
+        if loose:
+            second = f"Not pinned down: {', '.join(loose)}."
         if self.unfinished is None:
             return f"{first} {second}"
         done, asked = self.unfinished

@@ -14,6 +14,7 @@ import numpy as np
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.errors import Refusal, integer, refuse, refusing_as, require
+from turing_learning.models import Parameter
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import (
@@ -245,8 +246,9 @@ class _Checker:
     def _pinned_down(self, content: dict[str, Any], evidence: "Evidence", profiled: bool) -> list[dict[str, Any]]:
         from turing_learning.identifiability import PinnedDown
         from turing_learning.identifiability._profile import Profile
+        from turing_learning.identifiability._two_sample import LEVEL
 
-        interval = self.result.interval
+        interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL
         ends = [_numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors = [each["error_share"] for each in content["recoveries"]]
@@ -257,10 +259,27 @@ class _Checker:
                     interval_share=float(width) if is_known(width) else None,
                     open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
                     recovery_error=max(each[name] for each in errors) if errors else None,
+                    bound="" if self.result.networks else _bound(evidence.parameters[name], self.result.estimate[name]),
+                    rejected=rejected,
                 )
             )
             for name, width in zip(self.result.estimate, widths, strict=True)
         ]
+
+
+AT = 0.01
+"""Share of the initial range within which an estimate is at a bound."""
+
+
+def _bound(parameter: Parameter, value: float) -> str:
+    """Return the bound that a value is at, with its unit; empty if it is at none."""
+    for end in (parameter.low, parameter.high):
+        if (
+            end is not None
+            and abs(float(parameter.to_numbers(np.array(value)) - parameter.to_numbers(np.array(end)))) <= 2 * AT
+        ):
+            return f"{end:g} {parameter.unit}".rstrip()
+    return ""
 
 
 def _numbers(evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:

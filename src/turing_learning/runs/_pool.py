@@ -1,7 +1,7 @@
 """Several runs of one configuration, told as one."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -64,6 +64,8 @@ class Pooled(Tabular):
         The agents' parameters; None where there is no truth.
     estimate_absolute_error, estimate_mae
         Of `estimate`, and its mean over the parameters; None where there is no truth.
+    labels
+        Name -> name and unit, for tables.
     """
 
     scenario: str
@@ -76,6 +78,7 @@ class Pooled(Tabular):
     truth: dict[str, float] | None
     estimate_absolute_error: dict[str, float] | None
     estimate_mae: float | None
+    labels: dict[str, str] = field(default_factory=dict)
 
     @property
     def verdict(self) -> dict[str, str]:
@@ -99,7 +102,8 @@ class Pooled(Tabular):
         return table.rename_axis("parameter")
 
     def __str__(self) -> str:
-        width = max(10, *map(len, self.estimate))
+        labels = {name: self.labels.get(name, name) for name in self.estimate}
+        width = max(10, *map(len, labels.values()))
         heads = ("estimate", "90 % from", "to", "true", "|error|", "R-hat", "runs")
         lines = [f"{'parameter':>{width}}{''.join(f'{head:>10}' for head in heads)}"]
         for name, value in self.estimate.items():
@@ -107,7 +111,7 @@ class Pooled(Tabular):
             error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
             numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
             lines.append(
-                f"{name:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.verdict[name]:>10}"
+                f"{labels[name]:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.verdict[name]:>10}"
             )
         apart = [name for name, word in self.verdict.items() if word == "disagree"]
         lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
@@ -183,6 +187,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         truth=runs[0].truth,
         estimate_absolute_error=None if error is None else named(names, error),
         estimate_mae=None if error is None else float(error.mean()),
+        labels=runs[0].labels,
     )
 
 

@@ -196,9 +196,10 @@ def run_table(result: Result) -> RunTable:
     def of(values: Mapping[str, float] | None, name: str) -> float | None:
         return None if values is None else values[name]
 
+    labels = result.labels
     rows = tuple(
         ParameterRow(
-            name=name,
+            name=labels[name],
             estimate=value,
             best_model=result.best_model[name],
             truth=of(result.truth, name),
@@ -413,5 +414,5 @@ def _row(each: "PinnedDown") -> tuple[str | None, ...]:
         None if each.interval_share is None else f"{each.interval_share:.0%}",
         None if each.open_share is None else f"at most {each.open_share:.0%}",
         None if each.recovery_error is None else f"{each.recovery_error:.1%}",
-        "pinned down" if each.pinned_down else "not pinned down",
+        each.verdict,
     )

@@ -11,9 +11,10 @@ import numpy as np
 
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.coevolution import batch_sizes
-from turing_learning.config import Configuration
+from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
+from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 
 from ._folder import CALIBRATION, RunFolder
@@ -144,6 +145,16 @@ class Result(Tabular):
         """What was observed."""
         configuration = self.configuration
         return Laboratory.of(configuration.system) if self.in_laboratory else configuration.system
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Name -> name and unit of each parameter, for tables; names alone where the run is not there any more."""
+        try:
+            system = self.configuration.system
+        except (RuntimeError, ConfigurationError, RunFolderError):
+            return {name: name for name in self.estimate}
+        known = dict(zip(system.parameters, system.parameter_labels, strict=False))
+        return {name: known.get(name, name) for name in self.estimate}
 
     @property
     def in_laboratory(self) -> bool:
@@ -314,7 +325,8 @@ class Result(Tabular):
 
 
 def _lines(result: Result) -> list[str]:
-    width = max(10, *map(len, result.estimate))
+    labels = result.labels
+    width = max(10, *map(len, labels.values()))
     lines = [
         f"{'parameter':>{width}}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"
     ]
@@ -323,7 +335,7 @@ def _lines(result: Result) -> list[str]:
         error = shown(None if result.estimate_absolute_error is None else result.estimate_absolute_error[name])
         numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
         lines.append(
-            f"{name:>{width}}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}"
+            f"{labels[name]:>{width}}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}"
         )
     return lines
 

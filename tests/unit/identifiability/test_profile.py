@@ -8,6 +8,7 @@ from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
 from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile
 from turing_learning.identifiability._check import check_from_json
 from turing_learning.identifiability._evidence import LEAST_POINTS
+from turing_learning.models import Parameter
 
 FLAT = Profile(
     "speed",
@@ -100,6 +101,28 @@ def test_a_check_from_before_is_read_as_it_is():
     point = {"parameter": "a", "interval_share": 0.0, "open_share": None, "recovery_error": None}
     stored = {"test": test.to_json(), "parameters": [point], "profiles": {}, "recoveries": [], "quantities": []}
     assert check_from_json(stored).parameters == (PinnedDown("a", 0.0, None, None),)
+
+
+def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():
+    bound = PinnedDown("turning_rate", 0.01, 0.2, 0.0, bound="6 rad/s")
+    assert (bound.pinned_down, bound.verdict) == (False, "at the bound 6 rad/s")
+    wrong = PinnedDown("speed", 0.01, 0.2, 0.0, rejected=True)
+    assert (wrong.pinned_down, wrong.verdict) == (False, "model rejected")
+    test = TwoSampleTest(0.61, 0.5, 0.6, 10, 5, 10, 5, "individuals")
+    said = Check(test, (bound, PinnedDown("b", 0.9, 0.2, 0.0)), (), (), ()).verdict
+    assert said.endswith("Not pinned down: turning_rate (at the bound 6 rad/s), b.")
+    told = Check(replace(test, p_value=0.001), (wrong,), (), (), ()).verdict
+    assert told.endswith("Not pinned down: speed.")
+
+
+@pytest.mark.parametrize(
+    ("value", "bound"), [(6.0, "6 rad/s"), (5.95, "6 rad/s"), (5.8, ""), (0.0, "0 rad/s"), (3.0, "")]
+)
+def test_an_estimate_within_a_hundredth_of_the_range_is_at_its_bound(value, bound):
+    from turing_learning.runs._check import _bound
+
+    assert _bound(Parameter(0, 6, unit="rad/s"), value) == bound
+    assert _bound(Parameter(None, None, initial=(0, 6)), value) == ""
 
 
 def test_the_verdict_names_what_is_not_pinned_down():

@@ -450,7 +450,8 @@ def test_settings_reach_runs_of_robots_too():
         (
             {"genuine": RECORDING},
             "`genuine` must be samples, into which a recording is cut; got Trajectories. Give windows of it, for example of 4 s: "
-            "genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned.",
+            "genuine=recording.windows(length_s=4.0), where recording is what `load_trajectories` returned; "
+            "of several: genuine=pooled_windows(recordings, length_s=4.0).",
         ),
         ({"genuine": RECORDING.speeds()}, "`genuine` must be samples, into which a recording is cut; got Signals."),
         (
