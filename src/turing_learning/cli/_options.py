@@ -1,7 +1,7 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
+import hashlib
 import re
-import shlex
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -64,16 +64,6 @@ class Tracks:
     def given(self) -> dict[str, Any]:
         """The options that are there, by their names in Python."""
         return {name: value for name, value in asdict(self).items() if value is not None}
-
-    @property
-    def typed(self) -> str:
-        """The options as they are typed; empty if there are none."""
-        texts = (
-            (name, each)
-            for name, value in self.given.items()
-            for each in (value if isinstance(value, list) else [value])
-        )
-        return "".join(f" --{name.replace('_', '-')} {shlex.quote(str(each))}" for name, each in texts)
 
     def refuse_beside(self, rule: str) -> None:
         """Reject the first option that is given."""
@@ -184,7 +174,36 @@ class Recording(Tracks):
                 print(f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python")
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         given = {"genuine": windows, "simulate": family, "parameters": family.parameters}
-        return {**given, "name": self.model, "title": f"{titled(paths[0])}{more}, as {self.model}"}
+        options = self.given | {"trajectories": [str(path.absolute()) for path in paths]}
+        kept = {"options": options, "sha256": [_digest(path) for path in paths]}
+        named = {"name": self.model, "title": f"{titled(paths[0])}{more}, as {self.model}"}
+        return {**given, **named, "provenance": {"recording": kept}}
+
+    def remembered(self, run: Path) -> "Recording":
+        """Return these options over those that a run began with; reject a recording that is gone or has changed."""
+        from turing_learning.runs import RunFolder
+
+        stored = RunFolder(run).manifest().get("recording")
+        if not isinstance(stored, Mapping):
+            return self
+        paths = [Path(path) for path in stored["options"]["trajectories"]]
+        known = replace(Recording(**stored["options"]), trajectories=paths)
+        for path, digest in zip(paths, stored["sha256"], strict=True) if not self.trajectories else ():
+            found = _digest(path)
+            got = f"{path}, which {'has changed since' if found else 'is not there any more'}"
+            remedy = "Give its path with --trajectories."
+            require(found == digest, "--trajectories", "be the recording that the run began with", got, remedy)
+        return replace(known, **self.given)
+
+
+def _digest(path: Path) -> str:
+    """Return the SHA-256 of a file, or of all files in a folder; nothing where there is none."""
+    files = sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]
+    try:
+        digests = [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
+    except OSError:
+        return ""
+    return digests[0] if path.is_file() else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 def titled(path: Path) -> str:

@@ -88,7 +88,7 @@ def infer(
         document = {} if config is None else read_toml(config)[1]
         path = out or new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
         more: dict[str, Any] = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
-        _execute(lambda **watch: infer_run(**system, **more, **watch), path, recording)
+        _execute(lambda **watch: infer_run(**system, **more, **watch), path)
         return
     require_scenario(scenario, config, SCENARIOS)
     configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
@@ -108,7 +108,7 @@ def resume(
 ) -> int | None:
     """Resume a run or study that was stopped or killed; the result is as if it never had been.
 
-    For recorded motion, give the options that the run began with.
+    A run on recorded motion knows its recording; give --trajectories if the file is elsewhere now.
 
     Example: turing-learning resume runs/aggregation-20261121-093015-seed1
 
@@ -143,10 +143,9 @@ def resume(
         return None
     if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
         _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
+        recording = recording.remembered(run)
     genuine, simulate, _ = recording.opened(*_measured(run, recording)) if recording.given else (None, None, None)
-    _execute(
-        lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run, recording
-    )
+    _execute(lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run)
     return None
 
 
@@ -280,14 +279,14 @@ def check(
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
-    For recorded motion, give the options that the run began with. Results are stored in RUN/check; after Ctrl-C the same command
-    resumes. See docs/identifiability.md.
+    A run on recorded motion knows its recording. Results are stored in RUN/check; after Ctrl-C the same command resumes. See
+    docs/identifiability.md.
 
     Examples:
 
       turing-learning check runs/mine
 
-      turing-learning check runs/fish --trajectories fish.txt --fps 25 --scale 12.3 --model couzin
+      turing-learning check runs/fish --trajectories elsewhere/fish.txt
 
     Parameters
     ----------
@@ -315,6 +314,7 @@ def check(
 
     result = opened(run)
     _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
+    recording = recording.remembered(run)
     given = {"samples": samples, "points": points}
     effort = replace(Effort(), **{name: value for name, value in given.items() if value is not None})
     system: dict[str, Any] = {}
@@ -360,7 +360,7 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
     from turing_learning.runs import RunFolder
 
     system = RunFolder(run).configuration().system
-    if system.resuming and system.name not in FAMILIES:
+    if system.resuming and system.name not in FAMILIES and RunFolder(run).known_parts() != {"genuine", "simulate"}:
         refuse(
             "run",
             "be on recorded motion that the command line began with",
@@ -370,7 +370,7 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
         )
 
 
-def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | None = None) -> None:
+def _execute(run: "Callable[..., Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to resume."""
     from rich.console import Console
 
@@ -380,7 +380,7 @@ def _execute(run: "Callable[..., Result]", path: Path, recording: Recording | No
     from ._tables import print_result
 
     console = Console()
-    ahead = f"resume with: {resume_command(path)}{recording.typed if recording else ''}"
+    ahead = f"resume with: {resume_command(path)}"
 
     def interrupted() -> str:
         return f"interrupted; {ahead}" if RunFolder(path).is_run() else "interrupted before the run began"

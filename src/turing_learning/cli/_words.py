@@ -53,7 +53,7 @@ class OptionWords:
         return option if setting.value in (None, True) else f"{option} {shlex.quote(str(setting.value))}"
 
     def call(self, call: Call) -> str:
-        """Return the command in backticks; a run on a recording needs the options that it began with, which no folder holds."""
+        """Return the command in backticks; a custom system is given from Python, and a recording by its options."""
         command = (
             f"`turing-learning {call.verb} {shlex.quote(call.path)}`" if call.path else f"`turing-learning {call.verb}`"
         )

@@ -9,6 +9,7 @@ import socket
 import subprocess
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,13 +31,14 @@ from turing_learning.store import (
     writable,
 )
 from turing_learning.store import refuse_format as refuse_future_format
+from turing_learning.systems import Given, imported
 
 from ._checkpoints import Checkpoint, Latest, latest_checkpoint
 
 __all__ = [  # also what the rooms above need of every store
-    "BLOCK", "CALIBRATION", "FINISHED", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError", "blocks_before",
-    "how_to_resume", "manifest_rows", "new_manifest", "now", "piece", "refuse_future_format", "resume_command", "resumed",
-    "storage", "told", "writable", "write_atomically", "write_json",
+    "BLOCK", "CALIBRATION", "FINISHED", "RECORDING", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError",
+    "blocks_before", "how_to_resume", "manifest_rows", "new_manifest", "now", "piece", "refuse_future_format", "resume_command",
+    "resumed", "storage", "told", "writable", "write_atomically", "write_json",
 ]  # fmt: skip
 
 FORMAT_VERSION = 1
@@ -49,6 +51,7 @@ STOPPED = "stopped"
 FINISHED = "finished"
 """State of a run of which everything is there, figures and report too."""
 
+RECORDING = "recording"  # in the manifest: file and options of the recording that the command line began a run with
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
@@ -72,8 +75,9 @@ def resume_command(path: Path) -> str:
 
 
 def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
-    """Return how to resume a run: by a command, or by a call where a custom system has to be given."""
-    needed = (*configuration.system.resuming, *configuration.given)
+    """Return how to resume a run: by a command, or by a call where something has to be given that the folder does not name."""
+    known = RunFolder(path).known_parts()
+    needed = tuple(each for each in (*configuration.system.resuming, *configuration.given) if each.name not in known)
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
 
 
@@ -215,6 +219,20 @@ class RunFolder(Store):
         parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
         parts.append({name.removeprefix(prefix): a for name, a in found.arrays.items() if name.startswith(prefix)})
         return {name: np.concatenate([each[name] for each in parts]) for name in parts[-1]}
+
+    def known_parts(self) -> set[str]:
+        """Return what of a custom system can be found by what the manifest says: "genuine", "simulate"."""
+        manifest = self._peek() or {}
+        return {"genuine", "simulate"} & (manifest.keys() if RECORDING not in manifest else {"genuine", "simulate"})
+
+    def remembered(self, given: Given) -> Given:
+        """Return what is given of a custom system; what is not is imported by the name that the manifest has of it."""
+        manifest, found = self.manifest(), dict[str, Any]()
+        for name in ("genuine", "simulate"):
+            stored = manifest.get(name)
+            if getattr(given, name) is None and isinstance(stored, str):
+                found[name] = imported(stored, name) if ":" in stored else stored
+        return replace(given, **found)
 
     def update_manifest(self, **changes: Any) -> None:
         """Change entries of the manifest."""

@@ -12,7 +12,7 @@ from turing_learning.config import Configuration, ConfigurationError, part_named
 from turing_learning.errors import brief, refusing_as, require
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe
+from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe, importable_name, imported
 
 from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder, resume_command
@@ -26,7 +26,7 @@ def infer(
     scenario: str | Scenario | None = None,
     *,
     genuine: Any = None,
-    simulate: Simulator | None = None,
+    simulate: Simulator | str | None = None,
     parameters: Mapping[str, Range] | None = None,
     generations: int | None = None,
     trials: int | None = None,
@@ -54,8 +54,8 @@ def infer(
         Samples (K, T, D) of a custom system, or K arrays (T, D), or windows of recorded motion, or a function
         rng -> (K, T, D) that observes it, or a scenario or the name of one, whose agents are observed anew in every generation.
     simulate
-        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples
-        of each model. The columns are in the order of `parameters`; all randomness comes from `rng`.
+        Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples of each
+        model; or its name, "module:function". The columns are in the order of `parameters`; all randomness comes from `rng`.
     parameters
         Name -> (low, high), the range of the first models and the space of the search, where None leaves a side open;
         or name -> `Parameter`, with a unit or on a logarithmic scale.
@@ -147,14 +147,21 @@ def infer(
     rule = "be left out for a custom system"
     require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
     assert parameters is not None
-    given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
+    entries = dict(options.pop("provenance", {}))
+    for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
+        known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
+        entries |= {name: known} if known else {}
     with refusing_as(ConfigurationError):
+        simulate = imported(simulate) if isinstance(simulate, str) else simulate
+        genuine = imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
         system, data = describe(genuine, parameters, options)
+    given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
         opened = system.open(replace(given, genuine=data))
     with opened as source:
-        result = conduct(Run.begin(configuration, out, force=force, source=source), observer, should_stop)
+        run = Run.begin(configuration, out, force=force, source=source, entries=entries)
+        result = conduct(run, observer, should_stop)
     assert isinstance(result.origin, Origin)
     return replace(result, origin=replace(result.origin, given=given))  # can be checked in this process
 
@@ -194,7 +201,8 @@ def resume(
     path
         The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
     genuine, simulate
-        Of a custom system: the samples that the run began with, and the simulator, neither of which is in the folder.
+        Of a custom system: the samples that the run began with, and the simulator. Functions of a module are imported by their
+        names unless they are given; samples are not in the folder.
     workers, timeout_s
         As in `infer`.
     threads
@@ -235,7 +243,7 @@ def resume(
         require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
         refuse_given_source(folder)
         with refusing_as(RunFolderError):
-            return configuration.system.open(given)
+            return configuration.system.open(folder.remembered(given))
 
     return conduct(Run.open(path, reopen, threads=threads), observer, should_stop)
 

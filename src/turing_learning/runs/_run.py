@@ -637,8 +637,12 @@ class Origin:
         from ._check import check_run, refuse_unknown_part
 
         refuse_unknown_part(options)
-        given = {"genuine": self.given.genuine, "simulate": self.given.simulate}
-        return check_run(result, self.configuration, **given | options)
+        known = {"genuine": self.given.genuine, "simulate": self.given.simulate} | options
+        if folder := self.folder:
+            with refusing_as(ConfigurationError):
+                found = folder.remembered(Given(known["genuine"], known["simulate"]))
+            known |= {"genuine": found.genuine, "simulate": found.simulate}
+        return check_run(result, self.configuration, **known)
 
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> Result:
         """Run a configuration, in a folder or in memory; one that is in the folder already is resumed."""

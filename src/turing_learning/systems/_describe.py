@@ -46,6 +46,8 @@ class CustomOptions(TypedDict, total=False):
         Number of processes that call the simulator; None calls it in this one.
     timeout_s
         Longest duration of a call (s), with workers only.
+    provenance
+        Name -> value, JSON: where the samples come from. The manifest of the run holds it.
     """
 
     name: str
@@ -58,6 +60,7 @@ class CustomOptions(TypedDict, total=False):
     batches: int
     workers: int | None
     timeout_s: float | None
+    provenance: Mapping[str, Any]
 
 
 def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptions) -> tuple[CustomSystem, Genuine]:

@@ -66,9 +66,6 @@ def test_individuals_are_kept_for_testing(call):
     four = given("four.csv", 10)
     apart = ["--hold-out-individuals", "b, d"]
     assert call("infer", *four, *apart, *SMALL, "--generations", "1", "--out", "run")[0] == 0
-    code, _, err = call("check", "run", *four)
-    assert code == 2
-    assert "that the run began with" in err
     assert call("resume", "run", *four, *apart)[0] == 0
     code, _, err = call("resume", "run", *four, "--hold-out-individuals", "a")
     assert code == 2
@@ -80,7 +77,7 @@ def test_individuals_are_kept_for_testing(call):
     code, _, err = call("resume", "run", *four, *apart, "--every", "2")
     assert "must have the time step of the samples, 0.1 s; got 0.2 s" in err
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
-    assert call("check", "run", *four, *apart, *quick)[0] == 0
+    assert call("check", "run", *quick)[0] == 0
     test = json.loads(Path("run/check/check.json").read_text())["test"]
     assert (test["genuine_groups"], test["grouping"]) == (2, "individuals")
     code, _, err = call("infer", *four, "--hold-out-individuals", "b,e", "--out", "other")
@@ -243,11 +240,11 @@ def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, 
         code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "run")
     assert code == 130
     command = err.strip().partition("resume with: turing-learning ")[2].split()
-    assert command[:2] == ["resume", "run"]
+    assert command == ["resume", "run"]
     code, _, err = call("resume", "run", *OTHER_MODEL)
     assert code == 2
     assert "must have the parameters of the run, speed, " in err
-    assert call("resume", "run", *without(RECORDED, "--window"))[0] == 0
+    assert call(*command)[0] == 0
     first, second = (json.loads(Path(name, "result.json").read_text()) for name in ("whole", "run"))
     assert first["estimate"] == second["estimate"]
 
@@ -264,14 +261,6 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
     ("command", "message"),
     [
         (
-            ["resume", "run"],
-            "must be given for a custom system",
-        ),
-        (
-            ["check", "run"],
-            "must be given for a custom system",
-        ),
-        (
             ["resume", "run", *RECORDED[:-1], "3"],
             "; got 75",
         ),
@@ -285,7 +274,7 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         ),
         (
             ["infer", *RECORDED, "--out", "run"],
-            "`turing-learning resume run` and the options that the run began with, ",
+            "Resume it with `turing-learning resume run`, ",
         ),
         (
             ["infer", "--config", "run/config.toml", "--out", "new"],
@@ -481,3 +470,23 @@ def test_a_run_that_python_began_is_left_to_python(call, told):
     assert Path("run/manifest.json").read_text() == before
     infer(**run, out="done")
     assert call("resume", "done")[0] == 0
+
+
+def test_a_run_knows_its_recording_and_says_where_it_was(call):
+    motion = Path("fish.txt")
+    motion.write_bytes(TERMITES.read_bytes())
+    here = [str(motion) if word == str(TERMITES) else word for word in RECORDED]
+    assert call("infer", *here, *SMALL, "--generations", "2", "--out", "run")[0] == 0
+    stored = json.loads(Path("run/manifest.json").read_text())["recording"]
+    assert stored["options"] == {
+        "fps": 25.0, "scale": 20.0, "model": "burst-and-coast", "window": 2.0, "trajectories": [str(motion.absolute())]
+    }  # fmt: skip
+    quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
+    motion.rename("moved.txt")
+    code, _, err = call("check", "run", *quick)
+    where = f"got {motion.absolute()}, which is not there any more. Give its path with --trajectories.\n"
+    assert (code, err) == (2, f"error: `--trajectories` must be the recording that the run began with; {where}")
+    assert call("check", "run", "--trajectories", "moved.txt", *quick)[0] == 0
+    motion.write_text(Path("moved.txt").read_text() + "\n")
+    assert "which has changed since. Give its path" in call("check", "run", *quick)[2]
+    assert "which has changed since. Give its path" not in call("resume", "run")[2]  # is finished, and needs none

@@ -23,6 +23,11 @@ def recorded(speed=6.0, noise=0.6, count=40, seed=3):
     return walk(np.tile([speed, noise], (count, 1)), np.random.default_rng(seed))
 
 
+def herd(rng):
+    """The same, observed anew."""
+    return recorded(seed=int(rng.integers(1000)))
+
+
 def stumbling(parameters, rng):
     """The walk, which is lost where it is fast."""
     samples = walk(parameters, rng)

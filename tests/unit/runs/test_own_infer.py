@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import numpy as np
+import own_models
 import pytest
 import xarray as xr
 from own_models import RANGES, Breaking, recorded, stumbling, walk, walk_of_one
@@ -12,6 +13,7 @@ import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration, load_variants, to_toml
 from turing_learning.errors import RefusedError
 from turing_learning.families import BurstAndCoast
+from turing_learning.identifiability import Effort
 from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, RunStorageError, start
 from turing_learning.systems import CustomSystem, CustomSystemError
 
@@ -58,7 +60,7 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
         patch.setattr("turing_learning.runs._run.save_checkpoint", full)
         with pytest.raises(RunStorageError) as refused:
             infer(out=path)
-    call = f"turing_learning.resume({str(path)!r}, genuine=..., simulate=...)"
+    call = f"turing_learning.resume({str(path)!r}, genuine=...)"
     assert str(refused.value).endswith(f"(No space left on device). Make room, then resume with `{call}`.")
     with pytest.raises(RunFolderError) as taken:
         infer(out=path)
@@ -66,7 +68,7 @@ def test_a_disk_that_is_full_says_how_python_goes_on(tmp_path, monkeypatch):
     with pytest.raises(RunFolderError) as unsaved:
         tl.load_run(path)
     assert str(unsaved.value).endswith(f"Begin it with `{call}`.")
-    assert tl.resume(path, genuine=recorded(), simulate=walk).complete
+    assert tl.resume(path, genuine=recorded()).complete
 
 
 def test_the_result_names_the_parameters_in_their_units(whole):
@@ -218,9 +220,26 @@ def test_a_run_that_breaks_in_the_first_generation_can_begin_again(whole, tmp_pa
     assert tl.resume(path, genuine=recorded(), simulate=walk).complete
 
 
+def test_a_run_whose_functions_are_those_of_a_module_needs_nothing_but_its_folder(whole, tmp_path, stop_after):
+    path, given = tmp_path / "run", {"genuine": own_models.herd, "simulate": "own_models:walk"}
+    infer(**given, out=path, should_stop=stop_after(4), settings=FULL)
+    assert {name: RunFolder(path).manifest()[name] for name in given} == given | {"genuine": "own_models:herd"}
+    here = infer(genuine=own_models.herd)
+    assert tl.resume(path).estimate == here.estimate
+    quick = Effort(samples=10, generations=1, population=4, points=0)
+    assert tl.load_run(path).check(effort=quick, recoveries=0).test.genuine_samples >= 10
+    infer(genuine="own_models:herd", generations=1, out=tmp_path / "gone")
+    RunFolder(tmp_path / "gone").update_manifest(state="running", genuine="own_models:nothing")
+    (tmp_path / "gone" / "result.json").unlink()
+    for checkpoint in (tmp_path / "gone" / "checkpoints").iterdir():
+        checkpoint.unlink()
+    with pytest.raises(RunFolderError, match=r'`genuine` must be "module:function", .*own_models:nothing'):
+        tl.resume(tmp_path / "gone")
+
+
 def test_own_systems_go_on_from_python_only(tmp_path, stop_after):
     path = tmp_path / "run"
-    infer(out=path, should_stop=stop_after(4))
+    infer(out=path, simulate=lambda parameters, rng: walk(parameters, rng), should_stop=stop_after(4))
     with pytest.raises(
         RunFolderError, match=r"`genuine` must be given .* Give `genuine` and `simulate` as the run began with"
     ):
