@@ -2,7 +2,7 @@
 
 import csv
 import zipfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -150,54 +150,52 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
 
 
 def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            return _from_rows(path, csv.reader(file), signals)
-    except UnicodeDecodeError as error:
-        remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
-        got = f"byte {error.object[error.start]:#04x}"
-        refuse("motion", "be text in UTF-8", got, remedy, place=str(path), error=ConfigurationError)
-    except csv.Error as error:
-        refuse("motion", "be a text file with commas", f"{path} ({error})", error=ConfigurationError)
+    import pandas as pd
 
-
-def _from_rows(
-    path: Path, rows: Iterable[Sequence[str]], signals: Sequence[str] | None
-) -> tuple[tuple[str, ...], np.ndarray]:
     def check(holds: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
         place = str(path) if line is None else f"{path}:{line}"
         require(holds, "motion", rule, got, remedy, place=place, error=ConfigurationError)
 
-    lines = iter(rows)
-    heading = [name.strip() for name in next(lines, [])]
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row or number == 1]
+    except UnicodeDecodeError as error:
+        remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
+        check(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
+    except csv.Error as error:
+        check(False, "be a text file with commas", str(error))
+    heading = [name.strip() for name in rows[0][1]] if rows else []
     keys = _keys(heading)
     rule = "begin with individual,step or individual,sample,step and the names of signals"
     check(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
-    cells: dict[tuple[str, int, int], list[float]] = {}
-    for line, row in enumerate(lines, start=2):
-        if not row:
-            continue
+    cells: list[list[Any]] = []
+    for line, row in rows[1:]:
+        check(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
         try:
             counts, values = [int(text) for text in row[1 : len(keys)]], [float(text) for text in row[len(keys) :]]
         except ValueError:
             check(False, "hold numbers", repr(",".join(row)), line)
-        check(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
-        sample, step = (0, *counts)[-2:]
-        place = (row[0].strip(), sample, step)
-        got = "individual {!r}, sample {}, step {} again".format(*place)
-        check(place not in cells, "hold each step once", got, line)
-        cells[place] = values
+        cells.append([row[0].strip(), *(0, *counts)[-2:], *values])
     check(cells, "hold at least one step", "none")
-    names = tuple(dict.fromkeys(name for name, _, _ in cells))  # in the order in which they appear
-    samples, steps = sorted({sample for _, sample, _ in cells}), sorted({step for _, _, step in cells})
+    columns = heading[len(keys) :]
+    table = pd.DataFrame(cells).set_index([0, 1, 2])
+    again = table.index.duplicated()
+    if again.any():
+        first = int(again.argmax())
+        got = "individual {!r}, sample {}, step {} again".format(*table.index[first])
+        check(False, "hold each step once", got, rows[1 + first][0])
+    names = tuple(dict.fromkeys(table.index.get_level_values(0)))  # in the order in which they appear
+    samples, steps = (sorted(set(table.index.get_level_values(level))) for level in (1, 2))
     for axis, found in (("sample", samples), ("step", steps)):
         for before, after in pairwise(found):
             check(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
-    for place in ((name, sample, step) for name in names for sample in samples for step in steps):
+    complete = pd.MultiIndex.from_product([names, samples, steps])
+    missing = complete.difference(table.index)
+    if len(missing):
+        place = next(each for each in complete if each in missing)
         got = "no row for individual {!r}, sample {}, step {}".format(*place)
-        check(place in cells, "hold the same samples and steps for each individual", got)
-    motion = np.array([[[cells[name, s, t] for t in steps] for s in samples] for name in names])
-    columns = heading[len(keys) :]
+        check(False, "hold the same samples and steps for each individual", got)
+    motion = table.reindex(complete).to_numpy().reshape(len(names), len(samples), len(steps), len(columns))
     if signals is not None:
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
         check(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")

@@ -49,7 +49,8 @@ class PostEvaluation:
 
 
 def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: float = 1.0) -> np.ndarray:
-    """Return models on a grid over the parameter space.
+    """Return models (points^P, P) on a grid over the parameter space, as in section 4.4 of the paper; the last parameter changes
+    fastest.
 
     Parameters
     ----------
@@ -57,15 +58,6 @@ def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: f
         Settings of each parameter, >= 2; points^P at most 10 million.
     low, high
         Smallest and largest setting, fractions of the maximum speed.
-
-    Returns
-    -------
-    (points^P, P)
-        The last parameter changes fastest.
-
-    Source
-    ------
-    Paper, section 4.4.
     """
     parameters = len(scenario.controller)
     integer("points", points, 2, error=ConfigurationError)
@@ -78,16 +70,9 @@ def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: f
 
 
 def decide(judged_genuine: np.ndarray) -> np.ndarray:
-    """Decide about individuals: "model" only if all judgments say so, "agent" (True) otherwise.
+    """Decide about individuals by judgments (..., S) of their samples: "model" only if all say so, "agent" (True) otherwise.
 
-    Parameters
-    ----------
-    judged_genuine : (..., S)
-        Judgments of the S samples of an individual.
-
-    Source
-    ------
-    Paper, section 4.4.
+    Source: paper, section 4.4.
     """
     return np.any(judged_genuine, axis=-1)
 
@@ -105,10 +90,7 @@ def post_evaluate(
     """Let classifiers decide about the agents and replicas of many swarms.
 
     A replica executes each model among agents, in several trials from initial poses that are common to all models and
-    classifiers. A classifier judges each individual once a trial, and decides that it is a model only if all
-    judgments say so. The trials do not depend on the classifiers: each is simulated once, in blocks of models that all
-    classifiers judge, so that memory does not grow with the number of models. What a classifier has judged genuine once
-    it need not judge again.
+    classifiers. A classifier judges each individual once a trial, and decides that it is a model only if all judgments say so.
 
     Parameters
     ----------
@@ -162,7 +144,7 @@ def count_agents(
     Returns
     -------
     (N, 2) or None
-        Numbers of agents, and of replicas; None if it was stopped.
+        Of the agents and of the replicas; None if it was stopped.
     """
     integer("trials", trials, 1, error=ConfigurationError)
     models = checked_models("models", models, scenario)
@@ -253,20 +235,7 @@ class GenerationAccuracies:
 
 
 def sampled_generations(generations: int, points: int = 16) -> np.ndarray:
-    """Return generations that show a run on a nonlinear scale: the first, the last, and about even ratios between.
-
-    Parameters
-    ----------
-    generations
-        Number of generations of the run, >= 1.
-    points
-        Number of generations, >= 2; fewer where they would coincide.
-
-    Returns
-    -------
-    (about points,)
-        Ascending, from 0 to `generations` - 1.
-    """
+    """Return generations (about `points`,) of a run of so many: the first, the last, and about even ratios between, ascending."""
     integer("generations", generations, 1, error=ConfigurationError)
     integer("points", points, 2, error=ConfigurationError)
     if generations == 1:
@@ -316,13 +285,8 @@ def accuracy_over_generations(
     genomes = np.stack([np.asarray(populations[int(g)]) for g in chosen])
     scores = np.stack([np.asarray(fitness[int(g)]) for g in chosen])
     rule = "have the shape (G, N), as populations"
-    require(
-        scores.shape == genomes.shape[:2],
-        "fitness",
-        rule,
-        f"{scores.shape} and {genomes.shape}",
-        error=ConfigurationError,
-    )
+    got = f"{scores.shape} and {genomes.shape}"
+    require(scores.shape == genomes.shape[:2], "fitness", rule, got, error=ConfigurationError)
     models = grid_models(scenario) if models is None else models
     evaluation = post_evaluate(
         classifier, genomes.reshape(-1, genomes.shape[2]), scenario, models, trials=trials, seed=seed, threads=threads

@@ -21,10 +21,8 @@ class RocCurve:
     ----------
     thresholds : (K,)
         Individuals with a score below it are called abnormal; ascending, the last one infinite.
-    false_alarms : (K,)
-        Share of genuine individuals that are called abnormal; from 0 to 1.
-    detections : (K,)
-        Share of abnormal individuals that are called abnormal; from 0 to 1.
+    false_alarms, detections : (K,)
+        Share of genuine, and of abnormal, individuals that are called abnormal; from 0 to 1.
     """
 
     thresholds: np.ndarray
@@ -38,16 +36,9 @@ class RocCurve:
 
 
 def roc_curve(genuine: np.ndarray, abnormal: np.ndarray) -> RocCurve:
-    """Compute detections and false alarms at every threshold.
+    """Compute detections and false alarms at every threshold, from scores (any,); lower is more abnormal.
 
-    Parameters
-    ----------
-    genuine, abnormal : (any,)
-        Scores of genuine and of abnormal individuals; lower is more abnormal.
-
-    Source
-    ------
-    Fawcett, An introduction to ROC analysis (2006).
+    Source: Fawcett, An introduction to ROC analysis (2006).
     """
     genuine = array("genuine", genuine, "n", error=ConfigurationError)
     abnormal = array("abnormal", abnormal, "n", error=ConfigurationError)
@@ -79,15 +70,7 @@ class RuleComparison:
 def compare_detectors(
     detectors: Mapping[str, Detector], *, genuine: np.ndarray, abnormal: np.ndarray
 ) -> tuple[RuleComparison, ...]:
-    """Let detectors decide about individuals.
-
-    Parameters
-    ----------
-    detectors
-        Name -> detector.
-    genuine, abnormal : (individuals, samples, T, D)
-        Motion that had no part in the detectors.
-    """
+    """Let detectors decide about individuals in motion (individuals, samples, T, D) that had no part in them."""
     found = []
     for name, detector in detectors.items():
         scores = [detector.mean_scores(motion) for motion in (genuine, abnormal)]
@@ -112,20 +95,10 @@ def compare_rules(
 
     Parameters
     ----------
-    result
-        A run that is stored in a folder with its full history.
-    rules
-        Some of `RULES`.
-    false_alarms
-        Share of genuine individuals that may be called abnormal, in (0, 1).
-    samples
-        Number of samples of each individual, >= 1.
-    behaviors
-        Number of abnormal behaviors, >= 1.
-    seed
-        Of what is simulated, >= 0.
-    threads
-        Number of threads of the simulation; None takes every processor.
+    result, rules, false_alarms, seed, threads
+        As for `Detector.from_run`; the rules are some of `RULES`.
+    samples, behaviors
+        Number of samples of each individual, and of abnormal behaviors, >= 1.
     """
     rules = tuple(rules)
     for rule in rules:

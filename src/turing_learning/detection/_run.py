@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -204,23 +205,12 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
 
 
 def recorded_motion(recording: Trajectories, run: RunClassifiers, *, smooth_frames: int = 1) -> RecordedMotion:
-    """Cut a recording into windows of the length and the signals that the classifiers of a run were evolved with.
+    """Cut a recording, at the frame rate of a run, into windows of the length and the signals that its classifiers know.
 
-    For a run without headings, those of the recording are left out of account.
-
-    Parameters
-    ----------
-    recording
-        What a tracker wrote, at the frame rate of the run.
-    run
-        From `run_classifiers`.
-    smooth_frames
-        As in `compute_signals`: that of the run's windows.
+    For a run without headings, those of the recording are left out of account. `smooth_frames` is that of the run's windows.
     """
 
-    def check(holds: object, name: str, rule: str, got: object, remedy: str) -> None:
-        require(holds, name, rule, got, remedy, error=ConfigurationError)
-
+    check = partial(require, error=ConfigurationError)
     files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
     unknown = [name for name in run.names if name not in SIGNALS]
     check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)

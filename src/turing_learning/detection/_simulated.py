@@ -53,16 +53,12 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
 
     Parameters
     ----------
-    scenario
-        Whose agents are not to be met.
-    count
-        Number of controllers M, >= 1.
     near
         Least mean absolute difference from the agents' controller, in [0, 0.5].
 
     Returns
     -------
-    (M, P)
+    (count, P)
         Wheel speeds for each sensor state, as fractions of the maximum.
     """
     integer("count", count, 1, error=ConfigurationError)
@@ -90,8 +86,6 @@ def simulate_behaviors(
         What the replicas execute.
     trials
         Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
-    threads
-        Number of threads; None takes every processor. It does not change the motion.
 
     Source
     ------
@@ -110,21 +104,9 @@ def simulate_behaviors(
 def plant_abnormal(
     scenario: Scenario, count: int, *, samples: int = 10, seed: int = 0, threads: int | None = None
 ) -> Motion:
-    """Simulate a swarm of the scenario's size in which some individuals execute random controllers of their own.
+    """Simulate a swarm of the scenario's size in which `count` individuals execute random controllers.
 
-    Parameters
-    ----------
-    count
-        Number of abnormal individuals, from 1 to one less than the swarm's size.
-    samples
-        Number of trials, >= 1, each from new initial poses.
-    seed
-        Of controllers, poses and noise, >= 0.
-
-    Returns
-    -------
-    Motion
-        Individuals in random order, named "agent 1", ..., "planted 1", ...
+    Individuals, named "agent 1", ..., "planted 1", ..., are in random order; each sample is a trial from new initial poses.
     """
     integer("samples", samples, 1, error=ConfigurationError)
     size = scenario.individuals

@@ -177,17 +177,11 @@ class Detector:
         ----------
         result
             A run that is stored in a folder with its full history: ``turing_learning.load_run(path)``.
-        rule, false_alarms
-            As for the class.
         genuine, abnormal : (individuals, samples, T, D)
             Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and on custom systems do,
             or simulates the run's scenario, agents beside individuals with random controllers.
         behaviors, trials
             Number of random controllers that are simulated, >= 1, and of trials of each.
-        seed
-            Of what is simulated, >= 0.
-        threads
-            Number of threads of the simulation; None takes every processor.
         """
         check_rule(rule)
         run = run_classifiers(result)
@@ -306,7 +300,7 @@ class Detector:
         return replace(self, false_alarms=share)
 
     def _warn_if_blind(self) -> None:
-        """Log a warning if genuine motion that had no part in the weights scores no higher than abnormal motion."""
+        """Log a warning if genuine motion without a part in the weights scores no higher than abnormal motion."""
         genuine, abnormal = float(self.genuine_scores.mean()), float(self.abnormal_scores.mean())
         if genuine <= abnormal:
             _LOGGER.warning(

@@ -130,8 +130,6 @@ def find_problems(
     individuals: tuple[str, ...],
     first_frame: int,
     jump_factor: float,
-    remarks: tuple[str, ...],
-    unit: str = "cm",
     headings: np.ndarray | None = None,
 ) -> Problems:
     """Return what is wrong with positions (F, A, 2) and headings (F, A)."""
@@ -155,10 +153,8 @@ def find_problems(
         empty_frames=tuple(int(first_frame + frame) for frame in np.flatnonzero(~present.any(axis=1))),
         typical_step=typical,
         frames=len(present),
-        remarks=remarks,
         still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
         every=every(present),
-        unit=unit,
         headings=() if headings is None else doubt_headings(positions, present, headings),
     )
 

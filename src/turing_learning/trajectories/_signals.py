@@ -83,11 +83,6 @@ def compute_signals(
     Signals
         Values (..., F - 1, A, D), and where they are valid.
 
-    Raises
-    ------
-    ValueError
-        If a shape, a name or a number does not fit.
-
     Source
     ------
     Paper, section 3.2.3, for speed and turn of individuals with headings.

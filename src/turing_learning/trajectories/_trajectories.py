@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_ARRAYS = ("positions", "present", "headings", "confidence", "interpolated")
+
+
 @dataclass(frozen=True, eq=False)
 class Trajectories:
     """Positions of individuals over time, y upwards.
@@ -47,11 +50,6 @@ class Trajectories:
         Where it comes from.
     remarks
         What was done on the way here, in words.
-
-    Raises
-    ------
-    ValueError
-        If shapes do not fit, a number is not finite, a name occurs twice or nobody is ever present.
     """
 
     positions: np.ndarray
@@ -83,7 +81,7 @@ class Trajectories:
 
     def _check_arrays(self) -> None:
         shape = self.positions.shape[:2]
-        for name in ("positions", "present", "headings", "confidence", "interpolated"):
+        for name in _ARRAYS:
             array = getattr(self, name)
             if array is not None and array.shape[:2] != shape:
                 refuse(name, f"be of shape (F, A) = {shape}", str(array.shape))
@@ -121,104 +119,47 @@ class Trajectories:
         Parameters
         ----------
         jump_factor
-            A step longer than this many typical steps is a jump, perhaps two identities exchanged. The typical step is
+            Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged. The typical step is
             the median over all individuals of the steps that are not 0.
-
-        Returns
-        -------
-        Problems
-            What was found; `print` tells it.
-
-        Raises
-        ------
-        ValueError
-            If `jump_factor` is not above 1.
         """
-        return find_problems(
-            self.positions,
-            self.present,
-            self.individuals,
-            self.first_frame,
-            jump_factor,
-            self.remarks,
-            self.unit,
-            self.headings,
+        found = find_problems(
+            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.headings
         )
+        return replace(found, remarks=self.remarks, unit=self.unit)
 
     def bridged(self, max_gap: int) -> "Trajectories":
-        """Return a copy in which gaps of up to `max_gap` frames are filled by straight motion at even speed.
+        """Return a copy in which gaps of up to `max_gap` frames, >= 1, are filled by straight motion at even speed.
 
-        Longer gaps, and those at the beginning and the end, stay. `interpolated` tells what was filled; headings turn
+        Longer gaps, and those at the beginning and the end, stay. `interpolated` says what was filled; headings turn
         the shorter way.
-
-        Parameters
-        ----------
-        max_gap
-            Frames that the longest of these gaps has, >= 1.
-
-        Raises
-        ------
-        ValueError
-            If `max_gap` is below 1.
         """
         max_gap = integer("max_gap", max_gap, 1)
         positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
         before = np.zeros_like(self.present) if self.interpolated is None else self.interpolated
-        return replace(
-            self,
-            positions=positions,
-            headings=headings,
-            present=self.present | filled,
-            interpolated=before | filled,
-            remarks=(
-                *self.remarks,
-                f"{int(filled.sum())} positions in gaps of up to {max_gap} frames were interpolated",
-            ),
-        )
+        remark = f"{int(filled.sum())} positions in gaps of up to {max_gap} frames were interpolated"
+        known: dict[str, Any] = {
+            "present": self.present | filled,
+            "interpolated": before | filled,
+            "remarks": (*self.remarks, remark),
+        }
+        return replace(self, positions=positions, headings=headings, **known)
 
     def thinned(self, every: int) -> "Trajectories":
-        """Return a copy of one frame in so many, at the lower frame rate that follows; the first with anybody is one of them.
-
-        Parameters
-        ----------
-        every
-            Of so many frames in a row one is kept, 1 to the number of frames; the first with anybody is among those that are kept.
-
-        Raises
-        ------
-        ValueError
-            If `every` is not from 1 to the number of frames.
-        """
+        """Return a copy of one frame in `every`, at the lower frame rate that follows; the first with anybody is one of them."""
         every = integer("every", every, 1, len(self.positions))
         first = int(np.argmax(self.present.any(axis=1))) % every
-        kept = {
-            name: array[first::every]
-            for name in ("positions", "present", "headings", "confidence", "interpolated")
-            if (array := getattr(self, name)) is not None
-        }
         remark = f"one frame in {every} was kept, frame numbers count those"
-        return replace(self, **kept, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
+        arrays = self._arrays(slice(first, None, every))
+        return replace(self, **arrays, fps=self.fps / every, first_frame=0, remarks=(*self.remarks, remark))
 
     def selected(self, individuals: Sequence[str]) -> "Trajectories":
-        """Return a copy with some of the individuals; the others are no neighbors any more.
+        """Return a copy with some of the individuals, by name and in this order; the others are no neighbors any more."""
+        arrays = self._arrays((slice(None), [self._place(name) for name in individuals]))
+        return replace(self, **arrays, individuals=tuple(individuals))
 
-        Parameters
-        ----------
-        individuals
-            Their names, in the order in which the copy has them.
-
-        Raises
-        ------
-        ValueError
-            If a name is unknown, or none of them is ever present.
-        """
-        columns = [self._place(name) for name in individuals]
-        kept = {
-            name: array[:, columns]
-            for name in ("positions", "present", "headings", "confidence", "interpolated")
-            if (array := getattr(self, name)) is not None
-        }
-        return replace(self, **kept, individuals=tuple(individuals))
+    def _arrays(self, index: Any) -> dict[str, Any]:
+        """Return parts of all arrays (F, A, ...) by name."""
+        return {name: array[index] for name in _ARRAYS if (array := getattr(self, name)) is not None}
 
     def _place(self, name: str) -> int:
         if name not in self.individuals:
@@ -232,18 +173,7 @@ class Trajectories:
         return tuple(self._place(name) for name in names)
 
     def speeds(self, *, smooth_frames: int = 1) -> Signals:
-        """Compute linear and angular speed: `signals` with its default names.
-
-        Parameters
-        ----------
-        smooth_frames
-            As in `compute_signals`.
-
-        Returns
-        -------
-        Signals
-            `values` (F - 1, A, 2): speed (cm/s) and turn (rad/s).
-        """
+        """Compute linear (cm/s) and angular speed (rad/s), (F - 1, A, 2): `signals` with its default names."""
         return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
 
     def signals(self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1) -> Signals:
@@ -260,11 +190,6 @@ class Trajectories:
         -------
         Signals
             `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is unknown.
-
-        Raises
-        ------
-        ValueError
-            If a name or a number does not fit.
         """
         return compute_signals(
             self.positions,
@@ -321,11 +246,6 @@ class Trajectories:
         -------
         Windows
             `learning` and `held_out` (K, T, D), where they are from, and what was cut out.
-
-        Raises
-        ------
-        ValueError
-            If an option is out of range, only one frame in several is there, or no window is left for learning or for testing.
         """
         if self.every > 1:
             refuse(
@@ -442,11 +362,6 @@ def pooled_windows(
     -------
     Windows
         `learning_recording` and `held_out_recording` say of which recording each is.
-
-    Raises
-    ------
-    ValueError
-        If recordings differ in rate, unit or headings, or as for `Trajectories.windows`; with the recording.
     """
     require(len(recordings), "recordings", "be one or more", "none")
     apart = {"hold_out": 0.0} if hold_out_recordings else {}

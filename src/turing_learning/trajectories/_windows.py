@@ -102,11 +102,6 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     hold_out
         Which recordings, from 0, are for testing alone, the others for learning alone; without any, held-out windows are those of
         each recording.
-
-    Raises
-    ------
-    ValueError
-        If windows are measured differently, or recordings to be held out do not exist or are all.
     """
     first = parts[0]
     for k, part in enumerate(parts):
