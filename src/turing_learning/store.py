@@ -138,6 +138,7 @@ class Store:
         self._verified: dict[str, tuple[int, int, int]] = {}
         self._written: set[str] = set()  # files that have been written since the index was read, and have their names
         self._headed = self._unverified = False
+        self._head = b""  # content of the head, while the folder is locked
 
     # What the folder is
 
@@ -219,8 +220,10 @@ class Store:
                 "Wait until it ends, or stop it."
             ) from error
         try:
+            self.path = self.path.absolute()  # wherever the process goes while it writes
             self._place = _place(self.path)
             self._seals, self._headed = None, self.exists()
+            self._head = self.head_path.read_bytes() if self._headed else b""
             self._written.clear()
             if self._headed:
                 self._adopt()
@@ -230,14 +233,17 @@ class Store:
             lock.release()
 
     def require_here(self) -> None:
-        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced."""
+        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced; restore a lost head."""
         if self._place is None:
             return
-        if _place(self.path) != self._place or (self._headed and not self.head_path.exists()):
+        if _place(self.path) != self._place:
             raise RunStorageError(
-                f"`{self.kind.noun}` must stay where it is while it is written; got {self.path}, which has been moved, removed, "
-                f"replaced, or lost its {self.kind.head}. What was saved until then is in the folder that was here: resume that."
+                f"`{self.kind.noun}` must stay where it is while it is written; got {self.path}, which has been moved, removed "
+                "or replaced. What was saved until then is in the folder that was here: resume that."
             )
+        if self._headed and not self.head_path.exists():
+            write_atomically(self.head_path, self._head)
+            _LOGGER.warning("%s was missing; it is written again.", self.head_path)
 
     def _holder(self) -> str:
         process = (self._peek() or {}).get("process")
@@ -270,7 +276,8 @@ class Store:
         self.seals.append([*lines, (name, digest_of(content))])
         write_atomically(path, content)
         self._written.add(name)
-        self._headed = self._headed or (self._place is not None and name == self.kind.head)
+        if self._place is not None and name == self.kind.head:
+            self._headed, self._head = True, content
         return path
 
     def _present(self, name: str) -> list[tuple[str, str]]:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -326,7 +327,7 @@ def replaced(path):
     path.mkdir()
 
 
-@pytest.mark.parametrize("move", [renamed, replaced, shutil.rmtree, lambda path: (path / "search.json").unlink()])
+@pytest.mark.parametrize("move", [renamed, replaced, shutil.rmtree])
 def test_a_folder_that_moves_while_it_is_written_is_noticed(move, store):
     with store.locked():
         store.write("before.json", {"a": 1})
@@ -350,3 +351,24 @@ def test_a_full_disk_is_said_with_what_to_do(tmp_path):
         storage(tmp_path, "go on."),
     ):
         raise OSError(28, "No space left on device")
+
+
+def test_a_head_that_is_lost_while_the_folder_is_held_is_written_again(store, caplog):
+    head = store.head()
+    with store.locked():
+        store.head_path.unlink()
+        store.write("two.npy", np.zeros(1))
+    assert fresh(store).head() == head
+    assert warnings(caplog) == [f"{store.head_path} was missing; it is written again."]
+
+
+def test_a_store_that_is_held_stays_where_it_is_wherever_the_process_goes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    store = Store("relative", KIND)
+    store.create({"settings": {"seed": 1}})
+    (tmp_path / "elsewhere").mkdir()
+    with store.locked():
+        monkeypatch.chdir(tmp_path / "elsewhere")
+        store.write("three.txt", b"three")
+    assert (tmp_path / "relative" / "three.txt").read_bytes() == b"three"
+    assert not list(Path().iterdir())

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.arrays import array
+from turing_learning.errors import require
 from turing_learning.kernels.elman import ElmanKernels, load_elman
 from turing_learning.kernels.elman_source import LANES, LARGEST_SUM, LIMIT
 from turing_learning.kernels.parallel import run_range
@@ -106,8 +108,9 @@ class ElmanClassifier:
         ValueError
             If a shape does not fit or a value is not finite.
         """
-        genomes = _checked_genomes(genomes, self.parameters)
-        samples = _checked_samples(samples, self.inputs)
+        genomes = _as_float64("genomes", genomes, "N Q", Q=self.parameters)
+        samples = _as_float64("samples", samples, "S T D", D=self.inputs)
+        require(samples.shape[1], "samples", "have at least one time step", samples.shape)
         weights = self._weights(genomes)
         chosen, places = _distinct(weights)
         if len(chosen) == len(weights):
@@ -170,29 +173,11 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return memory[start : start + size].view(np.float32).reshape(shape)
 
 
-def _checked_genomes(genomes: np.ndarray, parameters: int) -> np.ndarray:
-    genomes = _as_float64("genomes", genomes)
-    if genomes.ndim != 2 or genomes.shape[1] != parameters:
-        raise ValueError(f"`genomes` must have the shape (N, Q) with Q = {parameters}; got {genomes.shape}.")
-    return genomes
-
-
-def _checked_samples(samples: np.ndarray, inputs: int) -> np.ndarray:
-    samples = _as_float64("samples", samples)
-    if samples.ndim != 3 or samples.shape[2] != inputs or samples.shape[1] < 1:
-        raise ValueError(
-            f"`samples` must have the shape (S, T, D) with T >= 1 and D = {inputs}; got {samples.shape}. "
-            "Set `inputs` to the number of signals per time step."
-        )
-    return samples
-
-
-def _as_float64(name: str, values: np.ndarray) -> np.ndarray:
-    values = np.asarray(values)
-    if values.dtype.kind not in "fiub":
-        raise ValueError(f"`{name}` must hold real numbers; got {values.dtype}.")
-    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite and is refused below
-        return np.require(values, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
+def _as_float64(name: str, values: np.ndarray, shape: str, **sizes: int) -> np.ndarray:
+    remedy = "Set `inputs` to the number of signals per time step." if "D" in sizes else ""
+    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite and is rejected later
+        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
+    return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
 
 
 def _refuse_sample(samples: np.ndarray, fault: int) -> None:

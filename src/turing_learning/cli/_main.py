@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -11,6 +12,8 @@ from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
 from ._words import OptionWords
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+NARROWEST = 10  # columns in which rich can lay out a table
 _NO_WAY = (
     *(errno.EACCES, errno.EPERM, errno.EROFS),
     *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ELOOP, errno.ENAMETOOLONG),
@@ -35,6 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
+
+    if not _room(os.environ.get("COLUMNS", "")):
+        os.environ.pop("COLUMNS", None)  # as programs of the shell do
 
     from ._app import app
 
@@ -65,8 +71,13 @@ def _run(arguments: list[str]) -> int:
     return outcome if isinstance(outcome, int) else DONE
 
 
+def _room(columns: str) -> bool:
+    """Return whether a table can be printed in so many columns, of which the environment says."""
+    return columns.isdecimal() and len(columns) < 5 and int(columns) >= NARROWEST
+
+
 def _say(text: str, code: int) -> int:
-    sys.stderr.write(f"{text}\n")
+    sys.stderr.write(_CONTROL.sub(lambda found: ascii(found[0])[1:-1], text) + "\n")  # one line, whatever is in a path
     return code
 
 
@@ -78,8 +89,10 @@ def _failure(error: Exception) -> str:
     from turing_learning.systems import CustomSystemError
 
     if isinstance(error, OSError) and error.errno in _NO_ROOM:
-        what = f"{error.filename or 'what is written'} ({error.strerror})"
-        return f"no room is left for {what}. Make room, then give the same command again."
+        if error.filename is None:  # files have names
+            what = f"what the command prints could not be written ({error.strerror})"
+            return f"{what}. What it has stored is complete. Print elsewhere."
+        return f"no room is left for {error.filename} ({error.strerror}). Make room, then give the same command again."
     if isinstance(error, OSError) and error.errno in _NO_WAY and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
     if isinstance(error, RunStorageError | CustomSystemError | ExecutorError | LaboratoryError):

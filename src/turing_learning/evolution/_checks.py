@@ -42,10 +42,9 @@ class Turns:
 
 def check_vector(name: str, value: np.typing.ArrayLike, dimension: int) -> np.ndarray:
     """Return `value`, a number or one for each parameter, as a new (dimension,) array."""
-    vector = np.array(value, dtype=np.float64)
+    vector = array(name, value, "...")
     rule = f"be a number or of shape (dimension,) = ({dimension},)"
     require(vector.shape in ((), (dimension,)), name, rule, f"shape {vector.shape}")
-    require(np.isfinite(vector).all(), name, "be finite", repr(value))
     return np.broadcast_to(vector, dimension).copy()
 
 

@@ -612,6 +612,9 @@ class Origin:
             return dataset_in_memory(layout_of(self.configuration), self.kept, self.completed)
         if self.configuration.run.thin:
             traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
+            if traces.completed < self.completed:
+                found = f"one of {traces.completed} generations is left, the result has {self.completed}"
+                raise folder.damaged("its last checkpoint", found)
             return thin_dataset(traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
         if checkpoint is None or not part(checkpoint.arrays, "history/"):

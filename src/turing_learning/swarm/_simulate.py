@@ -41,15 +41,19 @@ class Drivers:
     driver: np.ndarray
 
     def __post_init__(self) -> None:
-        require(self.hidden >= 1, "hidden", "be 1 or more", self.hidden)
+        integer("hidden", self.hidden, 1)
         weights = array("weights", self.weights, "K Q", empty=True, Q=self.hidden * (self.hidden + 4) + 2)
         driver = array("driver", self.driver, "R A", dtype=np.int64, empty=True)
         if driver.size:
             low, high = int(driver.min()), int(driver.max())
             rule = f"hold numbers of {len(weights)} networks from 0, or -1 for none"
             require(low >= -1 and high < len(weights), "driver", rule, f"{low} to {high}")
-        object.__setattr__(self, "weights", np.ascontiguousarray(weights))
-        object.__setattr__(self, "driver", np.ascontiguousarray(driver))
+        for name, checked in (("weights", weights), ("driver", driver)):
+            own = np.array(
+                checked, order="C"
+            )  # a copy that nobody changes: a kernel takes the numbers for places in memory
+            own.flags.writeable = False
+            object.__setattr__(self, name, own)
 
     def networks(self, trials: int, robots: int) -> Networks:
         """Return what the kernels execute; reject drivers of other trials or robots."""

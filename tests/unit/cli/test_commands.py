@@ -206,7 +206,11 @@ def test_without_a_command_there_is_help_and_nothing_else(call):
     [
         (
             OSError(errno.ENOSPC, "No space left on device"),
-            "error: no room is left for what is written (No space left on device). Make room, then ",
+            "error: what the command prints could not be written (No space left on device). What it has stored is complete.",
+        ),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "mine.csv"),
+            "error: no room is left for mine.csv (No space left on device). Make room, then ",
         ),
         (
             PermissionError(errno.EACCES, "Permission denied", "mine.csv"),
@@ -270,6 +274,16 @@ def test_a_terminal_of_80_columns_shows_each_estimate_beside_its_interval(call, 
     assert "best model" in out
 
 
+@pytest.mark.parametrize("columns", ["0", "-3", "1", "many", "9" * 30])
+def test_a_width_that_is_none_is_not_taken_for_one(columns, call, monkeypatch):
+    monkeypatch.setenv("COLUMNS", columns)
+    assert "aggregation" in call("scenarios")[1]
+
+
+def test_an_error_is_one_line_whatever_is_in_a_path(refused):
+    assert refused("show", "a\nb\x1b[31m").startswith(r"`run` must be a run folder; got a\nb\x1b[31m without")
+
+
 @pytest.mark.usefixtures("wide")
 def test_both_ends_of_an_interval_that_is_not_symmetric_are_in_the_table(call, tmp_path):
     assert call("infer", "aggregation", *SMALL, "--generations", 1, "--out", "run")[0] == 0
@@ -314,17 +328,18 @@ def test_an_interruption_before_there_is_a_run_folder_names_none_to_go_on_with(c
     assert not (tmp_path / "run").exists()
 
 
-def test_a_second_signal_stops_at_once():
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_second_signal_stops_at_once(number):
     from turing_learning.cli._stopping import Interrupted, stopping
 
     def stopped_twice():
         with stopping("resume") as should_stop:
             assert not should_stop()
-            os.kill(os.getpid(), signal.SIGTERM)
+            os.kill(os.getpid(), number)
             assert should_stop()
             os.kill(os.getpid(), signal.SIGINT)
 
-    before = signal.getsignal(signal.SIGTERM)
+    before = signal.getsignal(number)
     with pytest.raises(Interrupted, match=r"^interrupted; resume$"):
         stopped_twice()
-    assert signal.getsignal(signal.SIGTERM) is before
+    assert signal.getsignal(number) is before

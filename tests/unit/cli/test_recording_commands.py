@@ -329,7 +329,9 @@ def test_a_disk_that_is_full_says_how_the_command_line_goes_on(call, monkeypatch
     monkeypatch.setattr("turing_learning.runs._run.save_checkpoint", full)
     code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "2", "--out", "my run")
     assert code == 1
-    assert err.startswith("error: `out` must be a folder with space left; could not write to my run")
+    assert err.startswith(
+        f"error: `out` must be a folder with space left; could not write to {Path('my run').absolute()}"
+    )
 
 
 def test_a_run_on_robots_needs_no_recording(call):

@@ -2,12 +2,14 @@
 
 import json
 import math
+import shutil
 
 import numpy as np
 import pytest
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
+from turing_learning.store import RunFolderError
 
 SMALL = {
     "scenario.agents": 2,
@@ -113,3 +115,12 @@ def test_runs_of_trials_are_neither_checked_nor_pooled_yet(whole):
     other = inferred(None)
     with pytest.raises(ConfigurationError, match="`runs` must be"):
         tl.pool([whole, other])
+
+
+def test_a_history_that_is_shorter_than_the_result_is_not_shown(whole, tmp_path):
+    path = shutil.copytree(whole.path, tmp_path / "run")
+    max((path / "checkpoints").iterdir()).unlink()
+    result = tl.load_run(path)
+    assert result.estimate == whole.estimate
+    with pytest.raises(RunFolderError, match=r"its last checkpoint as it was written; got .*generations is left"):
+        _ = result.history

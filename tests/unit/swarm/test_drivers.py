@@ -137,12 +137,28 @@ def test_models_with_another_number_of_weights_are_refused():
         (np.full((1, 23), np.nan), [[0]], "`weights` must be finite; got nan"),
         (np.zeros((2, 23)), [[0, 2]], r"`driver` must hold numbers of 2 networks .* got 0 to 2"),
         (np.zeros((2, 23)), [[-2, 0]], r"`driver` must hold .* or -1 for none; got -2 to 0"),
+        (np.zeros((2, 23)), [[0.7, -1]], r"`driver` must be an array of integers; got an array of float64"),
+        (np.zeros((1, 23)) + 1j, [[0]], r"`weights` must be an array of numbers; got an array of complex128"),
+        (np.zeros((1, 23)).astype(str), [[0]], r"`weights` must be an array of numbers"),
+        (np.ma.masked_equal(np.zeros((1, 23)), 0), [[0]], r"`weights` must have no masked values"),
         (np.zeros((2, 23)), [0, 1], r"`driver` must be of shape \(R, A\); got \(2,\)"),
     ],
 )
 def test_drivers_that_do_not_fit_are_refused(weights, driver, message):
     with pytest.raises(ValueError, match=message):
         Drivers(weights, HIDDEN, np.array(driver))
+
+
+def test_drivers_do_not_change_with_the_callers_arrays():
+    weights, driver = networks(2), np.zeros((1, 3), np.int64)
+    drivers = Drivers(weights, HIDDEN, driver)
+    driver[:], weights[:] = 10**9, np.nan
+    assert not drivers.driver.any()
+    assert np.isfinite(drivers.weights).all()
+    with pytest.raises(ValueError, match="read-only"):
+        drivers.driver[0, 0] = 10**9
+    with pytest.raises(ValueError, match="`hidden` must be an integer"):
+        Drivers(networks(1), 2.5, np.zeros((1, 3), int))
 
 
 def test_drivers_of_other_robots_are_refused():
