@@ -108,8 +108,8 @@ class ElmanClassifier:
         ValueError
             If a shape does not fit or a value is not finite.
         """
-        genomes = _as_float64("genomes", genomes, "N Q", Q=self.parameters)
-        samples = _as_float64("samples", samples, "S T D", D=self.inputs)
+        genomes = _as_float64("genomes", genomes, "N Q", self.parameters)
+        samples = _as_float64("samples", samples, "S T D", self.inputs)
         require(samples.shape[1], "samples", "have at least one time step", samples.shape)
         weights = self._weights(genomes)
         chosen, places = _distinct(weights)
@@ -173,10 +173,11 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
     return memory[start : start + size].view(np.float32).reshape(shape)
 
 
-def _as_float64(name: str, values: np.ndarray, shape: str, **sizes: int) -> np.ndarray:
-    remedy = "Set `inputs` to the number of signals per time step." if "D" in sizes else ""
-    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite and is rejected later
-        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **sizes)
+def _as_float64(name: str, values: np.ndarray, shape: str, last: int) -> np.ndarray:
+    """Return contiguous numbers of a shape whose last axis is of the length `last`; whether they are finite is seen later."""
+    remedy = "Set `inputs` to the number of signals per time step." if name == "samples" else ""
+    with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
+        given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **{shape[-1]: last})  # type: ignore[arg-type]
     return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
 
 
