@@ -360,3 +360,35 @@ def test_the_operator_is_told_the_first_faults_of_a_trial_and_how_many_more_ther
     (asked,) = run.lab.asked
     assert asked.count("is missing. Check its marker.") == 1 + 3  # the fault, and the first of all
     assert "And 1 more; if they are of nearly all robots, look after the camera and the PC. Then put all" in asked
+
+
+def halted(run):
+    return {name: wire.robot.state == "R0" for name, wire in run.lab.wires.items()}
+
+
+def test_robots_stand_when_the_program_ends_or_fails(run):
+    with run.source:
+        run.collect()
+    assert halted(run) == {"r-orange": True, "r-purple": True}
+    run.lab.press_remote()
+    run.lab.clock.sleep(3.0)
+    run.at("P3", lambda: (_ for _ in ()).throw(KeyboardInterrupt))
+    with pytest.raises(KeyboardInterrupt), run.source:
+        run.collect()
+    assert halted(run) == {"r-orange": True, "r-purple": True}
+    assert all(event.kind != "moving" for event in run.events)
+
+
+def test_robots_that_cannot_be_halted_are_said_to_be_moving(run, caplog):
+    with run.source:
+        run.collect()
+        run.lab.wires["r-orange"].cut = True
+    assert halted(run)["r-purple"]
+    assert run.events[-1].kind == "moving"
+    assert caplog.messages == ["robots are still moving: r1. Switch them off."]
+
+
+def test_robots_that_were_never_reached_are_left_alone(run, caplog):
+    run.lab.wires["r-orange"].cut = run.lab.wires["r-purple"].cut = True
+    run.source.close()
+    assert caplog.messages == []

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from turing_learning.errors import choice
 from turing_learning.robots.links._messages import (
+    HALTED,
     LARGEST_SEQUENCE,
     SIGNALS,
     Model,
@@ -88,6 +89,8 @@ class EmulatedRobot:
         self.executing: Model | None = None
         self._waiting: Model | None = None
         self.state, self._entered, self._trial = "R0", self._clock(), 0
+        self._alive_at: float | None = None  # when a PC that keeps itself known was heard
+        self._asked_at: float | None = None  # when the PC sent anything else
 
     def _begin(self) -> None:
         self._forget()
@@ -119,6 +122,21 @@ class EmulatedRobot:
             self.state, self._entered = state, self._clock()
             if state == "R3" and self._waiting is not None:
                 self.executing, self._waiting = self._waiting, None
+
+    @property
+    def alone_s(self) -> float:
+        """Time since a PC that says that it is there was heard; 0 if none has said so."""
+        return 0.0 if self._alive_at is None else self._clock() - self._alive_at
+
+    @property
+    def unasked_s(self) -> float:
+        """Time since the PC asked or commanded something; 0 if it never has."""
+        return 0.0 if self._asked_at is None else self._clock() - self._asked_at
+
+    def halt(self) -> None:
+        """Stand, leave the loop, forget models."""
+        with self._lock:
+            self._halt()
 
     def signal(self, kind: str) -> bytes:
         """Return the signal that a trial starts or has stopped; each start begins another trial."""
@@ -226,9 +244,12 @@ class EmulatedRobot:
         self.lights = [0] * 10
         return b"s\r\n"
 
-    def _reset(self, _: list[str]) -> bytes:
+    def _halt(self) -> None:
         self._drive(0, 0)
         self._forget()
+
+    def _reset(self, _: list[str]) -> bytes:
+        self._halt()
         return b"r\r\n" + self.greeting
 
     def _converse(self, line: str) -> bytes:
@@ -237,6 +258,16 @@ class EmulatedRobot:
         if text is None:
             return _line(sealed("x,E,checksum"))
         fields = text.split(",")[1:]
+        now = self._clock()
+        if fields == ["A"]:
+            self._alive_at = now
+            return b""
+        self._asked_at = now
+        if self._alive_at is not None:
+            self._alive_at = now
+        if fields == ["H"]:
+            self._halt()
+            return _line(HALTED)
         if fields == ["Q"]:
             return _line(sealed(self._describe()))
         numbers = whole_numbers(fields[1:])

@@ -25,6 +25,10 @@ _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
+ALONE_S = 2.0
+"""A replica whose PC says that it is there stands when it has not heard it for so long; its loop continues."""
+MOST_LOOPS = 5
+"""A replica that its PC has asked nothing for so many loops halts, and waits for the remote control."""
 Wheels = tuple[float, float]
 """Left and right wheel speed, fractions of the maximum."""
 STILL: Wheels = (0.0, 0.0)
@@ -79,9 +83,11 @@ class Firmware:
         self._robot, self._rng, self._controller, self._signal = robot, rng, controller, signal
         self._until = 0.0
         self._turn_until, self._side = 0.0, 1.0
+        self._stood = False  # in this trial, for want of the PC
 
     def start(self, time_s: float) -> None:
         """Begin the loop, anew if it runs: the remote control was pressed."""
+        self._stood = False
         self._enter("R1", time_s)
 
     def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
@@ -102,6 +108,12 @@ class Firmware:
             return manual
         while time_s >= self._until - _TICK:
             self._enter(_AFTER[self._robot.state], self._until)
+        if self._controller is None:
+            if self._robot.unasked_s > MOST_LOOPS * sum(LOOP.values()):
+                self._robot.halt()
+            if self._robot.alone_s > ALONE_S:
+                self._stood |= self._robot.state == "R5"
+                return STILL
         if self._robot.state == "R2":
             return self._disperse(time_s, proximity)
         return self._execute(sight, proximity) if self._robot.state == "R5" else STILL
@@ -111,8 +123,9 @@ class Firmware:
         self._until = time_s + LOOP[state]
         if state == "R2":
             self._turn(time_s, _ANYWHERE_S)
-        if state in _SIGNALS and self._controller is None:
+        if state in _SIGNALS and self._controller is None and not self._stood:
             self._signal(_SIGNALS[state])
+        self._stood &= state == "R5"
 
     def _turn(self, time_s: float, lasting_s: tuple[float, float]) -> None:
         """Turn in place from now on, to either side."""

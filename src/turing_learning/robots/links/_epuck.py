@@ -8,7 +8,7 @@ from typing import TypeVar
 from turing_learning.errors import choice, integer, number
 
 from ._link import Link, LinkError
-from ._messages import SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
+from ._messages import HALT, HALTED, SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
 
 Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000
@@ -74,6 +74,10 @@ class EPuck:
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
         self._ask("S", lambda line: True if line == "s" else None)
+
+    def halt(self) -> None:
+        """Halt a replica: it stands, leaves its loop and waits for the remote control; its models are forgotten."""
+        self._ask(HALT, lambda line: True if line == HALTED else None)
 
     def reset(self) -> None:
         """Start the robot's program anew."""

@@ -1,11 +1,15 @@
 """Bytes and lines to and from a robot, over a serial line or a TCP port."""
 
 import re
+import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, Protocol, Self
 
 from turing_learning.errors import optional
 from turing_learning.robots._clock import Clock, RealClock
+
+from ._messages import ALIVE
 
 LARGEST_LINE = 4096
 _POLL_S = 0.02
@@ -46,13 +50,17 @@ class Link:
         For deadlines and pauses; the computer's by default.
     connect
         Opens the near end; by default that of the port.
+    alive_s
+        How often a thread says to a replica that the PC is there, so that it does not move when this process is dead; 0 for never.
     """
 
     def __init__(
-        self, port: str, *, baud: int = 115200, clock: Clock | None = None, connect: Callable[[], Device] | None = None
-    ) -> None:
+        self, port: str, *, baud: int = 115200, clock: Clock | None = None,
+        connect: Callable[[], Device] | None = None, alive_s: float = 0.0,
+    ) -> None:  # fmt: skip
         self.port, self.clock = port, clock or RealClock()
-        self._baud = baud
+        self._baud, self._alive_s = baud, alive_s
+        self._writing, self._closed = threading.Lock(), threading.Event()
         self._connect = connect or self._open_port
         self._device: Device | None = None
         self._buffer = bytearray()
@@ -78,17 +86,30 @@ class Link:
                 f"`port` must be a serial device or socket://host:port at which a robot listens; got {self.port!r} "
                 f"({error}). Check that the robot is switched on and paired."
             ) from error
+        if self._alive_s:
+            self._closed = threading.Event()
+            threading.Thread(target=self._stay_alive, args=(self._device, self._closed), daemon=True).start()
 
     def close(self) -> None:
         """Close the line and drop unread bytes."""
         device, self._device = self._device, None
+        self._closed.set()
         self._buffer.clear()
         if device is not None:
             device.close()
 
     def send(self, data: bytes) -> None:
         """Send bytes."""
-        self._guarded(lambda device: device.write(data))
+        with self._writing:
+            self._guarded(lambda device: device.write(data))
+
+    def _stay_alive(self, device: Device, closed: threading.Event) -> None:
+        while not closed.wait(self._alive_s):
+            with (
+                self._writing,
+                suppress(Exception),
+            ):  # whatever a device says that is being closed; others notice a lost line
+                device.write(ALIVE.encode("ascii") + b"\r")
 
     def read_line(self, deadline: float) -> str | None:
         """Return the next line without its end, None if it is incomplete at the deadline (by the clock).
@@ -142,8 +163,8 @@ class Link:
             raise LinkError(f"the link to {self.port} is lost ({error})") from error
 
 
-def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None) -> Link:
+def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None, alive_s: float = 0.0) -> Link:
     """Open a line to a robot; see `Link`. Raise `LinkError` if there is none, `MissingExtraError` without pyserial."""
-    link = Link(port, baud=baud, clock=clock)
+    link = Link(port, baud=baud, clock=clock, alive_s=alive_s)
     link.open()
     return link

@@ -11,6 +11,8 @@ PARAMETER_UNIT = 1e-4
 """Models are sent as integer multiples of this."""
 SIGNALS = ("START", "STOP")
 LARGEST_SEQUENCE = 65535
+ALIVE, HALT, HALTED = "X,A*209D", "X,H*B1B4", "x,H*3772"
+"""The PC says that it is there, which has no answer; it halts a replica; the replica has halted."""
 
 
 @dataclass(frozen=True)

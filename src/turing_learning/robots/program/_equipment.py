@@ -81,7 +81,8 @@ def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> 
     open_camera = (
         partial(Capture, camera.source) if file else partial(LiveCapture, camera.source, settings, clock=clock)
     )
-    return Equipment(clock, partial(open_link, clock=clock), open_camera, operator)
+    alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
+    return Equipment(clock, partial(open_link, clock=clock, alive_s=alive_s), open_camera, operator)
 
 
 def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tracker:

@@ -1,5 +1,6 @@
 """A laboratory as a source of samples; what the PC does when a trial is disturbed."""
 
+import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
 
 PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0
 """Before links are reopened, twice as long each time; the longest pause."""
+_LOGGER = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -25,7 +27,7 @@ class Event:
     ----------
     kind
         "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": a trial is
-        repeated; "batteries": they are replaced; "complete": all trials are observed.
+        repeated; "batteries": they are replaced; "complete": all trials are observed; "moving": replicas could not be halted.
     stage
         The generation, or which post-evaluation.
     attempt
@@ -98,8 +100,18 @@ class LaboratorySource(Source):
         self._program = PcProgram(setup, steps, equipment, tracker, self._follow)
 
     def close(self) -> None:
-        """Close links and camera."""
-        self._program.disconnect()
+        """Halt the replicas, if they were to be reached in this session, and close links and camera.
+
+        The log, and an event, name replicas that do not answer: they may still be moving.
+        """
+        try:
+            self._program.halt()
+        finally:
+            self._program.disconnect()
+            if self._program.moving:
+                fault = f"robots are still moving: {', '.join(sorted(self._program.moving))}"
+                _LOGGER.warning("%s. Switch them off.", fault)
+                self._tell("moving", self._program.state, fault, "Switch them off.")
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their tanh.

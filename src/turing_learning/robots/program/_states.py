@@ -2,6 +2,7 @@
 
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import TypeVar
@@ -106,6 +107,11 @@ class PcProgram:
         As of `LaboratorySource`.
     watch
         Called with the name of every state that is entered, and with every trial that is observed, disturbed ones too.
+
+    Attributes
+    ----------
+    moving
+        Names of the replicas that were to be reached in this session, and have not been halted since.
     """
 
     def __init__(
@@ -123,6 +129,7 @@ class PcProgram:
         self._camera: Camera | None = None
         self._sequence = 0
         self.state = BEGIN
+        self.moving: set[str] = set()
         self._forget_all()
 
     def _forget_all(self) -> None:
@@ -141,6 +148,7 @@ class PcProgram:
     def connect(self) -> None:
         """Open links and camera; raise `Disturbance` if one does not open, or a replica does not answer or has not begun."""
         self._enter(BEGIN)
+        self.moving = {replica.name for replica in self._setup.replicas}
         for replica in self._setup.replicas:
             self._connect_replica(replica)
         try:
@@ -159,6 +167,17 @@ class PcProgram:
         if status.state == "R0":
             raise Disturbance(BEGIN, f"replica {replica.name} has not begun", REMOTE.capitalize())
         self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
+
+    def halt(self) -> None:
+        """Halt all replicas that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
+        for replica in self._setup.replicas:
+            if replica.name in self.moving:
+                with suppress(LinkError):
+                    if replica.name not in self._robots:
+                        link = self._links[replica.name] = self._equipment.open_link(str(replica.address))
+                        self._robots[replica.name] = EPuck(link)
+                    self._robots[replica.name].halt()
+                    self.moving.remove(replica.name)
 
     def disconnect(self) -> None:
         """Close links and camera, and forget the trials that were not returned."""
