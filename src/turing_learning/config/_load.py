@@ -161,13 +161,17 @@ def resolve(
             data[section] = _split_population(data[section], section, origins)
     try:
         return Configuration.model_validate_json(json.dumps(data, default=_plain), strict=True)
-    except ValidationError as error:
-        raise ConfigurationError(_refusal(error, data, origins)) from error
-    except (ValueError, RecursionError) as error:  # json: an integer of thousands of digits, thousands of brackets
-        key = next(k for k in _all_keys(Configuration) if _unwritable(_looked_up(data, k)))
-        raise ConfigurationError(
-            Refusal(key, "be a value of usual size", "one too large", origins.where(key))
-        ) from error
+    except (ValueError, RecursionError) as error:
+        # json: an integer of thousands of digits, thousands of brackets, half of a character
+        keys = [key for key in _all_keys(Configuration) if _unwritable(_looked_up(data, key))]
+        if not keys and isinstance(error, ValidationError):
+            raise ConfigurationError(_refusal(error, data, origins)) from error
+        key, rule, got = (
+            (keys or ["run"])[-1],
+            "be a value of usual size, or a text",
+            "one too large, or half of a character",
+        )
+        raise ConfigurationError(Refusal(key, rule, got, origins.where(key))) from error
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -321,7 +325,7 @@ def _plain(value: Any) -> Any:
 
 def _unwritable(value: Any) -> bool:
     try:
-        json.dumps(value, default=_plain)
+        json.dumps(value, default=_plain, ensure_ascii=False).encode()
     except (ValueError, RecursionError):
         return True
     return False

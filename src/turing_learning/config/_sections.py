@@ -25,7 +25,7 @@ OPTIMIZERS = ("evolution-strategy", "cma")
 NETWORKS = ("elman",)
 GIVEN = "given:"  # before the name of an object that only the process that began a run has
 
-Count = Annotated[int, Field(ge=1)]
+Count = Annotated[int, Field(ge=1, le=10**15)]  # what floats carry; others are limited by memory
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]

@@ -19,7 +19,7 @@ import numpy as np
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
-from turing_learning.errors import Call, Setting, refuse, require
+from turing_learning.errors import Call, Setting, brief, refuse, require
 from turing_learning.store import (
     Kind,
     RunFolderError,
@@ -91,6 +91,9 @@ class RunFolder(Store):
     """
 
     def __init__(self, path: str | Path) -> None:
+        rule, remedy = "be the folder of a run", "A run without `out` is kept in no folder, and cannot be resumed."
+        fits = isinstance(path, str | Path) and "\0" not in str(path)
+        require(fits, "path", rule, brief(path), remedy, error=RunFolderError)
         super().__init__(path, _KIND)
 
     @property

@@ -117,14 +117,9 @@ def infer(
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """
     refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
-    rule = "be given without `generations`"
-    require(
-        trials is None or generations is None,
-        "trials",
-        rule,
-        f"{trials} beside {generations}",
-        error=ConfigurationError,
-    )
+    _require_callables(observer, should_stop)
+    rule, got = "be given without `generations`", f"{brief(trials)} beside {brief(generations)}"
+    require(trials is None or generations is None, "trials", rule, got, error=ConfigurationError)
     overrides = single_settings(settings, generations=generations, trials=trials, seed=seed, threads=threads)
     for key, argument, part in (
         ("models.optimizer", "models", models),
@@ -147,7 +142,11 @@ def infer(
     rule = "be left out for a custom system"
     require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
     assert parameters is not None
-    entries = dict(options.pop("provenance", {}))
+    entries: dict[str, Any] = {}
+    if (provenance := options.pop("provenance", None)) is not None:
+        fits = isinstance(provenance, Mapping)
+        require(fits, "provenance", "be a dict name -> value", brief(provenance), error=ConfigurationError)
+        entries |= provenance
     for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
         known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
         entries |= {name: known} if known else {}
@@ -177,6 +176,7 @@ def start(
     files: Mapping[str, bytes] | None = None,
 ) -> Result:
     """Run a configuration from generation 0 in a folder of its own; see `infer` and `Run.begin`."""
+    _require_callables(observer, should_stop)
     run = Run.begin(configuration, out, source=source, force=force, files=files)
     return conduct(run, observer, should_stop)
 
@@ -225,11 +225,8 @@ def resume(
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """
-    if not isinstance(path, str | Path):
-        raise RunFolderError(
-            f"`path` must be the folder of a run; got {path!r}. A run without `out` is kept in no folder, and cannot go on."
-        )
-    folder = RunFolder(Path(path))
+    _require_callables(observer, should_stop)
+    folder = RunFolder(path)
     give_parts(folder, models, classifier)
     with refusing_as(RunFolderError):
         given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
@@ -246,6 +243,12 @@ def resume(
             return configuration.system.open(folder.remembered(given))
 
     return conduct(Run.open(path, reopen, threads=threads), observer, should_stop)
+
+
+def _require_callables(observer: Any, should_stop: Any) -> None:
+    for name, given in (("observer", observer), ("should_stop", should_stop)):
+        fits = given is None or callable(given)
+        require(fits, name, "be a function, or None", brief(given), error=ConfigurationError)
 
 
 def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:

@@ -1,8 +1,8 @@
 """Several runs of one configuration, told as one."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from turing_learning.analysis import (
     r_hat,
 )
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
-from turing_learning.errors import require, said
+from turing_learning.errors import brief, refuse, require, said
 from turing_learning.report import Tabular, counted, describe_unknown, shown
 
 from ._folder import how_to_resume
@@ -164,8 +164,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     >>> runs = [tl.infer("aggregation", seed=seed) for seed in (1, 2, 3, 4)]  # doctest: +SKIP
     >>> print(tl.pool(runs))  # doctest: +SKIP
     """
-    runs = list(runs)
-    _refuse_unfit(runs)
+    runs = _fit(runs)
     configuration = _common_configuration(runs)
     trials, rule = configuration.run.trials, "be of generations, to be pooled"
     require(trials == 0, "runs", rule, f"runs of {trials} trials", error=ConfigurationError)
@@ -191,34 +190,30 @@ def pool(runs: Sequence[Result]) -> Pooled:
     )
 
 
-def _refuse_unfit(runs: list[Result]) -> None:
+def _fit(given: Any) -> list[Result]:
+    """Return two or more results of complete runs."""
+    runs = list(given) if isinstance(given, Iterable) else [given]
     for run in runs:
-        if not isinstance(run, Result):
-            raise ConfigurationError(f"`runs` must be results of runs; got {run!r}. Open a run folder with `load_run`.")
-    if len(runs) < 2:
-        raise ConfigurationError(
-            f"`runs` must be at least 2; got {len(runs)}. Make more runs of the same configuration with other seeds."
-        )
+        fits, remedy = isinstance(run, Result), "Open a run folder with `load_run`."
+        require(fits, "runs", "be results of runs", brief(run), remedy, error=ConfigurationError)
+    remedy = "Make more runs of the same configuration with other seeds."
+    require(len(runs) >= 2, "runs", "be at least 2", len(runs), remedy, error=ConfigurationError)
     for run in runs:
-        if not run.complete:
-            advice = (
-                "Let it run to its end"
-                if run.path is None
-                else f"Resume it with {said(how_to_resume(run.path, run.configuration))}"
-            )
-            raise ConfigurationError(
-                f"`runs` must be complete; got seed {run.seed} stopped after {run.generations} generations{_place(run)}. {advice}."
-            )
+        ahead = "Let it run to its end."
+        if run.path is not None and not run.complete:
+            ahead = f"Resume it with {said(how_to_resume(run.path, run.configuration))}."
+        got = f"seed {run.seed} stopped after {run.generations} generations{_place(run)}"
+        require(run.complete, "runs", "be complete", got, ahead, error=ConfigurationError)
+    return runs
 
 
 def _refuse_same_seeds(runs: list[Result]) -> None:
-    """Raise ConfigurationError if two runs of one configuration have the same seed."""
+    """Reject two runs of one configuration that have the same seed."""
+    remedy = "The same seed gives the same run: make one with another."
     for number, run in enumerate(runs):
-        if run.seed in {other.seed for other in runs[:number]}:
-            raise ConfigurationError(
-                f"`runs` must have different seeds; got seed {run.seed} twice{_place(run)}. The same seed gives the same run: "
-                "make one with another."
-            )
+        same = run.seed in {other.seed for other in runs[:number]}
+        got = f"seed {run.seed} twice{_place(run)}"
+        require(not same, "runs", "have different seeds", got, remedy, error=ConfigurationError)
 
 
 def _common_configuration(runs: list[Result]) -> Configuration:
@@ -227,13 +222,11 @@ def _common_configuration(runs: list[Result]) -> Configuration:
     for run, other in zip(runs[1:], others, strict=True):
         different = [key for key in first | other if key not in _FREE and first.get(key) != other.get(key)]
         if different:
-            # other samples have other centers and scales too
-            key = min(different, key=lambda key: key != "scenario.digest")
-            raise ConfigurationError(
-                f"`runs` must be of the same system and configuration; got {key} = {_shown(first.get(key))} with seed "
-                f"{runs[0].seed} and {_shown(other.get(key))} with seed {run.seed}{_place(run)}. Pool runs that differ in their "
-                "seed alone."
-            )
+            key = min(different, key=lambda key: key != "scenario.digest")  # others have other centers and scales, too
+            got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
+            got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}{_place(run)}"
+            remedy = "Pool runs that differ in their seed alone."
+            refuse("runs", "be of the same system and configuration", got, remedy, error=ConfigurationError)
     return runs[0].configuration
 
 
@@ -245,11 +238,6 @@ def _typical_models(run: Result, configuration: Configuration) -> np.ndarray:
 
 def _place(run: Result) -> str:
     return "" if run.path is None else f" [{run.path}]"
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def _word(agreement: float) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
 from turing_learning.coevolution import batch_sizes
 from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.errors import brief, require
 from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
 from turing_learning.store import RunFolderError
@@ -229,6 +230,8 @@ class Result(Tabular):
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
+        fits = isinstance(path, str | Path | None) and "\0" not in str(path)
+        require(fits, "path", "be the path of an HTML file", brief(path), error=ConfigurationError)
         origin = self._there()
         target = self.path / "report.html" if path is None and self.path is not None else Path(path or "")
         if path is not None:

@@ -14,7 +14,7 @@ from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
-from turing_learning.errors import refusing_as, require, said
+from turing_learning.errors import brief, refusing_as, require, said
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
@@ -191,6 +191,8 @@ class Run:
             What else the manifest holds.
         """
         more = dict(entries or {})
+        fits = isinstance(out, str | Path | None) and "\0" not in str(out)
+        require(fits, "out", "be a folder, or None", brief(out), error=RunFolderError)
         if source is None:
             with refusing_as(ConfigurationError):
                 source = configuration.system.open(Given())
@@ -690,7 +692,7 @@ def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) ->
     RunFolderError
         If the folder is not a run, or has not been saved for the first time.
     """
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     give_parts(folder, models, classifier)
     configuration = folder.configuration()
     finished = folder.manifest()["state"] == FINISHED

@@ -1,6 +1,5 @@
 """One trial of a scenario, to look at."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.config import ConfigurationError, nearest, require_whole_cycles
+from turing_learning.errors import brief, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 LONGEST_S = 3600.0
 MOST_ROBOTS = 1000
+LARGEST_SPEED = 1e6  # of a controller, in maximum speeds
 FILM_SPEED = 10.0  # seconds of the swarm's time in one second of film
 SUFFIXES = (".html", ".gif", ".mp4")
 
@@ -68,11 +69,26 @@ def trial_replay(
     """
     from ._present import swarm_replay
 
-    _check(scenario, controller, robots, duration_s, seed)
-    if threads is not None and threads < 1:
-        raise ConfigurationError(f"`threads` must be an integer of at least 1; got {threads}.")
+    states, count = ReactiveModel(scenario.sensor.states), len(scenario.controller)
+    if controller is not None:
+        try:
+            speeds = np.asarray(controller, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            speeds = np.empty(0)
+        rule, got = f"be {count} finite numbers ({', '.join(states.parameter_names)})", brief(controller)
+        fits = speeds.shape == (count,) and np.isfinite(speeds).all()
+        require(fits, "controller", rule, got, error=ConfigurationError)
+        rule = f"be at most {LARGEST_SPEED:g} in size"
+        require((np.abs(speeds) <= LARGEST_SPEED).all(), "controller", rule, got, error=ConfigurationError)
+    if robots is not None:
+        integer("robots", robots, 1, MOST_ROBOTS, error=ConfigurationError)
+    number("duration", duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
+    require_whole_cycles(scenario, duration_s)
+    integer("seed", seed, error=ConfigurationError)
+    if threads is not None:
+        integer("threads", threads, 1, error=ConfigurationError)
     own = controller is None
-    genome = np.asarray(scenario.controller if own else controller, dtype=float)
+    genome = np.asarray(scenario.controller) if controller is None else speeds
     poses = initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots)
     return swarm_replay(
         scenario,
@@ -85,25 +101,6 @@ def trial_replay(
         seed=seed,
         threads=threads,
     )
-
-
-def _check(
-    scenario: Scenario, controller: Sequence[float] | None, robots: int | None, duration_s: float, seed: int
-) -> None:
-    if controller is not None:
-        expected = len(scenario.controller)
-        if len(controller) != expected or not all(map(math.isfinite, controller)):
-            names = ", ".join(ReactiveModel(scenario.sensor.states).parameter_names)
-            raise ConfigurationError(
-                f"`controller` must be {expected} finite numbers ({names}); got {list(controller)}."
-            )
-    if robots is not None and not 1 <= robots <= MOST_ROBOTS:
-        raise ConfigurationError(f"`robots` must be between 1 and {MOST_ROBOTS}; got {robots}.")
-    if not 0 < duration_s <= LONGEST_S:
-        raise ConfigurationError(f"`duration` must be above 0 and at most {LONGEST_S:g} s; got {duration_s:g}.")
-    require_whole_cycles(scenario, duration_s)
-    if seed < 0:
-        raise ConfigurationError(f"`seed` must be greater than or equal to 0; got {seed}.")
 
 
 def refuse_film_path(path: Path, *, force: bool) -> None:

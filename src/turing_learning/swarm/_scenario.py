@@ -185,7 +185,9 @@ class Trial:
         """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
         cycles = duration_s / self.control_interval_s
         rule = f"be a whole number of control intervals of {self.control_interval_s} s"
-        require(round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6, name, rule, duration_s)
+        require(
+            math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6, name, rule, duration_s
+        )
         return round(cycles)
 
 

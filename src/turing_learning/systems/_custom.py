@@ -18,6 +18,7 @@ from ._genuine import Genuine, cut_samples, observed, shown
 from ._system import CustomSystemError, FailureLog, Given, Source
 
 _LOGGER = logging.getLogger("turing_learning")
+MOST = 10**9  # samples, steps or calls
 TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that count as the same
 LARGEST_DECADE = 300.0
 """A summary on a logarithmic scale is at most so many decades from 1."""
@@ -108,7 +109,8 @@ class CustomSystem:
         different = len(set(self.signals)) == len(self.signals)
         require(different, "signals", "have different names", ", ".join(self.signals))
         for name, least in (("steps", 1), ("samples", 0), ("samples_per_generation", 0), ("batches", 0)):
-            integer(name, getattr(self, name), least)
+            if integer(name, getattr(self, name), least) > MOST:
+                refuse(name, f"be at most {MOST}", getattr(self, name))
         require(self.interval_s >= 0, "interval_s", "be at least 0", self.interval_s)
         known = self.headings in ("", "with", "without")
         require(known, "headings", 'be "with", "without" or empty', brief(self.headings))

@@ -131,6 +131,8 @@ def _parameters(given: Any) -> dict[str, Parameter]:
                 value = Parameter(*bounds)
             except ValueError as error:
                 raise RefusedError(f"{error} [parameter {name!r}]") from error
+            except OverflowError:
+                refuse("parameters", rule, "one too large", place=place)
         found[name] = value
     return found
 

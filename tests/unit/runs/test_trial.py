@@ -27,13 +27,13 @@ def test_a_given_controller_is_executed():
     [
         ({"controller": [1.0]}, r"`controller` must be 4 finite numbers \(vl0, vr0, vl1, vr1\); got \[1.0\]."),
         ({"controller": [1.0, 1.0, 1.0, float("nan")]}, "`controller` must be 4 finite numbers"),
-        ({"robots": 0}, "`robots` must be between 1 and 1000; got 0."),
-        ({"duration_s": 0.0}, "`duration` must be above 0 and at most 3600 s; got 0."),
-        ({"duration_s": float("nan")}, "`duration` must be above 0 and at most 3600 s; got nan."),
+        ({"robots": 0}, "`robots` must be an integer from 1 to 1000; got 0."),
+        ({"duration_s": 0.0}, "`duration` must be a finite number above 0 and of at most 3600; got 0."),
+        ({"duration_s": float("nan")}, "`duration` must be a finite number above 0 and of at most 3600; got nan."),
         ({"duration_s": 0.01}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 0\.01\."),
         ({"duration_s": 3.05}, r"`duration` must be a whole number of control intervals of 0\.1 s; got 3\.05\."),
         ({"threads": 0}, "`threads` must be an integer of at least 1; got 0."),
-        ({"seed": -1}, "`seed` must be greater than or equal to 0; got -1."),
+        ({"seed": -1}, "`seed` must be an integer of at least 0; got -1."),
     ],
 )
 def test_a_trial_that_cannot_be_is_refused(arguments, message):
