@@ -47,14 +47,8 @@ class Scorer(Protocol):
 class Eye:
     """A way to look at windows, and to learn from normal individuals what is usual.
 
-    Attributes
-    ----------
-    name
-        For tables.
-    describe
-        Windows (K, T, D) -> features (K, F).
-    learn
-        (recordings, who of each counts, relative to fellows) -> `Scorer`.
+    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts, and whether individuals
+    are seen relative to their fellows.
     """
 
     name: str
@@ -157,22 +151,16 @@ class Standing:
 
     Attributes
     ----------
-    individual
-        Its name.
-    rank
-        1 for the most abnormal.
+    individual, rank, windows
+        Its name, 1 for the most abnormal, and the number of its windows W.
     score
         Mean of `shares`; NaN without windows.
     p_value
         Share of normal individuals with so high a score, the individual itself counted; NaN where none are known.
     abnormal
         Whether the p-value is at most the level; None where no level can be promised.
-    windows
-        Their number.
-    shares : (W,)
-        What each window adds to the score.
-    flagged : (W,) bool
-        The stretch of windows that makes an abnormal individual abnormal.
+    shares, flagged : (W,)
+        What each window adds to the score, and whether it belongs to the stretch that makes an individual abnormal.
     """
 
     individual: str
@@ -187,14 +175,10 @@ class Standing:
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """What one way to look says.
+    """What one way to look says, by its `name`, of the individuals in the order of the motion.
 
     Attributes
     ----------
-    name
-        Of the way.
-    individuals
-        In the order of the motion.
     area
         Probability that a case that is known to be abnormal scores above a normal individual; None without such cases.
     called
@@ -251,23 +235,19 @@ class Detection:
                 f"{self.normal + 1}, {self.level:.2g}. An individual is called abnormal if its score is above all of theirs."
             )
         if self.level is not None:
-            where = {0: "Of the", 1: "On your normal recording"}.get(self.recordings, "On your normal recordings")
-            of = (
-                f"{first.called:.3g} of {self.normal} individuals"
-                if self.recordings
-                else f"{self.normal} normal individuals"
+            many = "s" * (self.recordings > 1)
+            who = f"On your normal recording{many} {first.called:.3g} of {self.normal} individuals"
+            said.append(
+                f"{who if self.recordings else f'Of the {self.normal} normal individuals {first.called:.3g}'} would have been "
+                "called abnormal."
             )
-            also = "" if self.recordings else f" {first.called:.3g}"
-            said.append(f"{where} {of}{also} would have been called abnormal.")
-        compared = ", ".join(
-            each.name if each.area is None else f"{each.name} {each.area:.3f}" for each in self.rankings
-        )
+        areas = {each.name: each.area for each in self.rankings}
+        compared = ", ".join(name if area is None else f"{name} {area:.3f}" for name, area in areas.items())
         if not self.cases:
             return (*said, f"Also looked at: {compared}.")
-        areas = {each.name: each.area or 0.0 for each in self.rankings}
-        rivals = [area for name, area in areas.items() if name not in (CLASSIFIERS, TOGETHER)]
+        rivals = [area or 0.0 for name, area in areas.items() if name not in (CLASSIFIERS, TOGETHER)]
         if CLASSIFIERS in areas and rivals:
-            beat = "beat" if areas[CLASSIFIERS] > max(rivals) else "do not beat"
+            beat = "beat" if (areas[CLASSIFIERS] or 0.0) > max(rivals) else "do not beat"
             said.append(f"The classifiers {beat} the baselines by {self.cases}; area under the curve: {compared}.")
         return tuple(said)
 

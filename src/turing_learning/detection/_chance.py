@@ -31,10 +31,6 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     scores : (individuals, S)
         Of the samples of each individual.
 
-    Returns
-    -------
-    (individuals,)
-
     Source
     ------
     Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.

@@ -9,11 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.coevolution import Classifier
-from turing_learning.config import (
-    ConfigurationError,
-    classifier_of,
-    load_configuration,
-)
+from turing_learning.config import ConfigurationError, classifier_of, load_configuration
 from turing_learning.errors import refuse, require
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step

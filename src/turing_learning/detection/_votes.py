@@ -203,19 +203,14 @@ class Detector:
         return self.jury.weights
 
     def judge(self, samples: np.ndarray) -> np.ndarray:
-        """Return the scores (S,) of samples (S, T, D): the weighted shares of the votes that say genuine, 0 to 1."""
+        """Return the weighted shares (S,) of the votes that say genuine, 0 to 1, of samples (S, T, D)."""
         return self._judge_all(np.asarray(samples)[None], "samples")[0]
 
     def p_values(self, motion: np.ndarray) -> np.ndarray:
         """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
 
         The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the calibration, with a mean
-        score that is as low or lower. If samples are independent, no more genuine individuals than q have a p-value of at most q,
-        whatever the distribution of scores, and however many samples there are.
-
-        Source
-        ------
-        Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
+        score that is as low or lower: see `_chance.p_values`.
         """
         return p_values(self.genuine_scores, self._judge_all(motion, "motion"))
 
@@ -237,13 +232,11 @@ class Detector:
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
 
-        It does if its p-value is at most the share of false alarms, see `p_values`; by the rule "unanimous", if all of its samples
-        are judged counterfeit. If nobody could be called abnormal, or the detector does not tell the motion apart that it was
-        calibrated with, a warning is logged, with the numbers.
-
-        The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest (Page, Continuous
-        inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between the mean scores of
-        genuine and of abnormal samples.
+        It does if its p-value is at most the share of false alarms; by the rule "unanimous", if all of its samples are judged
+        counterfeit. A warning is logged if nobody could be called abnormal, or the detector is blind to the motion of its
+        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest
+        (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between
+        the mean scores of genuine and of abnormal samples.
 
         Parameters
         ----------
@@ -270,14 +263,7 @@ class Detector:
         length, is stronger than a threshold, placed where the stated share of genuine individuals with as many windows would be
         called so, if windows are independent. All rules keep to that rate here. Warnings are logged as by `verdicts`.
 
-        Parameters
-        ----------
-        motion
-            From `recorded_motion`.
-
-        Source
-        ------
-        Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
+        Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
         counts = [len(samples) for samples in motion.samples]
         scores = np.split(self.judge(np.concatenate(motion.samples)), np.cumsum(counts)[:-1])
@@ -354,18 +340,10 @@ def check_rule(rule: str) -> None:
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
-    """Return the weights (N,) of classifiers, none below 0, with the sum 1.
+    """Return the weights (N,) of classifiers, none below 0, with the sum 1, by whether each judges samples genuine (N, individuals,
+    samples).
 
-    Parameters
-    ----------
-    rule
-        One of `RULES`; which classifiers there are is not decided here.
-    genuine, abnormal : (N, individuals, samples) bool
-        Whether each classifier judges each sample genuine.
-
-    Source
-    ------
-    Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
+    Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
     """
     if rule == "fittest" and len(genuine):
         return np.full(len(genuine), 1 / len(genuine))

@@ -117,7 +117,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
         if not (path.is_file() or path.is_dir()):
             path.stat()  # says what is missing
             raise refusal("be a file", "a pipe or device", path, "Write what comes out of it to a file.")
-        chosen = _named(format) if format is not None else _find(path)
+        chosen = _find(path) if format is None else _ALL[FORMATS.index(choice("format", format, FORMATS))]
         if keypoint is not None and not chosen.has_keypoints:
             refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=source)
         name, recording = chosen.name, chosen.read(path, options)
@@ -148,16 +148,9 @@ def from_xarray(
     dataset
         With `position` (time, space, individuals), perhaps keypoints, and `confidence` and `heading` if there are some.
         NaN is missing.
-    fps, pixels_per_cm, y_axis
+    fps, pixels_per_cm, y_axis, keypoint
         As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it. Times in
         seconds state the frame rate, too.
-    keypoint
-        Which point stands for the animal, where there are several.
-
-    Raises
-    ------
-    ValueError
-        If dimensions are missing, or something is not stated, or stated twice and differently.
     """
     recording = read_dataset(dataset, keypoint, fps, y_axis)
     software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
@@ -235,11 +228,6 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _named(name: str) -> Format:
-    by_name = {one.name: one for one in _ALL}
-    return by_name[choice("format", name, FORMATS)]
-
-
 def _find(path: Path) -> Format:
     """Return the one format that the content has."""
     glance = _look(path)
@@ -264,7 +252,7 @@ def _numbers(line: str) -> bool:
 
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance(folder=tuple(_trex.archive_names(file) for file in _trex.files_of(path)))
+        return Glance("npz", names=tuple(_trex.archive_names(file) for file in _trex.files_of(path)))
     with path.open("rb") as file:
         head = file.read(1 << 16)
     if not head:
@@ -273,16 +261,14 @@ def _look(path: Path) -> Glance:
         from .readers._shared import member, open_hdf5
 
         with open_hdf5(path) as content:
-            names = frozenset(content)
-            return Glance(
-                datasets=names, pandas=any("pandas_type" in member(content, name, path).attrs for name in names)
-            )
+            tables = [name for name in content if "pandas_type" in member(content, name, path).attrs]
+            return Glance("hdf5", names=(frozenset([*content, *(["pandas_type"] if tables else [])]),))
     if head.startswith(b"PK\x03\x04"):
-        return Glance(arrays=_trex.archive_names(path))
+        return Glance("npz", names=(_trex.archive_names(path),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
-        return Glance(npy=head.startswith(b"\x93"), netcdf3=head.startswith(b"CDF"))
+        return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     refuse_utf16(head, path)
-    return Glance(lines=_first_lines(path))
+    return Glance("text", lines=_first_lines(path))
 
 
 def _first_lines(path: Path) -> tuple[str, ...]:

@@ -18,16 +18,7 @@ which two steps exceed, both of more than 230."""
 class Jump:
     """A step that is too long: perhaps two identities exchanged.
 
-    Attributes
-    ----------
-    individual
-        Name.
-    frame
-        Number of the frame before the step.
-    distance
-        Length of the step, in the unit of the recording.
-    times_typical
-        The same in typical steps.
+    `frame` is the number of the frame before it; `distance` is in the unit of the recording, `times_typical` in typical steps.
     """
 
     individual: str

@@ -78,27 +78,25 @@ class Glance:
 
     Attributes
     ----------
+    kind
+        "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3".
     lines
         The first lines of a text file.
-    arrays
-        Names of the arrays in an npz file.
-    datasets
-        Names at the top of an HDF5 file.
-    folder
-        Names of the arrays in each npz file of a folder.
-    npy, netcdf3
-        Whether it is an npy file, or one of NetCDF 3.
-    pandas
-        Whether it is an HDF5 file with a table of pandas.
+    names
+        Of what is at the top of an HDF5 file, with "pandas_type" if there is a table of pandas; or of the arrays in each archive.
     """
 
+    kind: str
     lines: tuple[str, ...] = ()
-    arrays: frozenset[str] = frozenset()
-    datasets: frozenset[str] = frozenset()
-    folder: tuple[frozenset[str], ...] = ()
-    npy: bool = False
-    netcdf3: bool = False
-    pandas: bool = False
+    names: tuple[frozenset[str], ...] = ()
+
+    def cells(self, separator: str) -> list[str]:
+        """Return the cells of the first line."""
+        return [name.strip().strip('"') for name in self.lines[0].split(separator)] if self.lines else []
+
+    def holds(self, *names: str) -> bool:
+        """Return whether an HDF5 file has all of these names."""
+        return self.kind == "hdf5" and set(names) <= self.names[0]
 
 
 def refusal(rule: str, received: object, place: object, remedy: Text = "") -> RefusedError:
@@ -152,6 +150,8 @@ def assemble(
 ) -> Recording:
     """Sort rows into arrays by frame and individual.
 
+    Frames that are no whole numbers or too far apart, rows without a name, absurd coordinates and contradictions are refused.
+
     Parameters
     ----------
     frames, names, positions : (rows,), (rows,), (rows, 2)
@@ -162,12 +162,6 @@ def assemble(
         "confidence", "headings" (rows,).
     twice
         What to do where rows contradict each other.
-
-    Raises
-    ------
-    ValueError
-        If a frame is no whole number from 0, an individual has no name, a coordinate is absurd, two rows
-        contradict each other, or frames are so few and so far apart that they cannot be frame numbers.
     """
     extras = extras or {}
     whole = np.isfinite(frames) & (frames >= 0) & (frames <= LARGEST)

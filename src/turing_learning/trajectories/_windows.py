@@ -93,15 +93,9 @@ class Windows:
 
 
 def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
-    """Join windows of several recordings, whose individuals are different ones.
+    """Join windows of several recordings, measured alike, whose individuals are different ones.
 
-    Parameters
-    ----------
-    parts
-        Windows of each recording, of one length, with the same signals and frame rate.
-    hold_out
-        Which recordings, from 0, are for testing alone, the others for learning alone; without any, held-out windows are those of
-        each recording.
+    The parts `hold_out`, from 0, are for testing alone, the others for learning alone then.
     """
     first = parts[0]
     for k, part in enumerate(parts):

@@ -31,17 +31,10 @@ def _separator(line: str) -> str:
 
 
 def _names(glance: Glance) -> set[str]:
-    line = glance.lines[0] if glance.lines else ""
-    return {name.strip().strip('"').lower() for name in line.split(_separator(line))}
+    return {name.lower() for name in glance.cells(_separator(glance.lines[0]))} if glance.lines else set()
 
 
-def recognizes_tracktor(glance: Glance) -> bool:
-    """Whether the header names frame, pos_x and pos_y."""
-    return {"frame", "pos_x", "pos_y"} <= _names(glance)
-
-
-def recognizes_tidy(glance: Glance) -> bool:
-    """Whether the header names frame or time, x and y, in any case."""
+def _is_tidy(glance: Glance) -> bool:
     return {"x", "y"} <= _names(glance) and not _names(glance).isdisjoint(("frame", *TIME))
 
 
@@ -127,5 +120,5 @@ def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.
     return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
 
 
-TRACKTOR_FORMAT = Format("tracktor", recognizes_tracktor, read_tracktor)
-TIDY_FORMAT = Format("tidy", recognizes_tidy, read_tidy)
+TRACKTOR_FORMAT = Format("tracktor", lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance), read_tracktor)
+TIDY_FORMAT = Format("tidy", _is_tidy, read_tidy)

@@ -18,15 +18,9 @@ Labels = list[tuple[str, ...]]
 """Of each column: scorer, perhaps individual, body part and coordinate."""
 
 
-def recognizes_csv(glance: Glance) -> bool:
-    """Whether the header lines begin scorer, (individuals,) bodyparts, coords."""
+def _is_csv(glance: Glance) -> bool:
     first = [line.split(",")[0] for line in glance.lines[:4]]
     return first == SEVERAL or first[:3] == SINGLE
-
-
-def recognizes_h5(glance: Glance) -> bool:
-    """Whether there is a table of pandas."""
-    return glance.pandas
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -129,5 +123,5 @@ def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
     return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
 
 
-CSV_FORMAT = Format("deeplabcut", recognizes_csv, read_csv, has_keypoints=True)
-H5_FORMAT = Format("deeplabcut-h5", recognizes_h5, read_h5, has_keypoints=True)
+CSV_FORMAT = Format("deeplabcut", _is_csv, read_csv, has_keypoints=True)
+H5_FORMAT = Format("deeplabcut-h5", lambda glance: glance.holds("pandas_type"), read_h5, has_keypoints=True)

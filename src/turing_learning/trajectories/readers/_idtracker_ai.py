@@ -6,19 +6,9 @@ from typing import Any
 import numpy as np
 
 from turing_learning.errors import refuse
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Options, Recording, refusal
 
 from ._shared import check_rate, dataset, from_array, member, open_hdf5
-
-
-def recognizes_h5(glance: Glance) -> bool:
-    """Whether there is a dataset `trajectories`."""
-    return "trajectories" in glance.datasets
-
-
-def recognizes_npy(glance: Glance) -> bool:
-    """Whether it is an npy file."""
-    return glance.npy
 
 
 def read_h5(path: Path, options: Options) -> Recording:
@@ -72,5 +62,5 @@ def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, p
     return from_array(positions, names, place, confidence=scores, fps=fps)
 
 
-H5_FORMAT = Format("idtracker.ai-h5", recognizes_h5, read_h5)
-NPY_FORMAT = Format("idtracker.ai-npy", recognizes_npy, read_npy)
+H5_FORMAT = Format("idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_h5)
+NPY_FORMAT = Format("idtracker.ai-npy", lambda glance: glance.kind == "npy", read_npy)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.errors import brief, refuse
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, refusal
+from turing_learning.trajectories._recording import Format, Options, Recording, YAxis, refusal
 
 from ._shared import MOST_NUMBERS, RATE_DIGITS, check_rate, choose, from_array, member, open_hdf5, text, texts
 
@@ -17,11 +17,6 @@ if TYPE_CHECKING:
 
 DAMAGED = "The file may be cut off or damaged."
 VARIABLES = ("position", "confidence", "heading")
-
-
-def recognizes(glance: Glance) -> bool:
-    """Whether it is NetCDF 3, or HDF5 with `position` and `space`."""
-    return glance.netcdf3 or {"position", "space"} <= glance.datasets
 
 
 def read(path: Path, options: Options) -> Recording:
@@ -180,4 +175,6 @@ def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
         refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}")
 
 
-FORMAT = Format("movement", recognizes, read, has_keypoints=True)
+FORMAT = Format(
+    "movement", lambda glance: glance.kind == "netcdf3" or glance.holds("position", "space"), read, has_keypoints=True
+)

@@ -173,11 +173,6 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
     if keypoint is None and len(names) == 1:
         return names[0]
     if keypoint is None or keypoint not in names:
-        refuse(
-            "keypoint",
-            f"be one of {', '.join(names)}",
-            brief(keypoint),
-            "Say which point of the body stands for the animal.",
-            place=str(place),
-        )
+        remedy = "Say which point of the body stands for the animal."
+        refuse("keypoint", f"be one of {', '.join(names)}", brief(keypoint), remedy, place=str(place))
     return keypoint

@@ -6,16 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, refusal
+from turing_learning.trajectories._recording import Format, Options, Recording, refusal
 
 from ._shared import choose, dataset, from_array, member, open_hdf5, texts
 
 DIMENSIONS = ["track", "xy", "node", "frame"]
-
-
-def recognizes(glance: Glance) -> bool:
-    """Whether there are `tracks` and `node_names`."""
-    return {"tracks", "node_names"} <= glance.datasets
 
 
 def read(path: Path, options: Options) -> Recording:
@@ -57,4 +52,4 @@ def _scores(file: Any, tracks: np.ndarray, node: int, path: Path) -> np.ndarray 
     return dataset(file, "point_scores", 3, path)[:, node].T
 
 
-FORMAT = Format("sleap", recognizes, read, has_keypoints=True)
+FORMAT = Format("sleap", lambda glance: glance.holds("tracks", "node_names"), read, has_keypoints=True)

@@ -17,17 +17,7 @@ LONGEST_LINE = 1 << 22
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Columns of a table.
-
-    Attributes
-    ----------
-    numbers : (rows, columns)
-        Not a number where a cell is empty or says so.
-    texts
-        The text columns, cell by cell.
-    place
-        Row -> where it is.
-    """
+    """Columns of a table: numbers (rows, columns), not a number where a cell is empty or says so; texts; and where a row is."""
 
     numbers: np.ndarray
     texts: tuple[list[str], ...]
@@ -36,17 +26,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table by the names of its columns, whether a file or a `DataFrame`.
-
-    Attributes
-    ----------
-    names
-        Of the columns.
-    read
-        Called with `numbers` and `texts`, the places of columns that are read as such.
-    place
-        Where the names are.
-    """
+    """A table by the names of its columns, which are at `place`; `read` is called with the places of `numbers` and `texts`."""
 
     names: list[str]
     read: Callable[..., Table]
@@ -127,21 +107,8 @@ def read_sheet(path: Path, separator: str) -> Sheet:
 def read_table(
     path: Path, separator: str, width: int, *, skip: int, numbers: Sequence[int], texts: Sequence[int] = ()
 ) -> Table:
-    """Read columns of a text file.
-
-    Parameters
-    ----------
-    width
-        Number of cells in each row; a separator may follow the last.
-    skip
-        Number of header lines.
-    numbers, texts
-        Places of the columns to be read.
-
-    Raises
-    ------
-    ValueError
-        If a row has another number of cells, a number is none, or there is no row; with file and line.
+    """Read columns of a text file, by their places, after `skip` header lines; rows have `width` cells, perhaps with a separator
+    after the last. Whatever is wrong is refused with file and line.
     """
     import pandas as pd
 

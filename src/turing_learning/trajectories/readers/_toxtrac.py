@@ -11,9 +11,7 @@ from ._text import read_table
 
 def recognizes(glance: Glance) -> bool:
     """Whether the first line is six numbers between tabs: frame, arena, track, x, y, label."""
-    if not glance.lines:
-        return False
-    row = glance.lines[0].split("\t")
+    row = glance.cells("\t")
     try:
         numbers = [float(cell) for cell in row[:6]]
     except ValueError:

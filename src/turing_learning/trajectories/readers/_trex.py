@@ -3,11 +3,13 @@
 import struct
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, natural, refusal
+from turing_learning.trajectories._recording import Format, Options, Recording, assemble, natural, refusal
 
 from ._shared import check_rate, check_unpacked, choose, stated_rate
 
@@ -36,11 +38,6 @@ def _is_track(arrays: frozenset[str]) -> bool:
     return "frame" in arrays and bool(points(arrays))
 
 
-def recognizes(glance: Glance) -> bool:
-    """Whether there are arrays `frame`, X and Y, in the file or in files of the folder."""
-    return _is_track(glance.arrays) or any(_is_track(arrays) for arrays in glance.folder)
-
-
 def read(path: Path, options: Options) -> Recording:
     """Read X, Y (cm) by `frame` of each individual; infinity or `missing` marks frames without a position.
 
@@ -55,7 +52,8 @@ def read(path: Path, options: Options) -> Recording:
     if not tracks:
         raise refusal("hold arrays `frame`, X and Y", "none", path)
     individuals = [_individual(file, arrays, options) for file, arrays in tracks.items()]
-    names = _names(list(tracks))
+    short = [file.stem.rpartition("_")[2] for file in tracks]
+    names = short if len(set(short)) == len(short) else [file.stem for file in tracks]
     rates = {rate for *_, rate in individuals if rate is not None}
     if len(rates) > 1:
         raise refusal("state one frame rate for all individuals", sorted(rates), path)
@@ -66,20 +64,22 @@ def read(path: Path, options: Options) -> Recording:
         file = int(np.searchsorted(starts, row, side="right")) - 1
         return f"{list(tracks)[file]}, index {row - starts[file]}"
 
-    positions = np.concatenate([xy for _, xy, *_ in individuals])
-    headings, remarks = _headings([angle for _, _, angle, _ in individuals], positions)
+    frames, positions = (np.concatenate([each[k] for each in individuals]) for k in (0, 1))
+    angles = [angle for _, _, angle, _ in individuals if angle is not None]
+    extras: dict[str, np.ndarray] = {}
+    remarks: tuple[str, ...] = ()
+    if len(angles) == len(individuals):
+        headings = np.concatenate(angles)
+        unknown = int((~np.isfinite(headings) & ~np.isnan(positions[:, 0])).sum())
+        if unknown:
+            remarks = (f"headings are left out: {unknown} positions come without one",)
+        else:
+            extras["headings"] = np.where(np.isfinite(headings), headings, 0.0)
     other = len(contents) - len(tracks)
     remarks += (f"{other} npz files of the folder hold no track",) if other else ()
-    return assemble(
-        np.concatenate([frames for frames, *_ in individuals]),
-        [name for name, length in zip(names, lengths, strict=True) for _ in range(length)],
-        positions,
-        place,
-        extras={} if headings is None else {"headings": headings},
-        fps=rates.pop() if rates else None,
-        unit="cm",
-        remarks=remarks,
-    )
+    who = [name for name, length in zip(names, lengths, strict=True) for _ in range(length)]
+    rate = rates.pop() if rates else None
+    return assemble(frames, who, positions, place, extras=extras, fps=rate, unit="cm", remarks=remarks)
 
 
 def files_of(folder: Path) -> list[Path]:
@@ -92,28 +92,30 @@ def archive_names(path: Path) -> frozenset[str]:
     return frozenset(name.removesuffix(".npy") for name in _sizes(path))
 
 
-def _sizes(path: Path) -> dict[str, int]:
-    """Return name -> size of the members, whose names are those of the archive's directory and their own; none is damage, too."""
+@contextmanager
+def _opening(path: Path) -> Iterator[None]:
     try:
-        with zipfile.ZipFile(path) as archive:
-            for item in archive.infolist():
-                archive.open(item).close()
-            sizes = {item.filename: item.file_size for item in archive.infolist()}
+        yield
     except _DAMAGE as error:
         raise refusal("be a whole npz file", str(error)[:120], path, "The file may be cut off or damaged.") from None
-    if not sizes:
-        raise refusal("be a whole npz file", "no arrays in it", path, "The file may be cut off or damaged.")
-    return sizes
+
+
+def _sizes(path: Path) -> dict[str, int]:
+    """Return name -> size of the members, whose names are those of the archive's directory and their own; none is damage, too."""
+    with _opening(path), zipfile.ZipFile(path) as archive:
+        for item in archive.infolist():
+            archive.open(item).close()
+        sizes = {item.filename: item.file_size for item in archive.infolist()}
+        if not sizes:
+            raise zipfile.BadZipFile("no arrays in it")
+        return sizes
 
 
 def load_arrays(path: Path) -> dict[str, np.ndarray]:
     """Return the arrays that make a track from an npz file; no pickle is read."""
     check_unpacked(sum(_sizes(path).values()), path, MOST_BYTES)
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
-    except _DAMAGE as error:
-        raise refusal("be a whole npz file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+    with _opening(path), np.load(path, allow_pickle=False) as archive:
+        return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
 
 
 def _individual(
@@ -121,52 +123,27 @@ def _individual(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None, float | None]:
     """Return frames, positions (not a number where missing), headings and frame rate."""
     available = points(frozenset(arrays))
-    wanted = options.keypoint or (CENTROID if CENTROID in available else None)
-    point = choose(wanted, available, path)
-    columns = {
-        "frame": "frame",
-        "x": _key("X", point),
-        "y": _key("Y", point),
-        "missing": "missing",
-        "angle": "ANGLE",
-        "time": "time",
-    }
-    values = {key: _column(arrays, name, path) for key, name in columns.items() if name in arrays}
+    point = choose(options.keypoint or (CENTROID if CENTROID in available else None), available, path)
+    columns = {"x": _key("X", point), "y": _key("Y", point), "angle": "ANGLE"}
+    columns |= {name: name for name in ("frame", "missing", "time")}
+    values = {}
+    for key, name in columns.items():
+        if name in arrays:
+            column = arrays[name]
+            if column.ndim != 1 or column.dtype.kind not in "fiub":
+                raise refusal("hold lists of numbers", f"{column.dtype} {column.shape}", f"{path}, array {name}")
+            values[key] = column.astype(np.float64)
     lengths = {key: len(column) for key, column in values.items()}
     if len(set(lengths.values())) > 1 or not lengths["frame"]:
         raise refusal("have arrays of one length, not empty", lengths, path)
     positions = np.column_stack([values["x"], values["y"]])
-    absent = np.isinf(positions).any(axis=1) | (values.get("missing", np.zeros(1)) != 0)
-    positions[absent] = np.nan
+    positions[np.isinf(positions).any(axis=1) | (values.get("missing", np.zeros(1)) != 0)] = np.nan
     rate = check_rate(arrays["frame_rate"], path) if "frame_rate" in arrays else None
     if rate is None and "time" in values:
         rate = stated_rate(values["time"], values["frame"])
     return values["frame"], positions, values.get("angle"), rate
 
 
-def _column(arrays: dict[str, np.ndarray], name: str, path: Path) -> np.ndarray:
-    column = arrays[name]
-    if column.ndim != 1 or column.dtype.kind not in "fiub":
-        raise refusal("hold lists of numbers", f"{column.dtype} {column.shape}", f"{path}, array {name}")
-    return column.astype(np.float64)
-
-
-def _names(files: list[Path]) -> list[str]:
-    """Return what follows the last underscore of each file's name, or the whole name where that is not enough."""
-    short = [file.stem.rpartition("_")[2] for file in files]
-    return short if len(set(short)) == len(short) else [file.stem for file in files]
-
-
-def _headings(angles: list[np.ndarray | None], positions: np.ndarray) -> tuple[np.ndarray | None, tuple[str, ...]]:
-    """Return the headings (rows,) if there is one wherever a position is."""
-    known = [angle for angle in angles if angle is not None]
-    if len(known) < len(angles):
-        return None, ()
-    headings = np.concatenate(known)
-    unknown = ~np.isfinite(headings) & ~np.isnan(positions[:, 0])
-    if unknown.any():
-        return None, (f"headings are left out: {int(unknown.sum())} positions come without one",)
-    return np.where(np.isfinite(headings), headings, 0.0), ()
-
-
-FORMAT = Format("trex", recognizes, read, has_keypoints=True)
+FORMAT = Format(
+    "trex", lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)), read, has_keypoints=True
+)

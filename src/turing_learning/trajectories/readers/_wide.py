@@ -15,15 +15,9 @@ from ._text import Sheet, read_sheet
 COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
 
 
-def recognizes_idtracker(glance: Glance) -> bool:
-    """Whether the header begins X1, Y1, ProbId1."""
-    return bool(glance.lines) and glance.lines[0].split("\t")[:3] == ["X1", "Y1", "ProbId1"]
-
-
-def recognizes_csv(glance: Glance) -> bool:
-    """Whether the header begins x1, y1, with or without a time before."""
-    names = [name.strip() for name in glance.lines[0].split(",")] if glance.lines else []
-    return names[:2] == ["x1", "y1"] or (names[:1] in (["time"], ["seconds"]) and names[1:3] == ["x1", "y1"])
+def _is_csv(glance: Glance) -> bool:
+    names = glance.cells(",")
+    return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else []) if names else False
 
 
 def read_idtracker(path: Path, options: Options) -> Recording:
@@ -129,5 +123,5 @@ def _attribute(path: Path) -> float | None:
     return None if rate is None else check_rate(rate, beside)
 
 
-IDTRACKER_FORMAT = Format("idtracker", recognizes_idtracker, read_idtracker)
-CSV_FORMAT = Format("idtracker.ai-csv", recognizes_csv, read_csv)
+IDTRACKER_FORMAT = Format("idtracker", lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"], read_idtracker)
+CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
