@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from turing_learning.errors import nearest, refuse, refusing_as, require
+from turing_learning.errors import Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
     from turing_learning.families import Family, Replicates
@@ -128,10 +128,11 @@ class Recording(Tracks):
         from turing_learning.families import FAMILIES, as_recorded
         from turing_learning.trajectories import pooled_windows
 
-        if not self.trajectories or self.model is None:
-            missing = "--trajectories" if not self.trajectories else "--model"
-            example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
-            refuse(missing, "be given for recorded motion", "none", example)
+        example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
+        if not self.trajectories:
+            refuse("--trajectories", "be given for recorded motion", "none", example)
+        if self.model is None:
+            refuse("--model", "be given for recorded motion", "none", (example, *self._also(self.trajectories[0])))
         if self.model not in FAMILIES:
             refuse("--model", f"be one of {', '.join(FAMILIES)}", repr(self.model), nearest(self.model, FAMILIES))
         apart = _listed(self.hold_out_individuals, "--hold-out-individuals", "names")
@@ -160,6 +161,18 @@ class Recording(Tracks):
                 tanks = [_tank("recorded", each) for each in motion]
             family = as_recorded(chosen, motion, windows, tanks=tanks)
         return windows, family, motion
+
+    def _also(self, path: Path) -> tuple[Any, ...]:
+        """Return what else has to be given to read a file."""
+        from turing_learning.config import ConfigurationError
+
+        try:
+            self.read(path, "--trajectories")
+        except ConfigurationError as error:
+            if error.refusal is not None and error.refusal.rule == "be given":
+                more = error.refusal.remedy if isinstance(error.refusal.remedy, tuple) else (error.refusal.remedy,)
+                return (". Give ", Setting(error.refusal.name), ", too. ", *more)
+        return ()
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""

@@ -407,6 +407,10 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     [
         (["--model", "couzin"], "`--trajectories` must be given for recorded motion; got none."),
         (["--trajectories", TERMITES], "`--model` must be given for recorded motion; got none."),
+        (
+            ["--trajectories", TERMITES],
+            '--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm, "unknown" to stay in pixels.',
+        ),
         (["--trajectories", TERMITES, "--model", "couzn"], "got 'couzn'. Did you mean `couzin`?"),
         (["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"], "`--fps` must be given; got none"),
         (["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"], "`--scale` must be given; got none"),
