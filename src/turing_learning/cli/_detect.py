@@ -88,16 +88,14 @@ def detect(
     as_json
         Print JSON.
     """
-    from turing_learning.detection import Detector, RecordedMotion, holds_motion, plant_abnormal, run_classifiers
+    from turing_learning.detection import Detector, RecordedMotion, plant_abnormal, run_classifiers
     from turing_learning.detection import detect as judged_alike
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    recorded = motion is not None and (
-        motion.suffix.lower() not in MOTION_FILES or (bool(tracks.given) and not holds_motion(motion))
-    )
+    recorded = motion is not None and _tracks(motion, tracks) is not None
     if not recorded:
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
         for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
