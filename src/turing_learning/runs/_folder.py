@@ -81,6 +81,16 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
 
 
+class _Place:
+    """The path of a file or folder in a run folder."""
+
+    def __init__(self, name: str, description: str) -> None:
+        self._name, self.__doc__ = name, description
+
+    def __get__(self, folder: "RunFolder", kind: type | None = None) -> Path:
+        return self if folder is None else folder.path / self._name  # of the class, for its docs
+
+
 class RunFolder(Store):
     """Where a run keeps its files.
 
@@ -96,70 +106,21 @@ class RunFolder(Store):
         require(fits, "path", rule, brief(path), remedy, error=RunFolderError)
         super().__init__(path, _KIND)
 
-    @property
-    def configuration_path(self) -> Path:
-        """The resolved configuration (TOML)."""
-        return self.path / "config.toml"
-
-    @property
-    def manifest_path(self) -> Path:
-        """What ran where (JSON)."""
-        return self.path / "manifest.json"
-
-    @property
-    def result_path(self) -> Path:
-        """What was inferred (JSON)."""
-        return self.path / "result.json"
-
-    @property
-    def history_path(self) -> Path:
-        """Every generation's populations (Zarr)."""
-        return self.path / "history.zarr"
-
-    @property
-    def checkpoints_path(self) -> Path:
-        """From where a run goes on."""
-        return self.path / "checkpoints"
-
-    @property
-    def figures_path(self) -> Path:
-        """PNG and SVG pictures."""
-        return self.path / "figures"
-
-    @property
-    def report_path(self) -> Path:
-        """The page that shows it all."""
-        return self.path / "report.html"
-
-    @property
-    def laboratory_path(self) -> Path:
-        """The laboratory in which the run takes place (JSON); only such a run has one."""
-        return self.path / LABORATORY
-
-    @property
-    def motion_path(self) -> Path:
-        """Motion to calibrate detectors with (NumPy)."""
-        return self.path / CALIBRATION
-
-    @property
-    def trials_path(self) -> Path:
-        """Every trial that was observed in a laboratory."""
-        return self.path / "trials"
-
-    @property
-    def events_path(self) -> Path:
-        """What happened in the laboratory (a JSON object in each line)."""
-        return self.path / "events.jsonl"
-
-    @property
-    def post_evaluation_path(self) -> Path:
-        """What the last models are worth when they are observed again in the laboratory (JSON)."""
-        return self.path / "post_evaluation.json"
-
-    @property
-    def lock_path(self) -> Path:
-        """Held by the process that writes."""
-        return self.path / "lock"
+    configuration_path = _Place("config.toml", "The resolved configuration (TOML).")
+    manifest_path = _Place("manifest.json", "What ran where (JSON).")
+    result_path = _Place("result.json", "What was inferred (JSON).")
+    history_path = _Place("history.zarr", "Every generation's populations (Zarr).")
+    checkpoints_path = _Place("checkpoints", "From where a run is resumed.")
+    figures_path = _Place("figures", "PNG and SVG pictures.")
+    report_path = _Place("report.html", "The page that shows it all.")
+    laboratory_path = _Place(LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one.")
+    motion_path = _Place(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
+    trials_path = _Place("trials", "Every trial that was observed in a laboratory.")
+    events_path = _Place("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
+    post_evaluation_path = _Place(
+        "post_evaluation.json", "What the last models are worth when they are observed again (JSON)."
+    )
+    lock_path = _Place("lock", "Held by the process that writes.")
 
     def is_run(self) -> bool:
         """Return whether this is a run folder of any version."""
@@ -173,9 +134,8 @@ class RunFolder(Store):
         manifest = self.head()
         if not isinstance(manifest.get("state"), str):
             got = f"{self.path}, whose manifest has no state"
-            refuse(
-                "run", "be a run folder", got, "Restore the file.", place=str(self.manifest_path), error=RunFolderError
-            )
+            place, remedy = str(self.manifest_path), "Restore the file."
+            refuse("run", "be a run folder", got, remedy, place=place, error=RunFolderError)
         return manifest
 
     def begun(self) -> tuple[Any, Any]:
@@ -196,10 +156,9 @@ class RunFolder(Store):
         manifest = self.manifest()
         try:
             text = self.configuration_path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise RunFolderError(
-                f"`run` must hold its configuration; got {self.path} without a readable config.toml. Restore the file."
-            ) from error
+        except (OSError, UnicodeDecodeError):
+            got = f"{self.path} without a readable config.toml"
+            refuse("run", "hold its configuration", got, "Restore the file.", error=RunFolderError)
         remedy = "Restore it, or start a new run with `infer --config`."
         require(digest_of(text.encode()) == manifest.get("configuration_sha256"), "config.toml",
                 "be as it was when the run began", "a changed one", remedy, place=str(self.configuration_path),
@@ -244,19 +203,7 @@ class RunFolder(Store):
     def begin(
         self, configuration: Configuration, *, force: bool, files: Mapping[str, bytes] | None = None, **entries: Any
     ) -> None:
-        """Make this the folder of a new run; the caller holds the lock.
-
-        Parameters
-        ----------
-        configuration
-            Of the run.
-        force
-            Whether a run that is here already may be replaced.
-        files
-            Name -> content of what else the run needs.
-        entries
-            Further entries of the manifest.
-        """
+        """Make this the folder of a new run; the caller holds the lock. See `Run.begin`; `entries` are those of the manifest."""
         self.refuse_if_taken(force=force)
         if self.is_run():
             (self.path / "seals.txt").unlink(missing_ok=True)
@@ -279,13 +226,8 @@ class RunFolder(Store):
             except RunFolderError:  # which says more once it is tried
                 ahead = f"`{resume_command(self.path)}`"
             got = f"{self.path}, which holds a run"
-            remedy = (
-                "Resume it with ",
-                ahead,
-                ", choose another folder, or replace it with ",
-                Setting("force", True),
-                ".",
-            )
+            other = ", choose another folder, or replace it with "
+            remedy = ("Resume it with ", ahead, other, Setting("force", True), ".")
             require(force, "out", "be a new or empty folder", got, remedy, error=RunFolderError)
         elif others := self.foreign_names():
             got = f"{self.path}, which holds {others[0]!r} and is not a run"
@@ -319,15 +261,7 @@ def blocks_before(checkpoint: Checkpoint) -> int:
 
 
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
-    """Return the manifest of a run that is about to begin.
-
-    Parameters
-    ----------
-    configuration_text
-        The resolved configuration as it is stored.
-    seed
-        Seed of the run.
-    """
+    """Return the manifest of a run that is about to begin, from its resolved configuration as it is stored, and its seed."""
     return {
         "format_version": FORMAT_VERSION,
         "state": RUNNING,
@@ -335,7 +269,12 @@ def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
         "configuration_sha256": digest_of(configuration_text.encode()),
         "versions": _versions(),
         "commit": _commit(),
-        "machine": _machine(),
+        "machine": {
+            "system": platform.platform(),
+            "architecture": platform.machine(),
+            "processor": _processor(),
+            "processors": os.cpu_count(),
+        },
         "started": now(),
         "finished": None,
         "seconds": 0.0,
@@ -400,15 +339,6 @@ def _commit() -> str | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return found.stdout.strip() or None
-
-
-def _machine() -> dict[str, Any]:
-    return {
-        "system": platform.platform(),
-        "architecture": platform.machine(),
-        "processor": _processor(),
-        "processors": os.cpu_count(),
-    }
 
 
 def _processor() -> str | None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.coevolution import Generation
+from turing_learning.errors import require
 from turing_learning.store import DamagedError, RunFolderError
 
 if TYPE_CHECKING:
@@ -116,7 +117,9 @@ class HistoryRecorder:
         begins = self._start % self._chunk == 0
         size = min(self._chunk, self._generations - self._start) if begins else self._count
         for name, buffer in self._buffers.items():
-            buffer[self._count : size] = _nothing(buffer.dtype)
+            buffer[self._count : size] = (
+                NOT_RUN if buffer.dtype.kind == "i" else np.nan
+            )  # in place of what has not been run
             self._arrays[name][self._start : self._start + size] = buffer[:size]
         self._start += self._count
         self._stops.append(self._start)
@@ -137,59 +140,32 @@ def memory_arrays(layout: Layout) -> dict[str, np.ndarray]:
 
 
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
-    """Make an empty history on disk; one that exists is replaced.
-
-    Parameters
-    ----------
-    path
-        The folder of the store.
-    layout
-        The sizes.
-
-    Returns
-    -------
-    Mapping[str, zarr.Array]
-        The arrays, NaN in generations that have not been run.
-    """
+    """Make an empty history on disk, in place of one that exists; return its arrays, NaN in generations that have not been run."""
     import zarr
 
     group = zarr.open_group(str(path), mode="w", zarr_format=2)
+
+    def create(
+        name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dimensions: Sequence[str], **more: Any
+    ) -> Any:
+        about = {"_ARRAY_DIMENSIONS": list(dimensions), **layout.attributes(name)}
+        return group.create_array(name, shape=shape, chunks=chunks, compressors=None, attributes=about, **more)
+
     for name, (dimensions, kind) in layout.variables().items():
-        _create_array(group, layout, name, dimensions, kind)
-    _create_coordinate(group, GENERATION, np.arange(layout.generations))
-    _create_coordinate(group, "parameter", np.array(layout.parameters))
+        shape = layout.shape(dimensions)
+        codes = (
+            kind == "<i1"
+        )  # have no fill value, which xarray would turn into NaN, and are written at once: in few files
+        chunk = layout.chunk * (max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1)
+        chunks = (min(chunk, layout.generations), *shape)
+        fill = None if codes else np.nan
+        create(name, (layout.generations, *shape), chunks, (GENERATION, *dimensions), dtype=kind, fill_value=fill)
+    for name, values in ((GENERATION, np.arange(layout.generations)), ("parameter", np.array(layout.parameters))):
+        create(name, values.shape, values.shape, (name,), dtype=values.dtype, fill_value=None)[:] = values
     zarr.consolidate_metadata(str(path), zarr_format=2)
     arrays = open_store(path)
     arrays["selection"][:] = NOT_RUN
     return arrays
-
-
-def _create_array(group: Any, layout: Layout, name: str, dimensions: Sequence[str], kind: str) -> None:
-    shape = layout.shape(dimensions)
-    codes = kind == "<i1"  # have no fill value, which xarray would turn into NaN, and are written at once: in few files
-    chunk = layout.chunk * (max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1)
-    group.create_array(
-        name,
-        shape=(layout.generations, *shape),
-        chunks=(min(chunk, layout.generations), *shape),
-        dtype=kind,
-        fill_value=None if codes else np.nan,
-        compressors=None,
-        attributes={"_ARRAY_DIMENSIONS": [GENERATION, *dimensions], **layout.attributes(name)},
-    )
-
-
-def _create_coordinate(group: Any, name: str, values: np.ndarray) -> None:
-    array = group.create_array(
-        name,
-        shape=values.shape,
-        chunks=values.shape,
-        dtype=values.dtype,
-        fill_value=None,
-        compressors=None,
-        attributes={"_ARRAY_DIMENSIONS": [name]},
-    )
-    array[:] = values
 
 
 def open_store(path: Path) -> Mapping[str, Any]:
@@ -205,25 +181,18 @@ def open_store(path: Path) -> Mapping[str, Any]:
 def damaged_generations(
     path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]] | None:
-    """Return which of the first generations of a history on disk are not as they were flushed: (first, behind the last).
+    """Return which of so many generations of a history on disk are not as they were flushed: (first, behind the last).
 
-    Parameters
-    ----------
-    path, layout
-        Of the history.
-    generations
-        Number of generations that must be there.
-    seals
-        Of the recorder that had flushed these generations, or more.
-
-    Returns
-    -------
-    list or None
-        Empty if all are sound; None if nothing can be read, or the coordinates are others.
+    Empty if all are sound; None if nothing can be read, or the coordinates are others. The seals are those of the recorder that had
+    flushed these generations, or more.
     """
     try:
         arrays = open_store(path)
-        fits = all(_fits(arrays[name], layout, spec) for name, spec in layout.variables().items())
+        fits = all(
+            arrays[name].shape == (layout.generations, *layout.shape(dimensions))
+            and arrays[name].dtype == np.dtype(kind)
+            for name, (dimensions, kind) in layout.variables().items()
+        )
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
     except Exception:  # whatever Zarr says of files that it did not expect
@@ -255,29 +224,15 @@ def intact(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.
 def require_sound(path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]) -> None:
     """Reject a history that is not as it was flushed, naming the generations."""
     damaged = damaged_generations(path, layout, generations, seals)
-    if damaged == []:
-        return
     which = ", ".join(f"{start} to {stop - 1}" for start, stop in damaged or [])
     got = f"damage in generations {which}" if damaged else "files that cannot be read, or of another run"
-    raise DamagedError(
-        f"`run` must have its history as it was written; got {got} [{path}]. Restore the files, or run again."
-    )
+    rule, remedy = "have its history as it was written", "Restore the files, or run again."
+    require(damaged == [], "run", rule, got, remedy, place=str(path), error=DamagedError)
 
 
 def _chunk_file(array: Any, generation: int) -> str:
     """Return the name of the chunk that holds a generation."""
     return ".".join(map(str, (generation // array.chunks[0], *(0,) * (array.ndim - 1))))
-
-
-def _fits(array: Any, layout: Layout, spec: tuple[tuple[str, ...], str]) -> bool:
-    """Return whether an array has the shape and type of a variable."""
-    dimensions, kind = spec
-    return array.shape == (layout.generations, *layout.shape(dimensions)) and array.dtype == np.dtype(kind)
-
-
-def _nothing(kind: np.dtype[Any]) -> float:
-    """Return what stands for a generation that has not been run."""
-    return NOT_RUN if kind.kind == "i" else np.nan
 
 
 def _checksum(values: Mapping[str, np.ndarray]) -> int:

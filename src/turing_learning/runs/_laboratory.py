@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,15 +78,8 @@ def start_laboratory(
             LABORATORY: (stored.model_dump_json(indent=1) + "\n").encode(),
             CAMERA: Path(setup.camera.calibration).read_bytes(),
         }
-        result = start(
-            laboratory.configuration,
-            out,
-            force=force,
-            observer=observer,
-            should_stop=should_stop,
-            source=source,
-            files=files,
-        )
+        watch: dict[str, Any] = {"observer": observer, "should_stop": should_stop}
+        result = start(laboratory.configuration, out, force=force, source=source, files=files, **watch)
         _evaluate(result, folder, setup, source, should_stop)
     return result
 
@@ -195,13 +188,7 @@ def is_laboratory_run(path: str | Path) -> bool:
 
 
 def stored_setup(folder: RunFolder) -> LaboratorySetup:
-    """Return the laboratory of a run.
-
-    Raises
-    ------
-    RunFolderError
-        If it cannot be read.
-    """
+    """Return the laboratory of a run; reject one that cannot be read with a RunFolderError."""
     folder.manifest()
     if not folder.laboratory_path.exists():
         raise RunFolderError(
@@ -218,25 +205,13 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
 
 
 def stored_laboratory(path: str | Path) -> Laboratory:
-    """Return the laboratory of a run, and the run that it is to do.
-
-    Raises
-    ------
-    RunFolderError
-        If they cannot be read.
-    """
+    """Return the laboratory of a run, and the run that it is to do; a RunFolderError says that they cannot be read."""
     folder = RunFolder(Path(path))
     return Laboratory(stored_setup(folder), folder.configuration())
 
 
 def awaits_robots(path: str | Path) -> bool:
-    """Return whether robots are needed to go on with a run in a laboratory: for generations, or to observe its last models again.
-
-    Raises
-    ------
-    RunFolderError
-        If the run cannot be read.
-    """
+    """Return whether robots are needed to resume a run in a laboratory: for generations, or to observe its last models again."""
     folder = RunFolder(Path(path))
     setup, again = stored_setup(folder), read_post_evaluation(path)
     if stored_generations(folder.checkpoints_path) < folder.configuration().run.generations:

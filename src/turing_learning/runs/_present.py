@@ -39,18 +39,12 @@ def drawn_history(result: Result) -> "xarray.Dataset":
 
 
 def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Picture]:
-    """Draw the figures of a run.
-
-    Parameters
-    ----------
-    history
-        Of the completed generations.
-    configuration
-        What ran.
-    """
+    """Draw the figures of a run, from the history of its completed generations."""
+    truth = configuration.scenario.truth
+    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
     return [
-        _parameters(history, configuration),
-        *([] if configuration.scenario.truth is None else [_error(history, configuration)]),
+        _parameters(best, typical, configuration),
+        *([] if truth is None else [_error(best, typical, np.asarray(truth, dtype=float))]),
         Picture(
             "fitness",
             "Fitness over generations",
@@ -65,8 +59,7 @@ def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Pictur
     ]
 
 
-def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Picture:
-    best, typical = _described(history, configuration)
+def _parameters(best: np.ndarray, typical: np.ndarray, configuration: Configuration) -> Picture:
     caption = "Subjectively best and typical model of each generation"
     caption += ", steady outputs of the networks" if configuration.models.hidden else ""
     scenario = configuration.scenario
@@ -76,15 +69,7 @@ def _parameters(history: "xarray.Dataset", configuration: Configuration) -> Pict
     return Picture("parameters", "Parameters over generations", f"{caption}.", drawn, wide=True)
 
 
-def _described(history: "xarray.Dataset", configuration: Configuration) -> tuple[np.ndarray, np.ndarray]:
-    """Return best and typical model of each generation (G, P) in the parameters of the result."""
-    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
-    return best, typical
-
-
-def _error(history: "xarray.Dataset", configuration: Configuration) -> Picture:
-    best, typical = _described(history, configuration)
-    truth = np.asarray(configuration.scenario.truth, dtype=float)
+def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
     return Picture(
         "error",
         "Mean absolute error over generations",
@@ -134,23 +119,7 @@ def report_page(
     manifest: list[tuple[str, str]],
     check: "Check | None" = None,
 ) -> str:
-    """Return the page of a run.
-
-    Parameters
-    ----------
-    result
-        What was inferred.
-    history
-        Of the completed generations.
-    configuration
-        What ran.
-    drawings
-        From `draw`.
-    manifest
-        Names and values.
-    check
-        Of the run; None if there is none.
-    """
+    """Return the page of a run; `drawings` are those of `draw`, `manifest` are names and values."""
     words = {code: word for word, code in SELECTION_CODES.items()}
     return markup(
         RunReport(
@@ -163,31 +132,26 @@ def report_page(
             manifest=manifest,
             replay=None
             if configuration.system.simulated is None
-            else replay(configuration, np.array(list(_executed(result).values()))),
+            else replay(
+                configuration, np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
+            ),
             check=None if check is None else check_listing(check),
             check_figures=() if check is None else tuple(draw_check(check, result, configuration)),
         )
     )
 
 
-def _executed(result: Result) -> dict[str, float]:
-    """Return the parameters of the model that stands for the estimate."""
-    return result.estimate if result.networks is None else result.networks["estimate"]
-
-
 def verdict(result: Result) -> str:
-    """Say the result in one sentence."""
-    done = f"After {report.counted(result.generations, 'generation')}" + (
-        "" if result.complete else " (the run is not complete)"
-    )
-    if result.estimate_mae is None:
-        return f"{done} the estimate stands; there is no truth to compare it with.{_failures(result)}"
-    return f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
-
-
-def _failures(result: Result) -> str:
+    """Say the result in one sentence, and how many simulations failed."""
+    state = "" if result.complete else " (the run is not complete)"
+    done = f"After {report.counted(result.generations, 'generation')}{state}"
+    if result.estimate_mae is not None:
+        return (
+            f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
+        )
     count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
-    return f" {count} simulation{'s' if count != 1 else ''} failed; result.json says which." if count else ""
+    failed = f" {report.counted(count, 'simulation')} failed; result.json says which." if count else ""
+    return f"{done} the estimate stands; there is no truth to compare it with.{failed}"
 
 
 def run_table(result: Result) -> RunTable:
@@ -218,15 +182,7 @@ def run_table(result: Result) -> RunTable:
 
 
 def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
-    """Let a swarm of agents, where they are known, and a swarm of replicas move from common initial poses.
-
-    Parameters
-    ----------
-    configuration
-        What ran.
-    estimate : (P,)
-        Parameters of the model that the replicas execute.
-    """
+    """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
     scenario = configuration.swarm
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
     individuals = scenario.individuals if scenario.start(REPLAY_ROBOTS).crowd else REPLAY_ROBOTS
@@ -265,30 +221,18 @@ def swarm_replay(
     fields_of_view: np.ndarray | None = None,
     drivers: Drivers | None = None,
 ) -> report.Replay:
-    """Simulate swarms and return what a page shows of them.
+    """Simulate swarms, each in one trial, and return what a page shows of them.
 
     Parameters
     ----------
-    scenario
-        What moves.
     controllers : (R, A, 2 n)
-        One trial for each swarm.
+        Of the robots; those with one of the `drivers` follow that network instead.
     poses : (R, A + O, 3)
         Initial poses.
     labels, replicas
         What each swarm is, and whether it executes a model.
-    title
-        Title of the replay.
-    duration_s
-        Duration (s).
-    seed
-        Seed of the wheel noise.
-    threads
-        Number of threads, None for all.
     fields_of_view : (R, A)
         Of the robots' sensors (rad); None takes the scenario's.
-    drivers
-        Networks that drive some of the robots; None if all are reactive.
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
@@ -303,8 +247,8 @@ def swarm_replay(
         threads=threads,
         drivers=drivers,
     )
-    moved = result.poses[:, ::stride]
-    robots = controllers.shape[1]
+    moved, robots = result.poses[:, ::stride], controllers.shape[1]
+    width, height = scenario.arena.width_cm, scenario.arena.height_cm
     return report.Replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
@@ -314,25 +258,12 @@ def swarm_replay(
             report.Swarm(label, swarm, robots, np.full(robots, is_replica))
             for label, swarm, is_replica in zip(labels, moved, replicas, strict=True)
         ),
-        walls_cm=_walls(scenario),
+        walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
     )
 
 
-def _walls(scenario: Scenario) -> tuple[float, float, float, float] | None:
-    width, height = scenario.arena.width_cm, scenario.arena.height_cm
-    return None if width is None or height is None else (0.0, 0.0, width, height)
-
-
 def draw_check(check: "Check", result: Result, configuration: Configuration) -> list[Picture]:
-    """Draw the figures of a check.
-
-    Parameters
-    ----------
-    check
-        What was found.
-    result, configuration
-        Of the run.
-    """
+    """Draw the figures of a check of a run."""
     drawings = []
     if check.profiles:
         drawings.append(

@@ -17,35 +17,21 @@ def refuse_target(
     force: bool,
     replaceable: Callable[[Path], bool] = lambda path: False,
 ) -> None:
-    """Raise ConfigurationError unless a file may be written to a path.
+    """Reject a path, by the `name` of the argument, unless a file with one of these suffixes may be written there.
 
-    Parameters
-    ----------
-    path
-        Where.
-    name
-        Of the argument that says so.
-    suffixes
-        With which it may end.
-    force
-        Whether any file that exists may be replaced.
-    replaceable
-        Whether this one may be without it.
+    A file that exists may be replaced with `force`, or if it is `replaceable`.
     """
-    if path.suffix.lower() not in suffixes:
-        rule = f"with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"with {suffixes[0]}"
-        raise ConfigurationError(f"`{name}` must end {rule}; got {path}.")
-    if not path.absolute().parent.is_dir():
-        raise ConfigurationError(
-            f"`{name}` must be a file that can be written; got {path} (there is no folder {path.parent}). "
-            "Choose another place, or make the folder."
-        )
+    rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
+    require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
+    got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
+    there = path.absolute().parent.is_dir()
+    require(there, name, "be a file that can be written", got, remedy, error=ConfigurationError)
     with writing(path, name):
-        if path.is_dir():
-            raise ConfigurationError(f"`{name}` must be a file; got {path}, a folder. Choose another name.")
+        got = f"{path}, a folder"
+        require(not path.is_dir(), name, "be a file", got, "Choose another name.", error=ConfigurationError)
         taken = path.exists() and not force and not replaceable(path)
-    remedy = "Choose another name, or replace it with ", Setting("force", True), "."
-    require(not taken, name, "be a file that does not exist", str(path), remedy, error=ConfigurationError)
+    other = "Choose another name, or replace it with ", Setting("force", True), "."
+    require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
 
 
 @contextmanager

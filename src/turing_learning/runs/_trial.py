@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.config import ConfigurationError, nearest, require_whole_cycles
-from turing_learning.errors import brief, integer, number, require
+from turing_learning.config import ConfigurationError, require_whole_cycles
+from turing_learning.errors import brief, choice, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
@@ -24,16 +24,8 @@ SUFFIXES = (".html", ".gif", ".mp4")
 
 
 def scenario_named(name: str) -> Scenario:
-    """Return a preset scenario.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is none of that name; the message names the nearest.
-    """
-    if name not in SCENARIOS:
-        raise ConfigurationError(f"`scenario` must be a known scenario; got {name!r}. {nearest(name, SCENARIOS)}")
-    return SCENARIOS[name]
+    """Return a preset scenario; reject an unknown name with a ConfigurationError that names the nearest."""
+    return SCENARIOS[choice("scenario", name, SCENARIOS, noun="scenario", error=ConfigurationError)]
 
 
 def trial_replay(
@@ -109,16 +101,7 @@ def refuse_film_path(path: Path, *, force: bool) -> None:
 
 
 def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
-    """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path.
-
-    Parameters
-    ----------
-    replay
-        What to show.
-    path
-        The file.
-    force
-        Whether a file that exists is replaced.
+    """Write a trial as page (.html), GIF (.gif) or film (.mp4), by the suffix of the path; `force` replaces a file that exists.
 
     Raises
     ------

@@ -353,30 +353,26 @@ class CustomSource(Source):
         return self.system.to_units(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return genuine samples (K, T, D), and counterfeit samples (M, C, T, D) of models (M, P) as the optimizer has them.
+        """Return genuine samples (K, T, D), and counterfeit ones (M, C, T, D) of models (M, P) as the optimizer has them.
 
-        Raises
-        ------
-        CustomSystemError
-            If simulations fail in a way that ends the run, or a live source yields no proper samples.
+        A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no proper samples.
         """
         parameters = self.system.to_units(models)
         genuine = self._observed(len(models), rng)
         return Samples(genuine=genuine, counterfeit=self.system.centered(self.simulated(parameters, rng)))
 
     def simulated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros.
-
-        Raises
-        ------
-        CustomSystemError
-            If simulations fail in a way that ends the run.
-        """
+        """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros."""
         found = _Simulated(self.system, parameters, self.generation)
         for places, answer in self._answers(parameters, rng):
             found.take(places, answer)
         self.failed = found.failed
-        self._note(found)
+        if found.reasons and self.failures.count == 0:
+            when = "" if self.generation is None else f" in generation {self.generation}"
+            failed, first = len(found.reasons), found.first_failure()
+            _LOGGER.warning("%d of %d simulations failed%s, the first with %s.", failed, len(parameters), when, first)
+        for k in sorted(found.reasons):
+            self.failures.add(self.generation, parameters[k], found.reasons[k])
         return found.samples()
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -415,22 +411,19 @@ class CustomSource(Source):
         count = self.system.batches or len(parameters)
         groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
         generators = rng.spawn(len(groups))
-        again: list[tuple[np.ndarray, np.random.Generator]] = []
+        singles: list[np.ndarray] = []
+        again: list[np.random.Generator] = []
         for group, generator, found in zip(groups, generators, self._run(parameters, groups, generators), strict=True):
-            if isinstance(found, Failed) and len(group) > 1:
-                self._refuse_misshapen(found, parameters[group])
-                again.append((group, generator))
-            else:
+            if not isinstance(found, Failed) or len(group) == 1:
                 yield group, found
-        yield from self._alone(parameters, again)
-
-    def _alone(
-        self, parameters: np.ndarray, again: list[tuple[np.ndarray, np.random.Generator]]
-    ) -> Iterator[tuple[np.ndarray, Answer]]:
-        singles = [np.array([k]) for group, _ in again for k in group]
-        generators = [one for group, rng in again for one in _untouched(rng).spawn(len(group))]
-        yield from zip(singles, self._run(parameters, singles, generators), strict=True)
-        if again and self.generation == 0:
+                continue
+            if self.generation == 0 and found.misshapen:
+                models = f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
+                raise CustomSystemError(_refusal(self.system, found.reason, models))
+            singles += [np.array([k]) for k in group]
+            again += _untouched(generator).spawn(len(group))
+        yield from zip(singles, self._run(parameters, singles, again), strict=True)
+        if singles and self.generation == 0:
             raise CustomSystemError(
                 "`simulate` must return samples of several models at once; it failed for a group of models, and for none of "
                 "them alone [generation 0]. Repair it, or set vectorized=False for a function of one model's parameters (P,)."
@@ -453,26 +446,6 @@ class CustomSource(Source):
         else:
             rule, shape = f"(T, D) = ({steps}, {signals}) or (C, T, D)", samples.shape[1:]
         return Failed(f"it returned shape {shape} instead of {rule}", misshapen=True)
-
-    def _refuse_misshapen(self, found: Failed, parameters: np.ndarray) -> None:
-        if self.generation == 0 and found.misshapen:
-            raise CustomSystemError(
-                _refusal(
-                    self.system, found.reason, f"{self.system.shown(parameters[0])} and {len(parameters) - 1} more"
-                )
-            )
-
-    def _note(self, simulated: "_Simulated") -> None:
-        if not simulated.failed.any():
-            return
-        if self.failures.count == 0:
-            when = "" if self.generation is None else f" in generation {self.generation}"
-            _LOGGER.warning(
-                "%d of %d simulations failed%s, the first with %s.",
-                np.count_nonzero(simulated.failed), len(simulated.failed), when, simulated.first_failure(),
-            )  # fmt: skip
-        for k in sorted(simulated.reasons):
-            self.failures.add(self.generation, simulated.parameters[k], simulated.reasons[k])
 
 
 class _Simulated:
