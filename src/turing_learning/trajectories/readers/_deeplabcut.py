@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, assemble, refusal
 
 from ._shared import check_unpacked, choose, member, open_hdf5, plain_pickle, text
-from ._text import Sheet, header, read_table
+from ._text import Sheet, array_sheet, header, read_table
 
 SINGLE = ["scorer", "bodyparts", "coords"]
 SEVERAL = ["scorer", "individuals", "bodyparts", "coords"]
@@ -76,8 +76,6 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
 
 def read_h5(path: Path, options: Options) -> Recording:
     """Read the same from HDF5, in both forms in which pandas stores a table; no pickle that calls anything is opened."""
-    from ._frames import array_sheet
-
     with open_hdf5(path) as file:
         names = [name for name in file if "pandas_type" in getattr(member(file, name, path), "attrs", ())]
         if len(names) != 1:

@@ -65,12 +65,3 @@ def _sheet(frame: "pd.DataFrame") -> Sheet:
         return f"DataFrame, row {row}"
 
     return Sheet([str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns], read, "DataFrame")
-
-
-def array_sheet(values: np.ndarray, place: str) -> Sheet:
-    """Return a table of numbers (rows, columns) without names."""
-
-    def read(numbers: Sequence[int]) -> Table:
-        return Table(values[:, list(numbers)].astype(np.float64), (), lambda row: f"{place}, row {row}")
-
-    return Sheet([], read, place)

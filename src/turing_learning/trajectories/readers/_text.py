@@ -33,6 +33,15 @@ class Sheet:
     place: str
 
 
+def array_sheet(values: np.ndarray, place: str) -> Sheet:
+    """Return a table of numbers (rows, columns) without names."""
+
+    def read(numbers: Sequence[int]) -> Table:
+        return Table(values[:, list(numbers)].astype(np.float64), (), lambda row: f"{place}, row {row}")
+
+    return Sheet([], read, place)
+
+
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield number and text of each line; blank lines are accepted at the end only."""
     blank = 0
