@@ -23,8 +23,8 @@ class Standing:
     """How an experiment stands in a folder."""
 
     experiment: Experiment
-    results: Results | None  # what it has left; None until it is finished
-    pieces: int  # of work that have been begun
+    results: Results | None  #: what it has left; None until it is finished
+    pieces: int  #: of work that have been begun
 
     @classmethod
     def of(cls, experiment: Experiment, path: Path) -> "Standing":

@@ -21,12 +21,12 @@ ROUNDING = 0.005  # half a unit of the last digit of the paper's absolute errors
 class Claim:
     """One number or picture of the paper."""
 
-    id: str  # section and name, for example "4.3-aggregation-ae"
-    where: str  # section, figure and conditions
-    kind: str  # "value" for printed numbers, "figure" for a picture without
-    seen: str  # what is to be seen, of a figure
-    values: Mapping[str, Any]  # the printed numbers by name
-    note: str  # what else is to be known
+    id: str  #: section and name, for example "4.3-aggregation-ae"
+    where: str  #: section, figure and conditions
+    kind: str  #: "value" for printed numbers, "figure" for a picture without
+    seen: str  #: what is to be seen, of a figure
+    values: Mapping[str, Any]  #: the printed numbers by name
+    note: str  #: what else is to be known
 
     @property
     def section(self) -> str:

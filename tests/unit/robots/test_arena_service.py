@@ -21,7 +21,7 @@ from turing_learning.robots import (
     open_link,
     usage,
 )
-from turing_learning.robots.emulation._service import encode
+from turing_learning.robots.emulation._service import CameraStream, encode
 
 FAST = 10.0
 
@@ -97,6 +97,16 @@ def test_what_is_not_the_camera_is_not_found(shared):
     with pytest.raises(urllib.error.HTTPError, match="404") as refused:
         urllib.request.urlopen(shared.camera_url.replace(".mjpg", ".avi"), timeout=60)
     refused.value.close()
+
+
+def test_half_a_request_does_not_hold_a_thread_for_ever(monkeypatch):
+    monkeypatch.setattr("turing_learning.robots.emulation._service._Handler.timeout", 0.2)
+    stream = CameraStream(lambda last: (last, None))
+    host, port = stream.url.removeprefix("http://").partition("/")[0].split(":")
+    with socket.create_connection((host, int(port)), timeout=60) as line:
+        line.sendall(b"GET /camera")
+        assert line.recv(100) == b""  # hung up
+    stream.close()
 
 
 def test_markers_survive_the_compression(shared):

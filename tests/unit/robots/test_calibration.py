@@ -4,7 +4,7 @@ from itertools import product
 import cv2
 import numpy as np
 import pytest
-from robot_scenes import LABELS, angle_between, scattered
+from robot_scenes import LABELS, angle_between, render_prints, scattered
 
 from turing_learning.robots import (
     Board,
@@ -32,7 +32,7 @@ def views(camera):
         turn, _ = cv2.Rodrigues(rng.uniform(-0.5, 0.5, 3))
         right, down = turn @ [0.0, 48.0, 0.0], turn @ [36.0, 0.0, 0.0]
         corner = np.array([x, y, 60.0]) - 0.5 * (right + down)
-        views.append(camera.render_prints([texture], np.array([[corner, corner + right, corner + down]])))
+        views.append(render_prints(camera, [texture], np.array([[corner, corner + right, corner + down]])))
     return views
 
 
@@ -45,7 +45,7 @@ def lens(views):
 def floor(camera):
     sides = 15.0 * np.array([(-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, -0.5, 0.0)])
     corners = np.array([np.array([*place, 0.0]) + sides for place in LANDMARKS.values()])
-    return camera.render_prints(landmark_prints(LANDMARKS), corners)
+    return render_prints(camera, landmark_prints(LANDMARKS), corners)
 
 
 def landmark_prints(identities):
@@ -159,7 +159,7 @@ def test_too_few_views_of_the_board_are_refused(views):
 
 
 def test_views_of_no_board_are_refused(camera):
-    empty = [camera.render_prints([], np.empty((0, 3, 3)))] * 5
+    empty = [render_prints(camera, [], np.empty((0, 3, 3)))] * 5
     with pytest.raises(ValueError, match="got 0 such views of 5"):
         calibrate_lens(empty, BOARD)
 
@@ -170,7 +170,7 @@ def test_views_of_several_sizes_are_refused(views):
 
 
 def test_landmarks_that_are_not_in_sight_are_refused(lens, camera):
-    empty = camera.render_prints([], np.empty((0, 3, 3)))
+    empty = render_prints(camera, [], np.empty((0, 3, 3)))
     with pytest.raises(ValueError, match=r"`image` must show 4 or more of the landmarks \[1, 2, .* got \[\]"):
         place_camera(lens, empty, LANDMARKS)
 

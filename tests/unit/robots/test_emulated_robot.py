@@ -195,3 +195,23 @@ def test_the_pseudo_terminal_is_a_terminal(robot):
         descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
         assert termios.tcgetattr(descriptor)
         os.close(descriptor)
+
+
+def test_a_client_that_says_nothing_gives_way_to_the_next(robot, monkeypatch):
+    monkeypatch.setattr("turing_learning.robots.emulation._lines.IDLE_S", 0.2)
+    with serve_tcp(robot) as server:
+        host, port = server.port.removeprefix("socket://").split(":")
+        for _ in range(2):  # each is left as it is
+            line = socket.create_connection((host, int(port)), timeout=60)
+            assert greeted(PublicClient(line.fileno())).ask("V").startswith("v,")
+            line.detach()
+
+
+def test_a_client_that_speaks_is_not_disturbed_by_another(robot):
+    with serve_tcp(robot) as server:
+        host, port = server.port.removeprefix("socket://").split(":")
+        with socket.create_connection((host, int(port)), timeout=60) as line:
+            first = greeted(PublicClient(line.fileno()))
+            with socket.create_connection((host, int(port)), timeout=60):
+                assert first.ask("V").startswith("v,")
+                assert first.ask("E") == "e,0,0"

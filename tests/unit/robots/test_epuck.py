@@ -1,7 +1,17 @@
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, open_link, serve_tcp, serve_terminal
+from turing_learning.robots import (
+    EmulatedRobot,
+    EPuck,
+    Link,
+    LinkError,
+    Model,
+    VirtualClock,
+    open_link,
+    serve_tcp,
+    serve_terminal,
+)
 
 
 @pytest.fixture
@@ -132,3 +142,35 @@ def test_settings_of_the_driver_are_checked(settings, message):
 def test_a_model_that_no_robot_can_execute_is_refused(sequence, parameters, message):
     with pytest.raises(ValueError, match=message):
         Model(sequence, parameters)
+
+
+class Babbler:
+    """A line on which something never stops to arrive."""
+
+    in_waiting = 8
+
+    def __init__(self, clock, data):
+        self.clock, self.data = clock, data
+
+    def read(self, size):
+        self.clock.sleep(0.01)
+        return self.data
+
+    def write(self, data):
+        pass
+
+    def close(self):
+        pass
+
+
+@pytest.mark.parametrize("data", [b"noise...", b"babble\r\n"])
+def test_a_peer_that_never_stops_sending_does_not_hang_the_driver(data):
+    clock = VirtualClock()
+    link = Link("line", clock=clock, connect=lambda: Babbler(clock, data))
+    link.open()
+    robot = EPuck(link, timeout_s=0.5, retries=0)
+    with pytest.raises(LinkError, match="must answer 'V'; got no answer that makes sense"):
+        robot.version()
+    with pytest.raises(TimeoutError, match="`START` must be signalled"):
+        robot.wait_for("START", 1.0)
+    assert clock.now() < 10

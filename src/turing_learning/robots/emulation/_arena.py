@@ -41,30 +41,16 @@ _BEST_BATTERY = 1.4
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is not ideal in a laboratory.
+    """What is not ideal in a laboratory."""
 
-    Attributes
-    ----------
-    clock_drift
-        Largest relative error of a robot's clock.
-    battery_s
-        How long the weakest battery lasts; the best lasts 1.4 times as long.
-    latency_s
-        Shortest and longest time that bytes take between a robot and the PC.
-    intervention_s
-        How long the operator needs when asked.
-    camera_lag_s
-        Time of an image after the beginning of a control cycle: the camera is not synchronous with the robots.
-    optics
-        Of the camera.
-    """
-
-    clock_drift: float = 5e-5
-    battery_s: float = 6000.0
+    clock_drift: float = 5e-5  #: Largest relative error of a robot's clock
+    battery_s: float = 6000.0  #: How long the weakest battery lasts; the best lasts 1.4 times as long
+    #: Shortest and longest time that bytes take between a robot and the PC
     latency_s: tuple[float, float] = (0.01, 0.04)
-    intervention_s: float = 60.0
+    intervention_s: float = 60.0  #: How long the operator needs when asked
+    #: Time of an image after the beginning of a control cycle: the camera is not synchronous with the robots
     camera_lag_s: float = 0.037
-    optics: Optics = field(default_factory=Optics)
+    optics: Optics = field(default_factory=Optics)  #: Of the camera
 
     def __post_init__(self) -> None:
         number("conditions.clock_drift", self.clock_drift, least=0, below=0.01)
@@ -138,20 +124,13 @@ class EmulatedArena:
     stuck, covered
         Numbers of the robots that do not move, and of those whose marker is hidden.
 
-    Source
-    ------
-    Paper, section 5.
+    Source: paper, section 5.
     """
 
     def __init__(
-        self,
-        scenario: Scenario = LABORATORY,
-        *,
-        conditions: Conditions | None = None,
-        seed: int = 0,
-        calibration: Calibration | None = None,
-        make_line: Callable[[EmulatedRobot, str], Line] | None = None,
-    ) -> None:
+        self, scenario: Scenario = LABORATORY, *, conditions: Conditions | None = None, seed: int = 0,
+        calibration: Calibration | None = None, make_line: Callable[[EmulatedRobot, str], Line] | None = None,
+    ) -> None:  # fmt: skip
         remedy = "Give its width_cm and height_cm."
         require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
         rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"

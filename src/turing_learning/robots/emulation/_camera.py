@@ -25,21 +25,11 @@ _CIRCLE = np.column_stack([f(np.linspace(0, 2 * math.pi, 28, endpoint=False)) fo
 
 @dataclass(frozen=True)
 class Optics:
-    """What degrades an image.
+    """What degrades an image."""
 
-    Attributes
-    ----------
-    blur_px
-        Standard deviation of the blur (pixels).
-    noise
-        Standard deviation of a pixel's noise (gray levels of 256), independent in each channel.
-    shade
-        Share of the light that is missing in the darkest corner, in [0, 0.6].
-    """
-
-    blur_px: float = 0.9
-    noise: float = 4.0
-    shade: float = 0.35
+    blur_px: float = 0.9  #: Standard deviation of the blur (pixels)
+    noise: float = 4.0  #: Standard deviation of a pixel's noise (gray levels of 256), independent in each channel
+    shade: float = 0.35  #: Share of the light that is missing in the darkest corner, in [0, 0.6]
 
     def __post_init__(self) -> None:
         number("optics.blur_px", self.blur_px, above=0, most=5)
@@ -48,12 +38,9 @@ class Optics:
 
 
 def overhead_camera(
-    width_cm: float = 200.0,
-    height_cm: float = 225.0,
-    *,
-    above_cm: float = 270.0,
+    width_cm: float = 200.0, height_cm: float = 225.0, *, above_cm: float = 270.0,
     image_size: tuple[int, int] = (1280, 960),
-) -> Calibration:
+) -> Calibration:  # fmt: skip
     """Return a camera a little off the arena's middle, looking at it through a lens with barrel distortion.
 
     The image's longer side shows the arena's y axis. Source of the sizes: paper, section 5.1.
@@ -94,17 +81,10 @@ class EmulatedCamera:
     """
 
     def __init__(
-        self,
-        calibration: Calibration,
-        markers: Markers,
-        labels: Sequence[str],
-        *,
-        arena_cm: tuple[float, float] = (200.0, 225.0),
-        wall_cm: float = 50.0,
-        body_radius_cm: float = 3.7,
-        optics: Optics | None = None,
-        seed: int = 0,
-    ) -> None:
+        self, calibration: Calibration, markers: Markers, labels: Sequence[str], *,
+        arena_cm: tuple[float, float] = (200.0, 225.0), wall_cm: float = 50.0, body_radius_cm: float = 3.7,
+        optics: Optics | None = None, seed: int = 0,
+    ) -> None:  # fmt: skip
         for label in labels:
             markers.check_label(label)
         self._calibration = calibration
@@ -137,21 +117,6 @@ class EmulatedCamera:
         for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
             image[rows, columns] = self._expose(canvas, rows, columns)
         return self._add_noise(image)
-
-    def render_prints(self, textures: Sequence[np.ndarray], corners: np.ndarray) -> np.ndarray:
-        """Return the image (H, W, 3) of the empty arena with flat prints on the floor, or held anywhere.
-
-        Parameters
-        ----------
-        textures : n of (h, w)
-            What each shows, in gray.
-        corners : (n, 3, 3)
-            Where the upper left, upper right and lower left corners of each are (x, y, height in cm).
-        """
-        canvas = self._ground.copy()
-        for texture, places in zip(textures, corners, strict=True):
-            self._paste(canvas, texture, places)
-        return self._add_noise(self._expose(canvas, slice(None), slice(None)))
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
@@ -247,34 +212,6 @@ class EmulatedCamera:
         down, right = (int(value) for value in self._rng.integers(0, 257, 2))
         more, less = (part[down : down + rows, right : right + columns] for part in self._noise)
         return np.asarray(cv2.subtract(cv2.add(image, more), less))
-
-    def _paste(self, canvas: np.ndarray, texture: np.ndarray, corners: np.ndarray) -> None:
-        """Draw a flat texture (h, w) whose upper left, upper right and lower left corners are at `corners` (3, 3)."""
-        cv2 = vision()
-        height, width = texture.shape
-        across, down = (corners[1] - corners[0]) / width, (corners[2] - corners[0]) / height
-        start = corners[0] + 0.5 * (across + down)
-        grid = np.meshgrid(np.linspace(0, 1, 12), np.linspace(0, 1, 12))
-        edge = corners[0] + np.stack([g.ravel() for g in grid], 1) @ np.array([across * width, down * height])
-        rows, columns = self._region(self._calibration.project(edge), 2)
-        fine = 3
-        xs = columns.start + (np.arange((columns.stop - columns.start) * fine) + 0.5) / fine - 0.5
-        ys = rows.start + (np.arange((rows.stop - rows.start) * fine) + 0.5) / fine - 0.5
-        pixels = np.stack([grid.ravel() for grid in np.meshgrid(xs, ys)], axis=1)
-        rotation, translation = self._calibration.rotation, self._calibration.translation
-        plane = np.column_stack([rotation @ across, rotation @ down, rotation @ start + translation])
-        rays = np.column_stack([self._calibration.lens.rays(pixels), np.ones(len(pixels))])
-        places = rays @ np.linalg.inv(plane).T
-        at = (places[:, :2] / places[:, 2:]).reshape(len(ys), len(xs), 2).astype(np.float32)
-        drawn = cv2.remap(texture, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        inside = ((at > -0.5) & (at < [width - 0.5, height - 0.5])).all(axis=2).astype(np.float32)
-        size = (columns.stop - columns.start, rows.stop - rows.start)
-        ink = cv2.resize(
-            np.where(inside > 0, 20 + drawn * (215 / 255), 0).astype(np.float32), size, interpolation=cv2.INTER_AREA
-        )
-        share = cv2.resize(inside, size, interpolation=cv2.INTER_AREA)
-        mixed = canvas[rows, columns] * (1 - share[..., None]) + ink[..., None]
-        canvas[rows, columns] = np.clip(np.rint(mixed), 0, 255).astype(np.uint8)
 
 
 def _at(points: np.ndarray, height: float) -> np.ndarray:

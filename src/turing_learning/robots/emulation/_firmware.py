@@ -11,26 +11,21 @@ import numpy as np
 
 from ._emulated_robot import EmulatedRobot
 
-LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}
-"""States and how long they last (s)."""
+LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
 _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
 _SIGNALS = {"R1": "STOP", "R4": "START"}
 SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
 """Directions of the eight infrared sensors, from the heading, anticlockwise (rad); from the front right one clockwise."""
-OBSTACLE = 120
-"""Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm."""
-WALL = 400
-"""Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches."""
+OBSTACLE = 120  #: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm
+WALL = 400  #: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches
 _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
 ALONE_S = 2.0
 """A replica whose PC says that it is there stands when it has not heard it for so long; its loop continues."""
-MOST_LOOPS = 5
-"""A replica that its PC has asked nothing for so many loops halts, and waits for the remote control."""
-Wheels = tuple[float, float]
-"""Left and right wheel speed, fractions of the maximum."""
+MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
+Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
 STILL: Wheels = (0.0, 0.0)
 
 
@@ -73,13 +68,9 @@ class Firmware:
     """
 
     def __init__(
-        self,
-        robot: EmulatedRobot,
-        rng: np.random.Generator,
-        *,
-        controller: tuple[float, ...] | None = None,
+        self, robot: EmulatedRobot, rng: np.random.Generator, *, controller: tuple[float, ...] | None = None,
         signal: Callable[[str], None] = lambda kind: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._robot, self._rng, self._controller, self._signal = robot, rng, controller, signal
         self._until = 0.0
         self._turn_until, self._side = 0.0, 1.0

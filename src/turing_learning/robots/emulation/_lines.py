@@ -1,6 +1,7 @@
 """The robot's end of a line: in virtual time within this process, on a TCP port, or on a pseudo-terminal."""
 
 import os
+import select
 import selectors
 import socket
 import tempfile
@@ -19,9 +20,9 @@ from turing_learning.robots.links._link import Link, open_link
 
 from ._emulated_robot import EmulatedRobot
 
-PAUSE_S = 0.05
-"""Between the pieces of a spoiled answer."""
-_POLL_S = 0.02
+PAUSE_S = 0.05  #: Between the pieces of a spoiled answer
+_POLL_S, _WRITING_S = 0.02, 1.0
+IDLE_S = 5.0  #: A client that has said nothing for so long gives way to the next one
 Spoil = Callable[[bytes], Iterable[bytes]]
 """Turns the bytes that a robot sends into the pieces that arrive: where tests put noise."""
 
@@ -74,13 +75,9 @@ class VirtualLine(Line):
     """A line in virtual time, whose bytes take the time `latency_s`, from shortest to longest."""
 
     def __init__(
-        self,
-        robot: EmulatedRobot,
-        name: str,
-        clock: VirtualClock,
-        latency_s: tuple[float, float],
+        self, robot: EmulatedRobot, name: str, clock: VirtualClock, latency_s: tuple[float, float],
         rng: np.random.Generator,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(robot)
         self.port = name
         self._clock, self._latency_s, self._rng = clock, latency_s, rng
@@ -222,16 +219,17 @@ class RobotServer(Line):
 
 
 class _TcpServer(RobotServer):
-    """One client at a time; each is greeted."""
+    """One client at a time; each is greeted. One that has been silent gives way to the next."""
 
     def __init__(self, robot: EmulatedRobot, spoil: Spoil, address: tuple[str, int]) -> None:
         self._address = address
         self._client: socket.socket | None = None
+        self._heard_s = 0.0
         super().__init__(robot, spoil)
 
     def _open(self) -> None:
         self._listening = socket.create_server(self._address)
-        self._listening.settimeout(0.05)
+        self._listening.settimeout(_POLL_S)
         self._address = self._listening.getsockname()[:2]
         self.port = f"socket://{self._address[0]}:{self._address[1]}"
 
@@ -239,22 +237,29 @@ class _TcpServer(RobotServer):
         self._hang_up()
         self._listening.close()
 
+    def _is_idle(self) -> bool:
+        return self._client is None or time.monotonic() - self._heard_s > IDLE_S
+
     def _hang_up(self) -> None:
         client, self._client = self._client, None
         if client is not None:
             client.close()
 
     def _read(self) -> bytes:
+        client = self._client
+        ends = [self._listening] if self._is_idle() else []
         try:
-            if self._client is None:
-                client, _ = self._listening.accept()
-                client.settimeout(_POLL_S)
-                self._client = client
+            ready, _, _ = select.select([*ends, *filter(None, [client])], [], [], _POLL_S)
+            if self._listening in ready:
+                self._hang_up()
+                self._client, _ = self._listening.accept()
+                self._client.settimeout(_WRITING_S)
+                self._heard_s = time.monotonic()
                 self._send(self.robot.greeting)
-            data = self._client.recv(4096) if self._client is not None else b""
-        except TimeoutError:
-            return b""
-        except OSError:
+            if client is None or client not in ready or client is not self._client:
+                return b""
+            self._heard_s, data = time.monotonic(), client.recv(4096)
+        except (OSError, ValueError):  # also of a socket that a failed answer has closed meanwhile
             data = b""
         if not data:
             self._hang_up()

@@ -10,8 +10,7 @@ from ._firmware import SENSOR_ANGLES, avoid_walls
 
 BRIGHTEST, DARK, HALF_CM = 3800.0, 60.0, 0.75
 """Reading with a white wall at the sensor, above that of nothing; of nothing; distance at which it is half the brightest (cm)."""
-SKIRT = 0.06
-"""Share of a white wall's light that a black skirt reflects."""
+SKIRT = 0.06  #: Share of a white wall's light that a black skirt reflects
 NOISE = 5.0
 LARGEST_READING = 4095
 
@@ -88,9 +87,7 @@ def move_alone(
     (A, 3)
         The poses at the start, and after each cycle.
 
-    Source
-    ------
-    Paper, section 5.4: trials of 600 s with 40 robots.
+    Source: paper, section 5.4: trials of 600 s with 40 robots.
     """
     arena = float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
     rng, table = np.random.default_rng(seed), np.reshape(controller, (-1, 2))

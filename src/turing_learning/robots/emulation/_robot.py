@@ -9,8 +9,7 @@ from ._firmware import STILL, Firmware, Wheels
 from ._lines import Line
 
 FULL_SPEED = 1000
-LOW_BATTERY = 0.15
-"""Share of its charge below which a robot's LED lights."""
+LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights
 BATTERY_LIGHT = 8
 
 
@@ -22,15 +21,9 @@ class ArenaRobot:
     """
 
     def __init__(
-        self,
-        name: str,
-        controller: tuple[float, ...] | None,
-        *,
-        clock: Callable[[], float],
-        drift: float,
-        battery_s: float,
-        rng: np.random.Generator,
-    ) -> None:
+        self, name: str, controller: tuple[float, ...] | None, *, clock: Callable[[], float], drift: float,
+        battery_s: float, rng: np.random.Generator,
+    ) -> None:  # fmt: skip
         self.name = name
         self._clock, self._rate, self._battery_s = clock, 1 + drift, battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time)

@@ -52,14 +52,9 @@ class ArenaService:
     """
 
     def __init__(
-        self,
-        scenario: Scenario = LABORATORY,
-        *,
-        conditions: Conditions | None = None,
-        seed: int = 0,
-        lines: str = "terminal",
-        speed: float = 1.0,
-    ) -> None:
+        self, scenario: Scenario = LABORATORY, *, conditions: Conditions | None = None, seed: int = 0,
+        lines: str = "terminal", speed: float = 1.0,
+    ) -> None:  # fmt: skip
         serve = _SERVERS[choice("lines", lines, _SERVERS)]
 
         def make_line(robot: EmulatedRobot, _: str) -> Line:
@@ -186,6 +181,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     frames: Frames
     closed: threading.Event
+    timeout = 10.0  # of a request that is not complete, and of a viewer that takes nothing
 
     def do_GET(self) -> None:
         """Send images until the viewer leaves."""

@@ -11,8 +11,7 @@ from ._link import Link, LinkError
 from ._messages import HALT, HALTED, SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
 
 Answer = TypeVar("Answer")
-MAXIMUM_SPEED = 1000
-"""Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps."""
+MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
 SENSORS = 8
 _GREETINGS = ("WELCOME", "the EPFL education robot", "HW version")
 RESYNCHRONIZE = b"\0" * 5 + b"\r"
@@ -37,9 +36,7 @@ class EPuck:
     garbled, reconnections
         Number of invalid lines received, and of times that the link was reopened.
 
-    Source
-    ------
-    GCtronic wiki, "Advanced sercom protocol"; docs/robots/protocol.md.
+    Source: GCtronic wiki, "Advanced sercom protocol"; docs/robots/protocol.md.
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:

@@ -13,6 +13,7 @@ from ._messages import ALIVE
 
 LARGEST_LINE = 4096
 _POLL_S = 0.02
+_GRACE_S = 1.0  # after a deadline, in which a busy program reads what came before it
 _END = re.compile(rb"[\r\n]")
 
 
@@ -147,8 +148,9 @@ class Link:
         return device
 
     def _receive(self, deadline: float) -> bool:
-        """Read what has arrived; return False if the deadline has passed and nothing has."""
-        if self.clock.now() >= deadline and not self._guarded(lambda device: device.in_waiting):
+        """Read what has arrived; return False if the deadline has passed and nothing has, or the peer never stops sending."""
+        late_s = self.clock.now() - deadline
+        if late_s >= 0 and (late_s >= _GRACE_S or not self._guarded(lambda device: device.in_waiting)):
             return False
         self._buffer += self._guarded(lambda device: bytes(device.read(max(1, device.in_waiting))))
         return True

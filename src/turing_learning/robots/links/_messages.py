@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from turing_learning.errors import integer, require
 
-PARAMETER_UNIT = 1e-4
-"""Models are sent as integer multiples of this."""
+PARAMETER_UNIT = 1e-4  #: Models are sent as integer multiples of this
 SIGNALS = ("START", "STOP")
 LARGEST_SEQUENCE = 65535
 ALIVE, HALT, HALTED = "X,A*209D", "X,H*B1B4", "x,H*3772"
@@ -17,18 +16,10 @@ ALIVE, HALT, HALTED = "X,A*209D", "X,H*B1B4", "x,H*3772"
 
 @dataclass(frozen=True)
 class Model:
-    """A model that is sent to a replica.
+    """A model that is sent to a replica."""
 
-    Attributes
-    ----------
-    sequence
-        Its number, 0 to 65535; the replica reports by it which model it executes.
-    parameters
-        1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001.
-    """
-
-    sequence: int
-    parameters: tuple[float, ...]
+    sequence: int  #: Its number, 0 to 65535; the replica reports by it which model it executes
+    parameters: tuple[float, ...]  #: 1 to 16 wheel speeds as fractions of the maximum, in [-1, 1], rounded to 0.0001
 
     def __post_init__(self) -> None:
         integer("sequence", self.sequence, 0, LARGEST_SEQUENCE)
@@ -39,24 +30,12 @@ class Model:
 
 @dataclass(frozen=True)
 class Signal:
-    """A replica's message that a trial starts or has stopped.
+    """A replica's message that a trial starts or has stopped."""
 
-    Attributes
-    ----------
-    kind
-        "START" or "STOP".
-    trial
-        The replica's count of trials.
-    sequence
-        The model that it executes, -1 for none.
-    received_s
-        When it arrived, by the link's clock.
-    """
-
-    kind: str
-    trial: int
-    sequence: int
-    received_s: float
+    kind: str  #: "START" or "STOP"
+    trial: int  #: The replica's count of trials
+    sequence: int  #: The model that it executes, -1 for none
+    received_s: float  #: When it arrived, by the link's clock
 
 
 @dataclass(frozen=True)

@@ -50,24 +50,12 @@ class TerminalOperator:
 
 @dataclass(frozen=True)
 class Equipment:
-    """The devices of a laboratory, real or emulated; the program cannot tell which.
+    """The devices of a laboratory, real or emulated; the program cannot tell which."""
 
-    Attributes
-    ----------
-    clock
-        For all waiting.
-    open_link
-        Address -> line to the replica there; raises LinkError if nobody answers.
-    open_camera
-        Raises CameraError, or FileNotFoundError, if there is none.
-    operator
-        Helps when asked.
-    """
-
-    clock: Clock
-    open_link: Callable[[str], Link]
-    open_camera: Callable[[], Camera]
-    operator: Operator
+    clock: Clock  #: For all waiting
+    open_link: Callable[[str], Link]  #: Address -> line to the replica there; raises LinkError if nobody answers
+    open_camera: Callable[[], Camera]  #: Raises CameraError, or FileNotFoundError, if there is none
+    operator: Operator  #: Helps when asked
 
 
 def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> Equipment:

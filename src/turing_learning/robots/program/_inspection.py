@@ -20,30 +20,18 @@ from ._equipment import Camera, Equipment
 from ._punctual import drop_old_images, take_stamped
 from ._setup import LaboratorySetup, RobotSection
 
-IMAGES = 20
-"""Taken to measure the camera's rate."""
+IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
-LANDMARK_CM = 1.0
-"""Largest distance between where a landmark lies by the file and where it is seen."""
+LANDMARK_CM = 1.0  #: Largest distance between where a landmark lies by the file and where it is seen
 
 
 @dataclass(frozen=True)
 class Finding:
-    """The result of inspecting one thing.
+    """The result of inspecting one thing."""
 
-    Attributes
-    ----------
-    what
-        The thing: a replica, the camera, its calibration, the markers.
-    text
-        What was found.
-    fine
-        Whether a run can begin with it.
-    """
-
-    what: str
-    text: str
-    fine: bool
+    what: str  #: The thing: a replica, the camera, its calibration, the markers
+    text: str  #: What was found
+    fine: bool  #: Whether a run can begin with it
 
 
 def inspect(

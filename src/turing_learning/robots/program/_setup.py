@@ -200,18 +200,10 @@ def _require_different(field: str, values: list[str], whose: str) -> None:
 
 @dataclass(frozen=True)
 class Laboratory:
-    """A laboratory and the run that takes place in it.
+    """A laboratory and the run that takes place in it."""
 
-    Attributes
-    ----------
-    setup
-        Robots, camera, timing.
-    configuration
-        The run; its scenario is that of the laboratory.
-    """
-
-    setup: LaboratorySetup
-    configuration: Configuration
+    setup: LaboratorySetup  #: Robots, camera, timing
+    configuration: Configuration  #: The run; its scenario is that of the laboratory
 
 
 @dataclass(frozen=True)
@@ -261,9 +253,7 @@ def load_laboratory(
     ConfigurationError
         If anything is rejected; one message that says what, where, the value and what to do.
 
-    Source
-    ------
-    Paper, section 5.
+    Source: paper, section 5.
     """
     path = Path(path)
     text, document = read_toml(path)

@@ -21,34 +21,19 @@ _LOGGER = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class Event:
-    """What happened in a laboratory.
+    """What happened in a laboratory."""
 
-    Attributes
-    ----------
-    kind
-        "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": a trial is
-        repeated; "batteries": they are replaced; "complete": all trials are observed; "moving": replicas could not be halted.
-    stage
-        The generation, or which post-evaluation.
-    attempt
-        At the first trial of this stage, from 1; a later trial that is repeated belongs to the same attempt.
-    state
-        "P1" to "P5" of the program, "P0" while connecting.
-    fault
-        What was wrong; empty unless "disturbed".
-    asked
-        What the operator was asked to do; empty if nobody was asked.
-    trial
-        The trial, of the kind "trial".
-    """
-
+    #: "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": a
+    #: trial is repeated; "batteries": they are replaced; "complete": all trials are observed; "moving": replicas could
+    #: not be halted
     kind: str
-    stage: str
+    stage: str  #: The generation, or which post-evaluation
+    #: At the first trial of this stage, from 1; a later trial that is repeated belongs to the same attempt
     attempt: int
-    state: str
-    fault: str = ""
-    asked: str = ""
-    trial: ObservedTrial | None = None
+    state: str  #: "P1" to "P5" of the program, "P0" while connecting
+    fault: str = ""  #: What was wrong; empty unless "disturbed"
+    asked: str = ""  #: What the operator was asked to do; empty if nobody was asked
+    trial: ObservedTrial | None = None  #: The trial, of the kind "trial"
 
 
 class LaboratorySource(Source):
@@ -77,23 +62,16 @@ class LaboratorySource(Source):
     generation
         Number of the generation that is collected next; set by the run.
 
-    Source
-    ------
-    Paper, sections 5.2 and 5.3.
+    Source: paper, sections 5.2 and 5.3.
     """
 
     generation: int = 0
 
     def __init__(
-        self,
-        setup: LaboratorySetup,
-        steps: int,
-        equipment: Equipment,
-        tracker: Tracker,
-        *,
+        self, setup: LaboratorySetup, steps: int, equipment: Equipment, tracker: Tracker, *,
         watch: Callable[[Event], None] = lambda event: None,
         last_attempt: Callable[[str], int] = lambda stage: 0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._setup, self._equipment, self._watch, self._last_attempt = setup, equipment, watch, last_attempt
         self._stage, self._attempt = "", 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh

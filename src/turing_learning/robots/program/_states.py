@@ -19,24 +19,18 @@ from ._equipment import Camera, Equipment
 from ._punctual import PunctualImages
 from ._setup import LaboratorySetup, RobotSection
 
-BEGIN = "P0"
-"""Before the states P1 to P5: connecting."""
-STUCK = "stuck"
-"""Kind of fault of a robot that does not move although it should."""
+BEGIN = "P0"  #: Before the states P1 to P5: connecting
+STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
 TURN_RAD = 0.1
 SURE_TURN_RAD = 0.5
 """A model that must turn a robot so far in the time of the track, in every sensor state, cannot stand."""
-ALONE = 2
-"""How often the program tries again alone after a missed signal, or where the camera gives no images."""
+ALONE = 2  #: How often the program tries again alone after a missed signal, or where the camera gives no images
 IMAGES_ALONE = 10
 """How often a trial of which an image was lost is repeated: of 51 images, 1 % lost, two trials in five have a gap."""
-RECONNECT_S = 30.0
-"""How long a lost link is retried: as long as Bluetooth needs to reconnect."""
-MOST = 0.6
-"""Share of the robots that do not jump all at once: the camera has."""
+RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
+MOST = 0.6  #: Share of the robots that do not jump all at once: the camera has
 _POLL_S = 0.05
-_LISTED = 3
-"""Faults of a trial that are listed for the operator."""
+_LISTED = 3  #: Faults of a trial that are listed for the operator
 REMOTE = "put all robots in their places, and press the remote control"
 State = Callable[[], "State | None"]
 Answer = TypeVar("Answer")
@@ -69,33 +63,15 @@ class Disturbance(Exception):
 
 @dataclass(frozen=True, eq=False)
 class ObservedTrial:
-    """What was observed in one trial.
+    """What was observed in one trial."""
 
-    Attributes
-    ----------
-    number
-        In its generation, from 0.
-    models : (R, P)
-        Wheel speeds that the replicas executed, fractions of the maximum.
-    sequences
-        Sequence numbers of these models.
-    counts
-        The replicas' own counts of trials.
-    started_s
-        Time of START, by the clock.
-    track
-        Agents first, then replicas.
-    faults
-        What makes it useless: the tracker's faults, and robots that are stuck; for the operator.
-    """
-
-    number: int
-    models: np.ndarray
-    sequences: tuple[int, ...]
-    counts: tuple[int, ...]
-    started_s: float
-    track: Track
-    faults: tuple[str, ...]
+    number: int  #: In its generation, from 0
+    models: np.ndarray  #: (R, P): Wheel speeds that the replicas executed, fractions of the maximum
+    sequences: tuple[int, ...]  #: Sequence numbers of these models
+    counts: tuple[int, ...]  #: The replicas' own counts of trials
+    started_s: float  #: Time of START, by the clock
+    track: Track  #: Agents first, then replicas
+    faults: tuple[str, ...]  #: What makes it useless: the tracker's faults, and robots that are stuck; for the operator
 
 
 class PcProgram:
@@ -115,13 +91,9 @@ class PcProgram:
     """
 
     def __init__(
-        self,
-        setup: LaboratorySetup,
-        steps: int,
-        equipment: Equipment,
-        tracker: Tracker,
+        self, setup: LaboratorySetup, steps: int, equipment: Equipment, tracker: Tracker,
         watch: Callable[[str | ObservedTrial], None] = lambda what: None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self._setup, self._timing, self._steps = setup, setup.timing, steps
         self._equipment, self._clock, self._tracker, self._watch = equipment, equipment.clock, tracker, watch
         self._links: dict[str, Link] = {}

@@ -18,10 +18,8 @@ from ._images import gray, require_image, vision
 FORMAT = "turing-learning camera calibration"
 VERSION = 1
 LEAST_VIEWS = 5
-LEAST_CORNERS = 8
-"""Corners of the board that a view must show to be used."""
-LARGEST_ERROR_PX = 1.0
-"""Root mean square reprojection error (pixels) above which a calibration is rejected."""
+LEAST_CORNERS = 8  #: Corners of the board that a view must show to be used
+LARGEST_ERROR_PX = 1.0  #: Root mean square reprojection error (pixels) above which a calibration is rejected
 
 
 @dataclass(frozen=True)
@@ -67,24 +65,12 @@ class Board:
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """A lens, wherever the camera is.
+    """A lens, wherever the camera is."""
 
-    Attributes
-    ----------
-    image_size
-        Width and height in pixels.
-    camera_matrix : (3, 3)
-        Focal lengths and principal point (pixels).
-    distortion : (5,)
-        k1, k2, p1, p2, k3 of OpenCV.
-    error_px
-        Root mean square reprojection error (pixels).
-    """
-
-    image_size: tuple[int, int]
-    camera_matrix: np.ndarray
-    distortion: np.ndarray
-    error_px: float = 0.0
+    image_size: tuple[int, int]  #: Width and height in pixels
+    camera_matrix: np.ndarray  #: (3, 3): Focal lengths and principal point (pixels)
+    distortion: np.ndarray  #: (5,): k1, k2, p1, p2, k3 of OpenCV
+    error_px: float = 0.0  #: Root mean square reprojection error (pixels)
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
         """Return where the lines of sight of pixels (n, 2) cross the plane at distance 1, (n, 2)."""
@@ -97,24 +83,13 @@ class Lens:
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A lens at its place above the arena.
+    """A lens at its place above the arena."""
 
-    Attributes
-    ----------
-    lens
-        The lens.
-    rotation : (3, 3)
-        From the arena's axes (x, y on the floor, z up) to the camera's (right, down, forward).
-    translation : (3,)
-        The arena's origin in the camera's axes (cm).
-    error_px
-        Root mean square reprojection error of the landmarks (pixels).
-    """
-
-    lens: Lens
+    lens: Lens  #: The lens
+    #: (3, 3): From the arena's axes (x, y on the floor, z up) to the camera's (right, down, forward)
     rotation: np.ndarray
-    translation: np.ndarray
-    error_px: float = 0.0
+    translation: np.ndarray  #: (3,): The arena's origin in the camera's axes (cm)
+    error_px: float = 0.0  #: Root mean square reprojection error of the landmarks (pixels)
 
     @property
     def position_cm(self) -> np.ndarray:

@@ -12,8 +12,7 @@ import numpy as np
 from turing_learning.errors import optional, require
 from turing_learning.robots._clock import Clock, RealClock
 
-PATIENCE_S = 5.0
-"""Time without an image after which a camera has failed."""
+PATIENCE_S = 5.0  #: Time without an image after which a camera has failed
 _WANTED_S = 2.0  # so long after an image was taken, the next ones are decoded and kept
 _MOST_KEPT = 64  # images that wait for a busy program
 

@@ -29,21 +29,12 @@ _PAINTS = {
 
 @dataclass(frozen=True, eq=False)
 class Detections:
-    """The n markers found in one image.
+    """The n markers found in one image."""
 
-    Attributes
-    ----------
-    positions : (n, 2)
-        Centre of the robot (cm).
-    headings : (n,) or None
-        Heading of the robot (rad, anticlockwise); None for markers that do not show it.
-    labels
-        For each, the color, or the identity of an ArUco marker as text.
-    """
-
-    positions: np.ndarray
+    positions: np.ndarray  #: (n, 2): Centre of the robot (cm)
+    #: (n,) or None: Heading of the robot (rad, anticlockwise); None for markers that do not show it
     headings: np.ndarray | None
-    labels: tuple[str, ...]
+    labels: tuple[str, ...]  #: For each, the color, or the identity of an ArUco marker as text
 
 
 class Markers(Protocol):
@@ -168,9 +159,7 @@ class TriangleMarkers:
     chroma
         Least difference between the largest and the smallest channel (0 to 255) of a colored pixel.
 
-    Source
-    ------
-    Paper, section 5.1.3 and figure 16.
+    Source: paper, section 5.1.3 and figure 16.
     """
 
     tip_cm: float = 3.0
@@ -248,19 +237,11 @@ class RoundMarkers:
 
 @dataclass(frozen=True)
 class ArucoMarkers:
-    """Square ArUco markers (`DICT_4X4_50`), each with an identity; their upper edge is the robot's front.
+    """Square ArUco markers (`DICT_4X4_50`), each with an identity; their upper edge is the robot's front."""
 
-    Attributes
-    ----------
-    side_cm
-        Side of the black square.
-    height_cm
-        Height of the marker above the floor.
-    """
-
-    side_cm: float = 4.8
+    side_cm: float = 4.8  #: Side of the black square
     disk_radius_cm: float = 3.7
-    height_cm: float = 6.0
+    height_cm: float = 6.0  #: Height of the marker above the floor
     has_heading = True
 
     def check_label(self, label: str) -> None:

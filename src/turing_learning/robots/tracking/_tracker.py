@@ -26,70 +26,37 @@ PUSH_CM, PUSH_RAD = 1.0, 0.7
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that a track should not have.
+    """Something that a track should not have."""
 
-    Attributes
-    ----------
-    frame
-        Where it began, counted from 0.
-    kind
-        "frozen camera", "marker missing", "lost" (missing for too long), "carried away" (farther than the robot can have
-        moved, or turned) or "surplus marker".
-    text
-        What happened, for the operator.
-    """
-
-    frame: int
+    frame: int  #: Where it began, counted from 0
+    #: "frozen camera", "marker missing", "lost" (missing for too long), "carried away" (farther than the robot can
+    #: have moved, or turned) or "surplus marker"
     kind: str
-    text: str
+    text: str  #: What happened, for the operator
 
 
 @dataclass(frozen=True, eq=False)
 class Sighting:
-    """What one image shows.
+    """What one image shows."""
 
-    Attributes
-    ----------
-    poses : (A, 3)
-        x, y (cm), heading (rad, in [-pi, pi)); of an individual that is not present the last one seen, 0 before.
-    present : (A,)
-        Whether the individual was seen in this image.
-    faults
-        Faults that begin in this image.
-    """
-
+    #: (A, 3): x, y (cm), heading (rad, in [-pi, pi)); of an individual that is not present the last one seen, 0 before
     poses: np.ndarray
-    present: np.ndarray
-    faults: tuple[Fault, ...]
+    present: np.ndarray  #: (A,): Whether the individual was seen in this image
+    faults: tuple[Fault, ...]  #: Faults that begin in this image
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """Poses of A individuals in T + 1 images.
+    """Poses of A individuals in T + 1 images."""
 
-    Attributes
-    ----------
-    poses : (T + 1, A, 3)
-        x, y (cm), heading (rad, in [-pi, pi)). Where an individual is not present its last pose is repeated: it is no
-        observation. Headings are 0 where markers do not show them.
-    present : (T + 1, A)
-        Whether the individual was seen.
-    labels
-        Label of each individual's marker.
-    interval_s
-        Time between images.
-    faults
-        In the order of their beginning.
-    has_headings
-        Whether the markers show headings.
-    """
-
+    #: (T + 1, A, 3): x, y (cm), heading (rad, in [-pi, pi)). Where an individual is not present its last pose is
+    #: repeated: it is no observation. Headings are 0 where markers do not show them.
     poses: np.ndarray
-    present: np.ndarray
-    labels: tuple[str, ...]
-    interval_s: float
-    faults: tuple[Fault, ...] = ()
-    has_headings: bool = True
+    present: np.ndarray  #: (T + 1, A): Whether the individual was seen
+    labels: tuple[str, ...]  #: Label of each individual's marker
+    interval_s: float  #: Time between images
+    faults: tuple[Fault, ...] = ()  #: In the order of their beginning
+    has_headings: bool = True  #: Whether the markers show headings
 
     @property
     def complete(self) -> bool:
@@ -125,9 +92,7 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
         Linear speed (cm/s), the length of the displacement over the interval, negative when the displacement is more than
         pi / 2 away from the heading at its start; angular speed (rad/s), of the turn that is shorter than pi.
 
-    Source
-    ------
-    Paper, the footnote of section 3.2.3 on the sign.
+    Source: paper, the footnote of section 3.2.3 on the sign.
     """
     poses = array("poses", poses, "T+1 A 3")
     require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
@@ -194,16 +159,9 @@ class Tracker:
     """
 
     def __init__(
-        self,
-        markers: Markers,
-        calibration: Calibration,
-        labels: Sequence[str],
-        *,
-        interval_s: float = 0.1,
-        maximum_speed_cm_s: float = 12.8,
-        maximum_turn_rad_s: float = 2 * 12.8 / 5.1,
-        maximum_gap: int = 5,
-    ) -> None:
+        self, markers: Markers, calibration: Calibration, labels: Sequence[str], *, interval_s: float = 0.1,
+        maximum_speed_cm_s: float = 12.8, maximum_turn_rad_s: float = 2 * 12.8 / 5.1, maximum_gap: int = 5,
+    ) -> None:  # fmt: skip
         for label in labels:
             markers.check_label(label)
         self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
