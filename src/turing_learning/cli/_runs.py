@@ -26,6 +26,7 @@ def infer(
     preset: str = "default",
     generations: str | None = None,
     trials: str | None = None,
+    tolerance: str | None = None,
     seed: str | None = None,
     threads: str | None = None,
     out: Path | None = None,
@@ -61,6 +62,9 @@ def infer(
         Number of generations; 1000 by default.
     trials
         Budget in simulated trials, instead of generations: the estimate from few trials, see docs/few-trials.md.
+    tolerance
+        Beside --trials: stop before they are spent once the interval of every parameter that can be identified is at most
+        this share of its range to either side.
     seed
         Seed of all random numbers; 1 by default.
     threads
@@ -77,7 +81,13 @@ def infer(
     from turing_learning.runs import new_run_path, start
     from turing_learning.swarm import SCENARIOS
 
-    options = {"run.generations": generations, "run.trials": trials, "run.seed": seed, "run.threads": threads}
+    options = {
+        "run.generations": generations,
+        "run.trials": trials,
+        "run.tolerance": tolerance,
+        "run.seed": seed,
+        "run.threads": threads,
+    }
     overrides, labels = settings_of(settings, options)
     if trials is not None and generations is not None:
         refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
@@ -102,6 +112,8 @@ def resume(
     /,
     *,
     threads: Threads = None,
+    trials: Integer | None = None,
+    tolerance: Real | None = None,
     workers: Integer | None = None,
     cluster: str | None = None,
     recording: Recording = Recording(),  # noqa: B008 - frozen
@@ -110,7 +122,11 @@ def resume(
 
     A run on recorded motion knows its recording; give --trajectories if the file is elsewhere now.
 
-    Example: turing-learning resume runs/aggregation-20261121-093015-seed1
+    Examples:
+
+      turing-learning resume runs/aggregation-20261121-093015-seed1
+
+      turing-learning resume runs/frugal --trials 3000
 
     Parameters
     ----------
@@ -118,6 +134,10 @@ def resume(
         A run folder, or a study folder.
     threads
         Of a run: number of threads; all by default. The result does not depend on it.
+    trials
+        Of a finished run of trials: the number that it shall have in all.
+    tolerance
+        Beside --trials: as in `infer`; that of the run by default.
     workers
         Of a study: number of worker processes; one for each processor by default.
     cluster
@@ -129,7 +149,8 @@ def resume(
 
     of_study = is_study(run)
     what = "study, whose runs have one thread each" if of_study else "single run"
-    for name, value in ({"threads": threads} if of_study else {"workers": workers, "cluster": cluster}).items():
+    of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
+    for name, value in (of_runs if of_study else {"workers": workers, "cluster": cluster}).items():
         if value is not None:
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
     if of_study:
@@ -138,14 +159,17 @@ def resume(
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if is_laboratory_run(run):
+        if trials is not None:
+            refuse("trials", "be left out for a run in a laboratory", str(trials), place="--trials")
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
         _robots.resume_run(run)
         return None
-    if recording.given or RunFolder(run).manifest()["state"] != FINISHED:
+    if recording.given or trials is not None or RunFolder(run).manifest()["state"] != FINISHED:
         _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
         recording = recording.remembered(run)
     genuine, simulate, _ = recording.opened(*_measured(run, recording)) if recording.given else (None, None, None)
-    _execute(lambda **watch: resume_run(run, genuine=genuine, simulate=simulate, threads=threads, **watch), run)
+    more: dict[str, Any] = {"genuine": genuine, "simulate": simulate, "trials": trials, "tolerance": tolerance}
+    _execute(lambda **watch: resume_run(run, threads=threads, **more, **watch), run)
     return None
 
 
@@ -271,7 +295,7 @@ def check(
     *,
     samples: Integer | None = None,
     points: Integer | None = None,
-    recoveries: Integer = 1,
+    recoveries: Integer | None = None,
     recovery_generations: Integer | None = None,
     seed: Integer = 0,
     force: bool = False,
@@ -297,7 +321,7 @@ def check(
     points
         Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.
     recoveries
-        Runs whose truth is the estimate, 0 for none; 1 by default.
+        Runs whose truth is the estimate, 0 for none; 1 by default, 5 for a run of trials.
     recovery_generations
         Their length; that of the run by default.
     seed

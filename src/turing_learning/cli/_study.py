@@ -25,6 +25,7 @@ def study(
     config: Path | None = None,
     preset: str = "default",
     generations: str | None = None,
+    trials: str | None = None,
     settings: Settings = None,
     workers: Integer | None = None,
     cluster: str | None = None,
@@ -60,6 +61,8 @@ def study(
         "default", or "paper" to keep to the text of the paper.
     generations
         Number of generations; 1000 by default.
+    trials
+        Budget of each run in trials, instead of generations, as in `infer`.
     settings
         Any setting, for example models.parents=20. Repeatable.
     workers
@@ -89,7 +92,9 @@ def study(
 
     require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
     hands = Hands(workers, cluster=cluster)
-    values, labels = settings_of(settings, {"run.generations": generations})
+    if trials is not None and generations is not None:
+        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
+    values, labels = settings_of(settings, {"run.generations": generations, "run.trials": trials})
     plan = plan_study(
         scenario, runs=runs, first_seed=first_seed, preset=preset, config=config, settings=values, labels=labels
     )

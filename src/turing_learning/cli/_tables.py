@@ -9,7 +9,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from turing_learning.report import counted, describe_unknown, short_number, shown
+from turing_learning.report import counted, short_number, shown
 
 if TYPE_CHECKING:
     from turing_learning.detection import Detection, Detector, Motion, Ranking, TimedVerdict, Verdict
@@ -37,7 +37,7 @@ def print_result(console: Console, result: "Result", path: Path) -> None:
     """Print the table of a run, how long it took, and where its files are, by the path of its folder as it was given."""
     for table in _fitting_tables(console, result):
         console.print(table)
-    if unknown := describe_unknown(result.interval):
+    if unknown := result.unknown:
         console.print(unknown, highlight=False)
     if result.networks is not None:
         console.print("networks: their steady outputs; their weights are in the result", highlight=False)

@@ -15,7 +15,7 @@ In the order of the data:
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 `FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
-`batch_count`, `batch_sizes`                   How many batches such a run has, and how many trials are in each.
+`batch_schedule`                               How many trials such a run has spent after each of its batches.
 `SampleBuffer`                                 All samples of a run.
 `Moments`, `train_moments`                     What trained jurors say: 0 on average for a model that is right.
 `Observers`                                    Protocol: random classifiers beside the evolved ones.
@@ -26,7 +26,7 @@ Other rewards (`Reward`) are functions of `Judgments` that return an array with 
 
 from ._archive import ClassifierArchive
 from ._buffer import SampleBuffer
-from ._few_trials import Batch, FewTrials, Observers, batch_count, batch_sizes
+from ._few_trials import Batch, FewTrials, Observers, batch_schedule
 from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import THRESHOLD, Judgments
@@ -55,8 +55,7 @@ __all__ = [
     "SampleBuffer",
     "SampleSource",
     "Samples",
-    "batch_count",
-    "batch_sizes",
+    "batch_schedule",
     "classifier_reward",
     "jury_reward",
     "model_reward",

@@ -28,11 +28,12 @@ class SampleBuffer:
         Its C samples.
     usable : (S,) bool
         Which trials have samples; those that failed count as trials.
+    pool
+        As given; all genuine samples are kept, so that it may be raised.
     """
 
     def __init__(self, pool: int = 2000, share: float = 0.1) -> None:
-        self._pool = integer("pool", pool, 2)
-        self._most = max(1, round(share * pool))
+        self.pool, self._share = integer("pool", pool, 2), share
         self._arrays: dict[str, np.ndarray] = {}
         self._counts: dict[str, int] = {}
 
@@ -57,7 +58,7 @@ class SampleBuffer:
     @property
     def genuine(self) -> np.ndarray:
         """Genuine samples (K, T, D) float32 that are judged."""
-        return self._filled("genuine")[-self._pool :]
+        return self._filled("genuine")[-self.pool :]
 
     def append(
         self,
@@ -77,7 +78,7 @@ class SampleBuffer:
         parameters = array("parameters", parameters, "M P")
         samples = array("samples", samples, "M C T D", M=len(parameters))
         genuine = array("genuine", genuine, "K T D", empty=True, T=samples.shape[2], D=samples.shape[3])
-        most = self._most if len(self) else self._pool
+        most = max(1, round(self._share * self.pool)) if len(self) else self.pool
         if len(genuine) > most:
             genuine = genuine[np.sort(rng.permutation(len(genuine))[:most])]
         self._add("parameters", parameters)

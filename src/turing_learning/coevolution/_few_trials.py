@@ -89,6 +89,9 @@ class FewTrials:
         Range of first models.
     trials
         How many in all, at least 10.
+    extended
+        For a finished run that got more trials: the budget and the number of trials spent, (N, n), of each time before.
+        Until n trials are spent it is a run of N trials; then its phases are those of one of `trials`, of which n are spent.
     seed
         A non-negative integer.
     observers
@@ -121,6 +124,7 @@ class FewTrials:
         high: np.typing.ArrayLike,
         trials: int,
         seed: int,
+        extended: Sequence[tuple[int, int]] = (),
         observers: Observers | None = None,
         genuine: np.ndarray | None = None,
         groups: Sequence[Sequence[int]] = (),
@@ -138,8 +142,10 @@ class FewTrials:
         self._design = TrialDesign(
             len(low), seed=(DESIGN, self._seed), groups=groups, dependent=dependent, limits=limits
         )
-        pool = int(np.clip(trials, *_POOL)) if genuine is None else len(genuine)
-        self.buffer = SampleBuffer(pool, 0.1 if genuine is None else 1.0)
+        self._stages = (*extended, (trials, trials))
+        self._schedule = batch_schedule(trials, len(low), extended)
+        self.buffer = SampleBuffer(share=0.1 if genuine is None else 1.0)
+        self.buffer.pool = self._pool
         self.batch: Batch | None = None
         self._number = 0
         self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
@@ -153,6 +159,15 @@ class FewTrials:
     def complete(self) -> bool:
         """Whether all trials are spent."""
         return len(self.buffer) >= self.trials
+
+    @property
+    def _budget(self) -> int:
+        """Number of trials that the phases of the next batch are relative to."""
+        return next((trials for trials, end in self._stages if len(self.buffer) < end), self.trials)
+
+    @property
+    def _pool(self) -> int:
+        return int(np.clip(self._budget, *_POOL)) if self._fixed is None else len(self._fixed)
 
     @property
     def draws(self) -> np.ndarray:
@@ -186,14 +201,22 @@ class FewTrials:
         """Spend a batch of trials and return what is known then; after a failure, `restore` the state before."""
         require(not self.complete, "trials", "be more than the run has spent", f"{self.trials}")
         with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
+            self._widen()
             self._try(self._models())
             self._evolve()
             explained, self._pooled = self._match(0), self._design.walkers
-            for k in range(_REPEATS if self.complete else 0):
-                self._match(k + 1)
-                self._pooled = np.concatenate((self._pooled, self._design.walkers))
         self._number += 1
         self.batch = self._known(explained)
+        return self.average() if len(self.buffer) in [end for _, end in self._stages] else self.batch
+
+    def average(self) -> Batch:
+        """Train jurors and move walkers several times more, as at the end of a run; return what is known then."""
+        assert self.batch is not None
+        with threadpool_limits(1, "blas"):
+            for k in range(_REPEATS):
+                self._match(k + 1)
+                self._pooled = np.concatenate((self._pooled, self._design.walkers))
+        self.batch = self._known(self.batch.explained)
         return self.batch
 
     def _known(self, explained: np.ndarray) -> Batch:
@@ -203,11 +226,14 @@ class FewTrials:
 
     def _models(self) -> np.ndarray:
         """Return the models (M, P) of the next batch, in the design's units."""
-        spent = len(self.buffer)
-        first, size = batch_sizes(self.trials, self._design.dimension)
-        if spent == 0:
-            return self._design.start(first)
-        return self._design.propose(min(size, self.trials - spent), spent / self.trials)
+        spent, count = len(self.buffer), self._schedule[self._number] - len(self.buffer)
+        return self._design.propose(count, spent / self._budget) if spent else self._design.start(count)
+
+    def _widen(self) -> None:
+        """Judge more genuine samples where a run has got more trials."""
+        if self.buffer.pool != self._pool:
+            self.buffer.pool = self._pool
+            self._observe(len(self.buffer), len(self.buffer.genuine))
 
     def _try(self, models: np.ndarray) -> None:
         """Simulate models (M, P) and let the observers see what comes."""
@@ -256,11 +282,12 @@ class FewTrials:
 
     def _match(self, repeat: int) -> np.ndarray:
         """Map the moments and let the walkers follow; return how much of each parameter a trial tells (P,)."""
-        usable, rng = np.flatnonzero(self.buffer.usable), generation_rng((MATCHING, self._seed, repeat), self._number)
+        usable, number = np.flatnonzero(self.buffer.usable), self._number - (repeat > 0)
+        rng = generation_rng((MATCHING, self._seed, repeat), number)
         near = self._nearest(usable, rng)
         field, explained = self._mapped(near, rng)
         wide, reference = self._density.wide, 0.0
-        if len(usable) > _NEAR_LEAST and (wide is None or self._number % _WIDE_EVERY == 0):
+        if len(usable) > _NEAR_LEAST and (wide is None or number % _WIDE_EVERY == 0):
             rest = rng.permutation(np.setdiff1d(usable, near))[: _WIDE_TRIALS - _FAR]
             some = rng.permutation(near)[: max(_FAR, _WIDE_TRIALS - len(rest))]
             wide, _ = self._mapped(np.sort(np.concatenate((rest, some))), rng, _WIDE_POINTS)
@@ -319,12 +346,13 @@ class FewTrials:
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state of a run with the same settings; `trials` may be more than they were."""
+        """Take over a state of a run with the same settings, but for `extended`."""
         require("number" in state, "state", "be that of an estimate from few trials", str(sorted(state)))
         self._number = int(state["number"])
         self._drawn, self._present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
         self._pooled = np.array(state["pooled"], dtype=np.float64)
         self.buffer.restore(_part(state, "buffer/"))
+        self.buffer.pool = self._pool
         self._classifiers.restore(_part(state, "classifiers/"))
         self._archive.restore(_part(state, "archive/"))
         self._design.restore(_part(state, "design/"))
@@ -337,17 +365,18 @@ class FewTrials:
             self.batch = None
 
 
-def batch_count(trials: int, dimension: int) -> int:
-    """Return the number of batches of a run with so many trials and parameters."""
-    first, size = batch_sizes(trials, dimension)
-    return 1 + -(-(trials - first) // size)
-
-
-def batch_sizes(trials: int, dimension: int) -> tuple[int, int]:
-    """Return how many trials the first batch has, and each later one."""
-    first = round(np.clip(_FIRST_SHARE * trials, _FIRST_LEAST * dimension, _FIRST_MOST * dimension))
-    first = min(first, trials // 2)
-    return first, max(2, -(-(trials - first) // BATCHES))
+def batch_schedule(trials: int, dimension: int, extended: Sequence[tuple[int, int]] = ()) -> list[int]:
+    """Return how many trials are spent after each batch of a run with so many parameters; see `FewTrials`."""
+    spent: list[int] = []
+    for budget, end in (*extended, (trials, trials)):
+        first = min(
+            round(np.clip(_FIRST_SHARE * budget, _FIRST_LEAST * dimension, _FIRST_MOST * dimension)), budget // 2
+        )
+        size = max(2, -(-(budget - first) // BATCHES))
+        spent = spent or [first]
+        while spent[-1] < end:
+            spent.append(min(spent[-1] + size, end))
+    return spent
 
 
 class _Density:

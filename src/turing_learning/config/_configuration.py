@@ -8,7 +8,7 @@ from typing import Annotated, Any, cast
 import numpy as np
 from pydantic import Discriminator, Tag, model_validator
 
-from turing_learning.coevolution import Classifier, batch_count
+from turing_learning.coevolution import Classifier, batch_schedule
 from turing_learning.errors import Refusal, Setting, refuse, refusing_as, require
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -99,12 +99,25 @@ class Configuration(Section):
         require(not (trials and self.models.hidden), "run.trials", rule, trials)
         rule, name = f"be {OPTIMIZERS[0]!r} with run.trials, which has a search of its own", self.models.optimizer
         require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name))
+        require(trials > 0 or not self.run.tolerance, "run.tolerance", "be 0 without `run.trials`", self.run.tolerance)
+        ends = [spent for _, spent in self.run.extended] + [trials]
+        fits = all(LEAST_TRIALS <= spent <= budget for budget, spent in self.run.extended)
+        rule, got = "be pairs of trials, budgeted and spent, that increase up to `run.trials`", str(self.run.extended)
+        require(fits and sorted(set(ends)) == ends, "run.extended", rule, got)
         return self
 
     @property
     def length(self) -> int:
         """Number of steps of the run: generations, or batches of trials."""
-        return batch_count(self.run.trials, len(self.parameter_names)) if self.run.trials else self.run.generations
+        return len(self._schedule) if self.run.trials else self.run.generations
+
+    @property
+    def _schedule(self) -> list[int]:
+        return batch_schedule(self.run.trials, len(self.parameter_names), self.run.extended)
+
+    def trials_after(self, steps: int) -> int:
+        """Return the number of trials that so many steps of the run spend, at least one."""
+        return self._schedule[steps - 1] if self.run.trials else self.trials_per_generation * steps
 
     @property
     def trials_per_generation(self) -> int:

@@ -184,6 +184,16 @@ class RunSection(Section):
         description="10 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); "
         "generations and the population of models do not count. 0: as many trials as the generations need",
     )
+    tolerance: Annotated[float, Field(ge=0, lt=0.5)] = Field(
+        default=0.0,
+        description="of a run with `trials`: it stops before they are spent once it has settled and the interval of every "
+        "parameter that can be identified is at most this share of the parameter's range to either side. 0: never",
+    )
+    extended: tuple[tuple[int, int], ...] = Field(
+        default=(),
+        description="of a finished run that was given more `trials`: the number that it had, and how many of them were spent, "
+        "for each time",
+    )
     seed: Annotated[int, Field(ge=0, le=LARGEST_SEED)] = Field(
         default=1, description="of all random numbers: the same seed gives the same result, another one another run"
     )
@@ -201,6 +211,11 @@ class RunSection(Section):
         '"thin": the best and the typical models and the quartiles of the fitness, in a hundredth of the space, '
         "as studies keep them",
     )
+
+    @property
+    def earlier(self) -> set[int]:
+        """Numbers of trials that were spent when the run was given more."""
+        return {spent for _, spent in self.extended}
 
     @property
     def thin(self) -> bool:

@@ -4,9 +4,12 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, known_or
 from turing_learning.report import Tabular
 
+from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, fault
 from ._profile import Profile
 from ._quantities import Quantity
 from ._two_sample import TwoSampleTest
@@ -34,6 +37,8 @@ class Recovery:
         Name -> two ends; both are NaN, in `check.json` null, where they are not known.
     error_share
         Name -> absolute error as a share of the initial range.
+    accuracy, attainable
+        Of fresh classifiers that tell samples of its truth from its estimate, and from its truth; None for runs of generations.
     """
 
     seed: int
@@ -42,6 +47,8 @@ class Recovery:
     estimate: Mapping[str, float]
     interval: Mapping[str, list[float]]
     error_share: Mapping[str, float]
+    accuracy: float | None = None
+    attainable: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
@@ -66,6 +73,9 @@ class PinnedDown:
         The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none.
     rejected
         Whether the model is told from the samples: nothing is known of the parameters of a model that is wrong.
+    sides
+        Of a run of trials: whether values below the estimate, and values above it, are told from the samples better than it. Only a
+        parameter of which both are is pinned down: nothing is claimed beside an end of its range, or without profiles.
     """
 
     parameter: str
@@ -74,20 +84,26 @@ class PinnedDown:
     recovery_error: float | None
     bound: str = ""
     rejected: bool = False
+    sides: tuple[bool, bool] | None = None
 
     @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
+        claimed = self.sides is not None
+        told = [
+            side for side, rejected in zip(("below", "above"), self.sides or (True, True), strict=True) if not rejected
+        ]
         said = (
             (self.rejected, "the model is rejected"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
-            (self.interval_share is None, f"its interval is unknown: {WHY_UNKNOWN}"),
+            (self.interval_share is None and not claimed, f"its interval is unknown: {WHY_UNKNOWN}"),
+            (bool(told), f"no values {' or '.join(told)} the estimate are told better than it"),
             (
                 self.interval_share is not None and self.interval_share >= WIDE,
                 f"its interval is {self.interval_share or 0:.0%} of the initial range",
             ),
             (
-                self.open_share is not None and self.open_share >= WIDE,
+                self.open_share is not None and self.open_share >= WIDE and not claimed,
                 f"up to {self.open_share or 0:.0%} of the range may be open",
             ),
             (
@@ -138,6 +154,14 @@ class Check(Tabular):
     unfinished: tuple[int, int] | None = None
 
     @property
+    def fault(self) -> str | None:
+        """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None."""
+        tested = [(each.accuracy, each.attainable) for each in self.recoveries if each.accuracy is not None]
+        if len(tested) < 2:
+            return None
+        return fault(self.test.accuracy, *np.array(tested, dtype=float).T)
+
+    @property
     def not_pinned_down(self) -> tuple[str, ...]:
         """Names of the parameters that are not pinned down."""
         return tuple(each.parameter for each in self.parameters if not each.pinned_down)
@@ -150,6 +174,11 @@ class Check(Tabular):
             f"Fresh classifiers {can} tell kept-out samples from the model "
             f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
         )
+        first = {
+            FINE: "The estimate is fine. ",
+            FAILED_SEARCH: "The search has failed. ",
+            WRONG_MODEL: "The model is wrong. ",
+        }.get(self.fault or "", "") + first
         second = "Nothing speaks against any parameter being pinned down."
         loose = [
             f"{each.parameter} ({each.verdict})" if each.bound else each.parameter
@@ -182,7 +211,7 @@ def check_from_json(content: Mapping[str, Any]) -> Check:
     """Make a check of what `check.json` holds."""
     return Check(
         test=TwoSampleTest(**content["test"]),
-        parameters=tuple(PinnedDown(**each) for each in content["parameters"]),
+        parameters=tuple(PinnedDown(**_tuples(each)) for each in content["parameters"]),
         profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
         recoveries=tuple(_recovery(each) for each in content["recoveries"]),
         quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),

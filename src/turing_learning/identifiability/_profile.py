@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ._evidence import PROFILING, Effort, Evidence
-from ._two_sample import two_sample_test
+from ._claims import sides_rejected
+from ._evidence import PROFILING, Effort, Evidence, stream
+from ._two_sample import paired_test
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,8 @@ class Profile:
         Which of them is the estimate.
     accuracies, criticals
         Of the test at each value, see `TwoSampleTest`.
+    rejected
+        Whether values below the estimate, and values above it, are told better than it, see `sides_rejected`; None in older checks.
     """
 
     parameter: str
@@ -33,6 +36,7 @@ class Profile:
     place: int
     accuracies: tuple[float, ...]
     criticals: tuple[float, ...]
+    rejected: tuple[bool, bool] | None = None
 
     @property
     def told_apart(self) -> tuple[bool, ...]:
@@ -79,25 +83,32 @@ def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort
     numbers = np.append(np.linspace(-1, 1, effort.points), parameter.to_numbers(estimate[place]))
     order = np.argsort(numbers, kind="stable")
     values = parameter.to_units(numbers[order])
-    tests = [
-        two_sample_test(
-            evidence,
-            _moved(estimate, place, value),
-            effort,
-            seed=seed,
-            use=(PROFILING, place, k),
-            generations=effort.profile_generations,
-            population=effort.profile_population,
-        )
-        for k, value in enumerate(values.tolist())
-    ]
+    tests, accuracies = zip(
+        *(
+            paired_test(
+                evidence,
+                _moved(estimate, place, value),
+                effort,
+                seed=seed,
+                use=(PROFILING, place, k),
+                generations=effort.profile_generations,
+                population=effort.profile_population,
+            )
+            for k, value in enumerate(values.tolist())
+        ),
+        strict=True,
+    )
+    here = int(np.flatnonzero(order == effort.points)[0])
+    others = np.delete(np.arange(len(values)), here)
+    differences = np.array(accuracies)[others] - accuracies[here]
     return Profile(
         parameter=name,
         values=tuple(values.tolist()),
         numbers=tuple(numbers[order].tolist()),
-        place=int(np.flatnonzero(order == effort.points)[0]),
+        place=here,
         accuracies=tuple(test.accuracy for test in tests),
         criticals=tuple(test.critical for test in tests),
+        rejected=sides_rejected(differences, others > here, stream(seed, PROFILING, place, effort.points + 1)),
     )
 
 

@@ -169,6 +169,26 @@ def two_sample_test(
 ) -> TwoSampleTest:
     """Train fresh classifiers on genuine samples and samples of one model; test them on kept-out samples.
 
+    For the arguments see `paired_test`.
+    """
+    found, _ = paired_test(evidence, values, effort, seed=seed, use=use, generations=generations, population=population)
+    return found
+
+
+def paired_test(
+    evidence: Evidence,
+    values: np.ndarray,
+    effort: Effort,
+    *,
+    seed: int,
+    use: tuple[int, ...] = (TESTING,),
+    generations: int | None = None,
+    population: int | None = None,
+) -> tuple[TwoSampleTest, np.ndarray]:
+    """Return the test of one model, and the accuracies (G,) on its G genuine groups, each beside as many of the simulated ones.
+
+    Those of tests of several models are paired: their genuine groups are the same.
+
     Parameters
     ----------
     evidence
@@ -207,7 +227,10 @@ def two_sample_test(
     scores = group_means(jury.score(evidence.testing), evidence.groups)
     others = group_means(jury.score(counterfeit), np.arange(len(counterfeit)) // bundle)
     found = permutation_test(scores, others, rng)
-    return TwoSampleTest(
+    beside = (
+        [part.mean() for part in np.array_split(others, len(scores))] if len(others) >= len(scores) else others.mean()
+    )
+    test = TwoSampleTest(
         accuracy=(1 + found.difference) / 2,
         p_value=found.p_value,
         critical=(1 + found.critical) / 2,
@@ -217,6 +240,7 @@ def two_sample_test(
         counterfeit_groups=len(others),
         grouping=evidence.grouping,
     )
+    return test, (1 + scores - np.array(beside)) / 2
 
 
 def _simulated(evidence: Evidence, values: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -61,7 +61,9 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def describe_unknown(interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval") -> str:
+def describe_unknown(
+    interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval", why: str = WHY_UNKNOWN
+) -> str:
     """Say in one sentence of which parameters something is not known, and why; nothing if it is known of all.
 
     Parameters
@@ -70,6 +72,8 @@ def describe_unknown(interval: Mapping[str, Sequence[float]], what: str = "The 9
         Name -> two ends, or other numbers.
     what
         What it is, as the sentence begins.
+    why
+        Why it is not known, as the sentence ends.
 
     Examples
     --------
@@ -79,4 +83,4 @@ def describe_unknown(interval: Mapping[str, Sequence[float]], what: str = "The 9
     ''
     """
     names = ", ".join(name for name, values in interval.items() if not is_known(*values))
-    return f"{what} is unknown for {names}: {WHY_UNKNOWN}." if names else ""
+    return f"{what} is unknown for {names}: {why}." if names else ""

@@ -52,8 +52,12 @@ class Loop(Protocol):
     def rows(self) -> dict[str, np.ndarray]:
         """Return what has come since the last call and is stored once; nothing of a coevolution."""
 
-    def interval(self) -> np.ndarray:
-        """Return the ends (2, P), in units, that are not read off the typical models; empty of a coevolution."""
+    @property
+    def tolerated(self) -> bool:
+        """Whether it has stopped before its length: what it leaves open is within `run.tolerance`."""
+
+    def readout(self) -> dict[str, np.ndarray]:
+        """Return "interval" (2, P) and "draws" (D, P), in units, that are not read off the typical models, where there are some."""
 
 
 class Generations(Coevolution):
@@ -63,9 +67,11 @@ class Generations(Coevolution):
         """Return nothing."""
         return {}
 
-    def interval(self) -> np.ndarray:
+    tolerated = False
+
+    def readout(self) -> dict[str, np.ndarray]:
         """Return nothing."""
-        return np.empty((0, 0))
+        return {}
 
 
 def generations_of(configuration: Configuration, source: Source) -> Generations:

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 FOLDER, CHECK = "check", "check/check.json"
 COMPARED = 500  # simulated samples whose signals are compared
+RECOVERIES = 5
+"""Of a run of trials, by default."""
 LEAST_INDIVIDUALS = 5
 """With fewer individuals, those of each are divided by blocks of time, too; with so many recordings, each is one group."""
 
@@ -154,7 +156,7 @@ class _Checker:
 
     def _begun(self) -> dict[str, Any]:
         """Return the beginning of a check, in place of one that may be there."""
-        unfinished = None if self.result.complete else [self.result.generations, self.configuration.run.generations]
+        unfinished = None if self.result.complete else [self.result.generations, self.configuration.length]
         new = {"settings": self._settings(), "unfinished": unfinished, "profiles": {}, "recoveries": []}
         if self.folder is None:
             return new
@@ -188,7 +190,8 @@ class _Checker:
         owner = self.result.origin
         assert owner is not None
         seed = self.configuration.run.seed + 1 + k
-        overrides = {"run.seed": seed, "run.generations": self.length, "run.history": "thin"}
+        length = {} if self.configuration.run.trials else {"run.generations": self.length}
+        overrides = {"run.seed": seed, "run.history": "thin"} | length
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         scenario, given = self.configuration.scenario, Given()
         if self.source.genuine is None:
@@ -215,7 +218,30 @@ class _Checker:
             estimate=found.estimate,
             interval=found.interval,
             error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
+            **(self._told(k, configuration, evidence, given, found) if self.configuration.run.trials else {}),
         ).to_json()
+
+    def _told(
+        self, k: int, configuration: Configuration, evidence: "Evidence", given: Given, found: Result
+    ) -> dict[str, float]:
+        """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
+        from turing_learning.identifiability import evidence_of, two_sample_test
+        from turing_learning.identifiability._evidence import RECOVERING, stream
+
+        number = self.seed + 1 + k
+        with configuration.system.open(given) as source:
+            known = evidence_of(configuration, source, self.effort, number) if source.genuine is None else evidence
+            if source.genuine is not None:
+                rng = stream(self.seed, RECOVERING, k, 1)
+                count, live = len(evidence.testing), source.genuine.live
+                testing = evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
+                learning = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
+                known = replace(evidence, learning=learning, testing=testing, groups=evidence.groups[: len(testing)])
+            tested = {"accuracy": np.array(list(found.estimate.values())), "attainable": self.estimate}
+            return {
+                name: two_sample_test(known, values, self.effort, seed=number, use=(RECOVERING, place)).accuracy
+                for place, (name, values) in enumerate(tested.items(), 1)
+            }
 
     def _simulated_system(self, k: int, evidence: "Evidence") -> tuple[CustomSystem, Given]:
         """Return a system of as many samples as the run learned from, simulated at the estimate."""
@@ -261,10 +287,16 @@ class _Checker:
                     recovery_error=max(each[name] for each in errors) if errors else None,
                     bound="" if self.result.networks else _bound(evidence.parameters[name], self.result.estimate[name]),
                     rejected=rejected,
+                    sides=self._sides(content["profiles"].get(name)),
                 )
             )
             for name, width in zip(self.result.estimate, widths, strict=True)
         ]
+
+    def _sides(self, profile: Mapping[str, Any] | None) -> tuple[bool, bool] | None:
+        if not self.configuration.run.trials:
+            return None
+        return (False, False) if profile is None else (profile["rejected"][0], profile["rejected"][1])
 
 
 AT = 0.01
@@ -360,7 +392,7 @@ def check_run(
     recording: Trajectories | Sequence[Trajectories] | None = None,
     groups: Any = None,
     effort: "Effort | None" = None,
-    recoveries: int = 1,
+    recoveries: int | None = None,
     recovery_generations: int | None = None,
     seed: int = 0,
     workers: int | None = None,
@@ -385,7 +417,9 @@ def check_run(
     effort
         How much is simulated and trained.
     recoveries, recovery_generations
-        Number of runs whose truth is the estimate, 0 for none, and their length; None takes that of the run.
+        Number of runs whose truth is the estimate, 0 for none, and their length. None makes 1 of the length of the run. Of a run of
+        trials it makes 5, which spend as many trials as the run was to spend: with 2 or more `Check.fault` says whether the
+        estimate is fine, the search has failed, or the model is wrong.
     seed
         Of all random numbers of the check, >= 0.
     workers, timeout_s
@@ -411,7 +445,12 @@ def check_run(
     """
     from turing_learning.identifiability import Effort
 
+    trials = configuration.run.trials
+    got = f"{recovery_generations} for a run of {trials} trials"
+    rule = "be left out for a run of trials"
+    require(not (trials and recovery_generations), "recovery_generations", rule, got, error=ConfigurationError)
     length = result.generations if recovery_generations is None else recovery_generations
+    recoveries = (RECOVERIES if trials else 1) if recoveries is None else recoveries
     least = {"recoveries": (recoveries, 0), "recovery_generations": (length, 1), "seed": (seed, 0)}
     for name, (value, lowest) in least.items():
         integer(name, value, lowest, error=ConfigurationError)
@@ -425,8 +464,6 @@ def check_run(
     )
     got, place = "one in a laboratory", str(result.path)
     require(not result.in_laboratory, "run", rule, got, remedy, place=place, error=ConfigurationError)
-    trials, rule = configuration.run.trials, "be one of generations, to be checked"
-    require(trials == 0, "run", rule, f"one of {trials} trials", error=ConfigurationError)
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
     given, say = Given(genuine, simulate, workers, timeout_s, groups), stage or (lambda text: None)
     recordings = (recording,) if isinstance(recording, Trajectories) else tuple(recording or ())

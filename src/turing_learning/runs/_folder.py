@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ import numpy as np
 
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
-from turing_learning.errors import Call, Setting, brief, refuse, require
+from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
 from turing_learning.store import (
     Kind,
     RunFolderError,
@@ -164,9 +165,31 @@ class RunFolder(Store):
                 "be as it was when the run began", "a changed one", remedy, place=str(self.configuration_path),
                 error=RunFolderError)  # fmt: skip
         try:
-            return load_configuration(self.configuration_path)
+            return load_configuration(self.configuration_path, overrides=manifest.get("extension"))
         except ConfigurationError as error:
             raise RunFolderError(error.refusal or str(error)) from error
+
+    def extend(self, trials: int, tolerance: float | None) -> None:
+        """Give a finished run more trials; the caller holds the lock. One write does it: config.toml says how the run began."""
+        manifest, configuration = self.manifest(), self.configuration()
+        run, needed = configuration.run, partial(require, error=RunFolderError)
+        needed(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
+        remedy = "Resume it without more trials first."
+        needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", remedy)
+        remedy = "A run with the setting run.history = 'thin' does not keep them: run again with 'full'."
+        needed(
+            run.history == "full", "run", "have its samples, to get more trials", f"{self.path}, without them", remedy
+        )
+        spent = configuration.trials_after(self.read("result.json")["generations"])
+        needed(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
+        extension = {
+            "run.trials": trials,
+            "run.tolerance": run.tolerance if tolerance is None else tolerance,
+            "run.extended": [*map(list, run.extended), [run.trials, spent]],
+        }
+        with refusing_as(RunFolderError):
+            load_configuration(self.configuration_path, overrides=extension)
+        self.update_manifest(state=STOPPED, finished=None, extension=extension)
 
     def checkpoint(self, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True) -> Latest:
         """Return the newest usable checkpoint of this run's configuration; those of another count as damaged."""

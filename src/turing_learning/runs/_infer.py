@@ -32,6 +32,7 @@ def infer(
     trials: int | None = None,
     models: Any = None,
     classifier: Any = None,
+    tolerance: float | None = None,
     seed: int | None = None,
     preset: str = "default",
     config: str | Path | Configuration | None = None,
@@ -69,6 +70,9 @@ def infer(
         `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
     classifier
         What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an Elman network.
+    tolerance
+        Beside `trials`: the run stops before they are spent once it has settled and `interval` leaves, of each parameter that can
+        be identified, at most this share of its range to either side. None, or 0: never.
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
@@ -118,9 +122,9 @@ def infer(
     """
     refuse_unknown(options, {*CustomOptions.__annotations__, *signature(infer).parameters} - {"options"})
     _require_callables(observer, should_stop)
-    rule, got = "be given without `generations`", f"{brief(trials)} beside {brief(generations)}"
-    require(trials is None or generations is None, "trials", rule, got, error=ConfigurationError)
-    overrides = single_settings(settings, generations=generations, trials=trials, seed=seed, threads=threads)
+    overrides = single_settings(
+        settings, generations=generations, trials=trials, tolerance=tolerance, seed=seed, threads=threads
+    )
     for key, argument, part in (
         ("models.optimizer", "models", models),
         ("classifiers.network", "classifier", classifier),
@@ -191,6 +195,8 @@ def resume(
     threads: int | None = None,
     models: Any = None,
     classifier: Any = None,
+    trials: int | None = None,
+    tolerance: float | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
 ) -> Result:
@@ -209,6 +215,8 @@ def resume(
         Number of threads; None takes that of the configuration.
     models, classifier
         The objects that the run began with, where no other process can import them.
+    trials, tolerance
+        For a finished run of trials that shall have more of them, see `Run.open`.
     observer, should_stop
         As in `infer`.
 
@@ -242,7 +250,7 @@ def resume(
         with refusing_as(RunFolderError):
             return configuration.system.open(folder.remembered(given))
 
-    return conduct(Run.open(path, reopen, threads=threads), observer, should_stop)
+    return conduct(Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance), observer, should_stop)
 
 
 def _require_callables(observer: Any, should_stop: Any) -> None:

@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
 
+AGREE_BIRGE, DISAGREE_BIRGE = 1.5, 2.0
+"""The same for the Birge ratio of runs of trials; two runs whose intervals hold exceed the second in one case of twenty."""
+
 _FREE = ("run.seed", "run.threads", "run.checkpoint_every", "run.history", "scenario.headings", *PROSE)
 """Settings in which pooled runs may differ; but for the seed, none of them changes the result. Older runs know nothing of headings,
 and samples that are measured otherwise are others."""
@@ -46,7 +49,7 @@ class Pooled(Tabular):
     scenario
         Name of the scenario.
     generations
-        Of each run.
+        Of each run; of runs of trials, the most batches that one has.
     seeds
         Of the runs.
     estimate
@@ -57,7 +60,8 @@ class Pooled(Tabular):
         differ.
     agreement
         R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it. NaN where no run has
-        moved.
+        moved. Of runs of trials the Birge ratio: how far their estimates are apart, in units of the deviations of their draws; at
+        most about 1 where they agree. NaN where fewer than two have settled.
     estimates
         Name -> the estimates of the runs, in the order of `seeds`.
     truth
@@ -66,6 +70,8 @@ class Pooled(Tabular):
         Of `estimate`, and its mean over the parameters; None where there is no truth.
     labels
         Name -> name and unit, for tables.
+    trials
+        That runs of trials were to spend; None for runs of generations.
     """
 
     scenario: str
@@ -79,11 +85,16 @@ class Pooled(Tabular):
     estimate_absolute_error: dict[str, float] | None
     estimate_mae: float | None
     labels: dict[str, str] = field(default_factory=dict)
+    trials: int | None = None
 
     @property
     def verdict(self) -> dict[str, str]:
-        """Whether runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown"."""
-        return {name: _word(value) for name, value in self.agreement.items()}
+        """Whether runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown".
+
+        For the Birge ratio of runs of trials the bounds are 1.5 and 2.
+        """
+        bounds = (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
+        return {name: _word(value, *bounds) for name, value in self.agreement.items()}
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, truth and error if known, R-hat."""
@@ -104,7 +115,8 @@ class Pooled(Tabular):
     def __str__(self) -> str:
         labels = {name: self.labels.get(name, name) for name in self.estimate}
         width = max(10, *map(len, labels.values()))
-        heads = ("estimate", "90 % from", "to", "true", "|error|", "R-hat", "runs")
+        measure = "R-hat" if self.trials is None else "Birge"
+        heads = ("estimate", "90 % from", "to", "true", "|error|", measure, "runs")
         lines = [f"{'parameter':>{width}}{''.join(f'{head:>10}' for head in heads)}"]
         for name, value in self.estimate.items():
             true = None if self.truth is None else self.truth[name]
@@ -116,12 +128,14 @@ class Pooled(Tabular):
         apart = [name for name, word in self.verdict.items() if word == "disagree"]
         lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
         agreement = {name: [value] for name, value in self.agreement.items()}
-        unknown = (describe_unknown(self.interval), describe_unknown(agreement, "Whether runs agree"))
+        why = {} if self.trials is None else {"why": "at most one run has settled; resume them with more trials"}
+        unknown = (describe_unknown(self.interval, **why), describe_unknown(agreement, "Whether runs agree", **why))
         lines += [sentence for sentence in unknown if sentence]
         seeds = ", ".join(map(str, self.seeds))
+        length = counted(self.generations, "generation") if self.trials is None else counted(self.trials, "trial")
         return "\n".join(
             [
-                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {counted(self.generations, 'generation')}",
+                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}",
                 *lines,
             ]
         )
@@ -132,6 +146,10 @@ def pool(runs: Sequence[Result]) -> Pooled:
 
     The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is far too narrow; that
     of the pool counts their scatter too.
+
+    Of runs of trials the draws are mixed (a linear opinion pool): where runs agree, the interval of the pool is that of one run, as
+    the samples may be the same for all; where they do not, it spans them. Runs that have not settled are left out of estimate and
+    interval, unless none has settled; then the interval is not known.
 
     Parameters
     ----------
@@ -166,18 +184,24 @@ def pool(runs: Sequence[Result]) -> Pooled:
     """
     runs = _fit(runs)
     configuration = _common_configuration(runs)
-    trials, rule = configuration.run.trials, "be of generations, to be pooled"
-    require(trials == 0, "runs", rule, f"runs of {trials} trials", error=ConfigurationError)
     _refuse_same_seeds(runs)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    typical = np.stack([_typical_models(run, configuration) for run in runs])
-    estimate = configuration.system.on_scales(typical, pooled_estimate)
-    ends = configuration.system.on_scales(typical, pooled_interval)
+    if configuration.run.trials:
+        settled = [run for run in runs if run.covariance is not None]
+        found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
+        estimate = configuration.system.on_scales(found, lambda values: np.median(values[:, 0], axis=0))
+        ends, agreement = _mixed(
+            [run.draws() for run in settled], [list(run.interval.values()) for run in settled], names
+        )
+    else:
+        typical = np.stack([_typical_models(run, configuration) for run in runs])
+        estimate = configuration.system.on_scales(typical, pooled_estimate)
+        ends = configuration.system.on_scales(typical, pooled_interval)
+        agreement = r_hat(typical).tolist()
     error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
-    agreement = r_hat(typical).tolist()
     return Pooled(
         scenario=scenario.name,
-        generations=configuration.run.generations,
+        generations=max(run.generations for run in runs),
         seeds=tuple(run.seed for run in runs),
         estimate=named(names, estimate),
         interval=known_or(UNKNOWN, dict(zip(names, ends.tolist(), strict=True))),
@@ -187,7 +211,27 @@ def pool(runs: Sequence[Result]) -> Pooled:
         estimate_absolute_error=None if error is None else named(names, error),
         estimate_mae=None if error is None else float(error.mean()),
         labels=runs[0].labels,
+        trials=configuration.run.trials or None,
     )
+
+
+def _mixed(
+    draws: list[np.ndarray], intervals: list[list[list[float]]], names: tuple[str, ...]
+) -> tuple[np.ndarray, list[float]]:
+    """Return the interval (P, 2) of the mixed draws (D, P) of runs, and their Birge ratios.
+
+    A parameter that one run does not identify has its range.
+    """
+    if not draws:
+        return np.full((len(names), 2), UNKNOWN), [UNKNOWN] * len(names)
+    ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
+    stated = np.array(intervals)
+    own = np.stack([np.quantile(each, (0.05, 0.95), axis=0).T for each in draws])
+    widened = (np.ptp(stated, axis=2) > 1.001 * np.ptp(own, axis=2)).any(axis=0)
+    ends[widened] = np.stack((stated[..., 0].min(axis=0), stated[..., 1].max(axis=0)), axis=1)[widened]
+    middles = np.array([np.median(each, axis=0) for each in draws])
+    squares = ((middles - middles.mean(axis=0)) ** 2 / np.array([each.var(axis=0) for each in draws])).sum(axis=0)
+    return ends, np.sqrt(squares / (len(draws) - 1)).tolist() if len(draws) > 1 else [UNKNOWN] * len(names)
 
 
 def _fit(given: Any) -> list[Result]:
@@ -240,12 +284,12 @@ def _place(run: Result) -> str:
     return "" if run.path is None else f" [{run.path}]"
 
 
-def _word(agreement: float) -> str:
+def _word(agreement: float, most: float, least: float) -> str:
     if not is_known(agreement):
         return "unknown"
-    if agreement <= AGREE:
+    if agreement <= most:
         return "agree"
-    return "disagree" if agreement > DISAGREE else "unclear"
+    return "disagree" if agreement > least else "unclear"
 
 
 def _number(value: float | None) -> str:

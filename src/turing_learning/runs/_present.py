@@ -177,7 +177,7 @@ def run_table(result: Result) -> RunTable:
     note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
     if result.networks:
         note = "Outputs of the networks after 20 steps of each constant sensor reading."
-    note = f"{note} {report.describe_unknown(result.interval)}".strip()
+    note = f"{note} {result.unknown}".strip()
     return RunTable(rows, result.estimate_mae, result.mae, note)
 
 
@@ -272,7 +272,7 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
                 "What each parameter leaves open",
                 "Accuracy on kept-out samples of fresh classifiers, trained against models in which one parameter is moved "
                 "across its initial range; below the dashed line they may be guessing. "
-                f"{report.describe_unknown(result.interval)}".strip(),
+                f"{result.unknown}".strip(),
                 _profiles(check, result, configuration),
                 wide=True,
             )

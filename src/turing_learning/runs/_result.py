@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
-from turing_learning.coevolution import batch_sizes
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import brief, require
+from turing_learning.errors import brief, integer, require
 from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
 from turing_learning.store import RunFolderError
@@ -31,7 +30,10 @@ if TYPE_CHECKING:
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
-_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials")
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance")
+
+UNSETTLED = "the run has not settled: resume it with more trials"
+"""Why an interval of a run of trials is not known."""
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
@@ -53,6 +55,9 @@ class Owner(Protocol):
 
     def history(self) -> "xarray.Dataset":
         """Return the history."""
+
+    def draws(self) -> np.ndarray | None:
+        """Return draws (D, P) of the estimate; None where there are none."""
 
     def report(self, result: "Result", target: Path) -> Path:
         """Write the report."""
@@ -109,6 +114,9 @@ class Result(Tabular):
     trials
         Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in one. None in runs
         of version 0.1.0.
+    covariance
+        Name -> name -> covariance of two parameters, in their units, of an estimate from few trials: what matching leaves open
+        (see `draws`). None, and not in `result.json`, for other runs, and where the run has not settled.
     path
         The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
@@ -140,6 +148,13 @@ class Result(Tabular):
     failed_simulations: dict[str, Any] | None = None
     networks: dict[str, dict[str, float]] | None = None
     trials: int | None = None
+    covariance: dict[str, dict[str, float]] | None = None
+
+    @property
+    def unknown(self) -> str:
+        """Why the ends of which intervals are not known, in one sentence; empty if all are."""
+        few = self.origin is not None and self.origin.configuration.run.trials
+        return describe_unknown(self.interval, why=UNSETTLED) if few else describe_unknown(self.interval)
 
     @property
     def system(self) -> System:
@@ -192,6 +207,38 @@ class Result(Tabular):
             If its folder holds this run no more, or no history that can be read.
         """
         return self._there().history()
+
+    def draws(self, count: int | None = None, seed: int = 0) -> np.ndarray:
+        """Return draws of the parameters from what an estimate from few trials leaves open: the joint uncertainty.
+
+        Their central 90 % are the `interval` of a parameter that the judgments identify, and their covariance is `covariance`.
+
+        Parameters
+        ----------
+        count
+            How many, drawn from those that the run has, with replacement; None returns these as they are.
+        seed
+            Of the drawing, >= 0.
+
+        Returns
+        -------
+        (count, P)
+            In the parameters' units, in the order of `estimate`.
+
+        Raises
+        ------
+        RuntimeError
+            If the run has none: it is one of generations, or has not settled.
+        """
+        found = self._there().draws()
+        if found is None:
+            raise RuntimeError(
+                "`draws` must be of a run of trials that has settled; got none. Give `trials`, or more of them."
+            )
+        if count is None:
+            return found.copy()
+        rng = np.random.default_rng(integer("seed", seed))
+        return found[rng.integers(len(found), size=integer("count", count, 1))]
 
     @property
     def configuration(self) -> Configuration:
@@ -323,7 +370,7 @@ class Result(Tabular):
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
         state = "" if self.complete else " (incomplete)"
-        unknown = describe_unknown(self.interval)
+        unknown = self.unknown
         return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self), *([unknown] if unknown else [])])
 
 
@@ -354,6 +401,8 @@ def summarize(
     seconds: float,
     *,
     origin: Owner,
+    complete: bool,
+    draws: np.ndarray | None = None,
     ends: np.ndarray | None = None,
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
@@ -369,8 +418,12 @@ def summarize(
         Time the run took so far (s).
     origin
         The run.
+    complete
+        Whether it is all that was asked for.
+    draws : (D, P)
+        Of an estimate from few trials; None where it has not settled.
     ends : (2, P)
-        Interval of an estimate from few trials, empty where there is none yet; it is not read off the traces.
+        Its interval, likewise; it is not read off the traces.
     failed_simulations
         Of a custom system.
     """
@@ -381,24 +434,21 @@ def summarize(
     inferred = estimate(typical, window)
     if configuration.run.trials:
         inferred = typical[-1]
-        low, high = (
-            (np.full(len(names), np.nan),) * 2 if ends is None or not ends.size else configuration.described(ends)
-        )
+        low, high = np.full((2, len(names)), np.nan) if ends is None else ends
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
-        spent = min(configuration.run.trials, _trials_after(configuration, traces.completed))
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
         between = dict(zip(names, pairs.tolist(), strict=True))
-        spent = configuration.trials_per_generation * traces.completed
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
         seed=configuration.run.seed,
-        trials=spent,
-        complete=traces.completed == configuration.length,
+        trials=configuration.trials_after(traces.completed),
+        complete=complete,
         best_model=named(names, best),
         estimate=named(names, inferred),
         interval=known_or(UNKNOWN, between),
+        covariance=None if draws is None else _covariance(names, draws),
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
@@ -410,10 +460,8 @@ def summarize(
     )
 
 
-def _trials_after(configuration: Configuration, batches: int) -> int:
-    """Return the number of trials that so many batches have spent."""
-    first, size = batch_sizes(configuration.run.trials, len(configuration.parameter_names))
-    return first + size * (batches - 1)
+def _covariance(names: tuple[str, ...], draws: np.ndarray) -> dict[str, dict[str, float]]:
+    return {name: named(names, row) for name, row in zip(names, np.atleast_2d(np.cov(draws.T)), strict=True)}
 
 
 def _networks(

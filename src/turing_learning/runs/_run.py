@@ -61,6 +61,8 @@ _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 _INTERVAL = "interval"  # of an estimate from few trials, among them
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
+_READOUT = "readout/"  # interval and draws of its estimate, among the arrays of a checkpoint
+_COMPLETE = "complete"  # whether the run was, among the arrays of a checkpoint
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -147,7 +149,7 @@ class Run:
         self._traces = Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
-        self._ends = np.empty((0, 0))
+        self._readout: dict[str, np.ndarray] = {}
         self._begun = time.perf_counter()
         self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
         seals = None if folder is None else self._restored(folder)
@@ -213,9 +215,18 @@ class Run:
 
     @classmethod
     def open(
-        cls, path: str | Path, reopen: Callable[[Configuration], Source] | None = None, *, threads: int | None = None
+        cls,
+        path: str | Path,
+        reopen: Callable[[Configuration], Source] | None = None,
+        *,
+        threads: int | None = None,
+        trials: int | None = None,
+        tolerance: float | None = None,
     ) -> "Run | FinishedRun":
         """Open a run that was stopped or killed, to resume it; a finished one has its result, and no further generations.
+
+        A finished run of trials that is given more of them is the run whose configuration has all of them as `run.trials`, and what
+        it had before in `run.extended`: to the same bits, wherever either is stopped.
 
         Parameters
         ----------
@@ -225,8 +236,19 @@ class Run:
             Opens the samples of the run's system, while the folder is locked; None opens those of a system that needs nothing else.
         threads
             Number of threads; None takes that of the configuration.
+        trials
+            For a finished run of trials: how many it shall have in all, more than it has spent.
+        tolerance
+            Beside `trials`: as in `infer`; None leaves it as it was.
         """
         folder = RunFolder(path)
+        if trials is not None:
+            with writable("run", folder.path), folder.locked():
+                folder.extend(trials, tolerance)
+        else:
+            require(
+                tolerance is None, "tolerance", "be given beside `trials`", f"{tolerance} alone", error=RunFolderError
+            )
         configuration = folder.configuration()
         if is_whole(folder, configuration):
             return FinishedRun(load_run(path))
@@ -269,7 +291,7 @@ class Run:
     @property
     def complete(self) -> bool:
         """Whether all generations are completed."""
-        return self._traces.completed == self.configuration.length
+        return self._loop.tolerated or self._traces.completed == self.configuration.length
 
     def __iter__(self) -> Iterator[Progress]:
         """Run generations; after the last one, or where the loop is left, save everything.
@@ -306,7 +328,9 @@ class Run:
                 self._traces,
                 self._seconds or time.perf_counter() - self._begun,
                 origin=self._origin(),
-                ends=self._ends,
+                complete=self.complete,
+                draws=self._readout.get("draws"),
+                ends=self._readout.get("interval"),
                 failed_simulations=None if failures is None else failures.summary(),
             )
         return self._result
@@ -387,7 +411,7 @@ class Run:
                 self._recorder.flush()
             self._seconds = self._seconds_before + time.perf_counter() - self._begun
             if self.complete:
-                self._ends = self._loop.interval()
+                self._readout = self._loop.readout()
             if self.folder is not None:
                 if rows := self._loop.rows():
                     self.folder.write(piece("buffer", self.completed), rows)
@@ -403,9 +427,9 @@ class Run:
         arrays = {f"traces/{k}": array for k, array in self._traces.state(slice(self._blocks * BLOCK, None)).items()}
         if self._source.failures is not None:
             arrays |= {f"{_FAILURES}{name}": array for name, array in self._source.failures.state().items()}
-        if self._ends.size:
-            arrays[_INTERVAL] = self._ends
-        arrays["seconds"] = np.array(self._seconds)
+        if self.complete:
+            arrays |= {f"{_READOUT}{name}": array for name, array in self._readout.items()}
+        arrays[_COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
         arrays[CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
         if with_state:
             arrays |= {f"coevolution/{name}": array for name, array in self._loop.state().items()}
@@ -428,8 +452,9 @@ class Run:
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
             if self.complete and history == "thin":
                 folder.update_manifest(state=FINISHED, finished=now())
-                if not self.configuration.run.trials:
-                    self._save_checkpoint(folder, with_state=False)
+                self._save_checkpoint(folder, with_state=False)
+                for path in folder.path.glob("buffer/*.npz"):
+                    folder.remove(f"buffer/{path.name}")
             elif self.complete:
                 self._keep_calibration(folder, result)
                 _write_pages(result, folder, self.configuration)
@@ -471,7 +496,7 @@ class Run:
             rows = [folder.read(piece("buffer", number)) for number in range(1, done + 1)]
             state |= {f"buffer/{name}": np.concatenate([each[name] for each in rows]) for name in rows[0]}
         self._loop.restore(state)
-        self._ends = checkpoint.arrays.get(_INTERVAL, self._ends)
+        self._readout = part(checkpoint.arrays, _READOUT) if self.complete else {}
         if self._source.failures is not None:
             self._source.failures.restore(part(checkpoint.arrays, _FAILURES))
         self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
@@ -482,7 +507,9 @@ class Run:
         if self.folder is not None:
             return origin_of(self.folder, self.configuration, self.completed)
         kept = self._traces if self.configuration.run.thin else self._arrays
-        return Origin(self.configuration, self.completed, kept=kept, stored=self._manifest)
+        return Origin(
+            self.configuration, self.completed, kept=kept, stored=self._manifest, matched=self._readout.get("draws")
+        )
 
 
 class FinishedRun:
@@ -566,8 +593,8 @@ class Origin:
         Of the run, and its number of generations.
     path, begun
         Its folder, and which run was there, see `RunFolder.begun`; None in memory.
-    kept, stored
-        Of a run in memory: its history, full or thin, and its manifest.
+    kept, stored, matched
+        Of a run in memory: its history, full or thin, its manifest, and draws of its estimate.
     given
         Samples and simulator of a custom system, in the process that had them.
     """
@@ -578,6 +605,7 @@ class Origin:
     begun: tuple[Any, Any] = (None, None)
     kept: "Mapping[str, np.ndarray] | Traces | None" = None
     stored: Mapping[str, Any] | None = None
+    matched: np.ndarray | None = None
     given: Given = field(default_factory=Given)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -624,6 +652,12 @@ class Origin:
         else:
             require_sound(path, layout_of(self.configuration), self.completed, part(checkpoint.arrays, "history/"))
         return dataset_on_disk(path, self.completed)
+
+    def draws(self) -> np.ndarray | None:
+        """Return draws (D, P) of the matched estimate; None where there are none."""
+        if self.folder is None:
+            return self.matched
+        return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
@@ -743,7 +777,9 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         traces,
         float(checkpoint.arrays["seconds"]),
         origin=origin_of(folder, configuration, traces.completed),
-        ends=checkpoint.arrays.get(_INTERVAL, np.empty((0, 0))),
+        complete=_was_complete(checkpoint, configuration),
+        draws=checkpoint.arrays.get(f"{_READOUT}draws"),
+        ends=checkpoint.arrays.get(f"{_READOUT}interval"),
         failed_simulations=log.summary() if failures else None,
     )
 
@@ -756,6 +792,12 @@ def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Check
             f"Begin it with {said(how_to_resume(folder.path, configuration))}."
         )
     return checkpoint
+
+
+def _was_complete(checkpoint: Checkpoint, configuration: Configuration) -> bool:
+    spent = configuration.trials_after(checkpoint.generation) if configuration.run.trials else 0
+    whole = checkpoint.generation == configuration.length
+    return whole or (bool(checkpoint.arrays.get(_COMPLETE)) and spent not in configuration.run.earlier)
 
 
 def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Traces:

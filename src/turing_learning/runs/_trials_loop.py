@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.analysis import match
+from turing_learning.analysis import Matched, match
 from turing_learning.classifiers import PooledClassifier
 from turing_learning.coevolution import THRESHOLD, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
@@ -16,7 +16,14 @@ from turing_learning.systems import Source
 from ._assemble import optimizer_of
 
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
+_STANDARD = (
+    2.576  # standard deviations of the samples of a custom system that its input scale spans: 99 % of normal values
+)
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
+_FEWEST = 50  # trials within the range, to be matched
+_LOOKED_AT = (
+    4  # batches after which a run with a tolerance looks at its intervals, again and again from the second time on
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +47,11 @@ class TrialsLoop:
         Of a run with `run.trials`.
     source
         Its samples.
+
+    Attributes
+    ----------
+    tolerated
+        Whether the run has stopped before its trials were spent: its intervals are within `run.tolerance`.
     """
 
     def __init__(self, configuration: Configuration, source: Source) -> None:
@@ -49,11 +61,12 @@ class TrialsLoop:
         dimension, models = len(configuration.parameter_names), configuration.models
         middle, half = (models.initial_low + models.initial_high) / 2, (models.initial_high - models.initial_low) / 2
         reach = half * np.broadcast_to(np.asarray(jumps.reach, float), dimension)
-        ends = [each.initial is None and None not in (each.low, each.high) for each in system.parameters.values()]
+        ends = [each.initial == (each.low, each.high) for each in system.parameters.values()]
         self._limits = np.array(ends if source.genuine is not None else [False] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
-        inputs = configuration.input_scale
+        finer = _STANDARD if source.genuine is not None else 1.0
+        inputs = [scale / finer for scale in configuration.input_scale]
         self.trials = FewTrials(
             source,
             self.classifier,
@@ -62,6 +75,7 @@ class TrialsLoop:
             high=middle + reach,
             trials=configuration.run.trials,
             seed=seed,
+            extended=configuration.run.extended,
             observers=PooledClassifier(inputs=len(inputs), scale=inputs, threads=configuration.threads),
             genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
             groups=jumps.groups,
@@ -70,6 +84,10 @@ class TrialsLoop:
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
         self._counts = (0, 0)  # rows of the buffer that are stored
+        self._range = np.where(self._limits, 1.0, 2.0)
+        self._tolerance, self._earlier = configuration.run.tolerance, configuration.run.earlier
+        self._matched: tuple[int, Matched | None] = (0, None)
+        self.tolerated = False
 
     @property
     def generation(self) -> int:
@@ -80,6 +98,9 @@ class TrialsLoop:
         """Spend a batch of trials; return it as a generation, whose models are those that were tried."""
         before, number = len(self.trials.buffer), self.generation
         batch, buffer = self.trials.step(), self.trials.buffer
+        if self._tolerance and number % _LOOKED_AT == 0 and number >= 2 * _LOOKED_AT and not self.trials.complete:
+            self.tolerated = self._within_tolerance()
+            batch = self.trials.average() if self.tolerated else batch
         jury, tried = self.trials.present, slice(before, len(buffer))
         samples = buffer.samples[tried, 0]
         accepted = self.classifier.judge(jury, samples) >= THRESHOLD
@@ -107,42 +128,54 @@ class TrialsLoop:
         self._counts = buffer.counts
         return buffer.since(*before)
 
-    def interval(self) -> np.ndarray:
-        """Return lower and upper ends (2, P), in units; NaN where the run has not settled."""
-        return self._source.to_units(self._ends())
+    def _within_tolerance(self) -> bool:
+        found = self.matched()
+        if found is None or not found.settled or not found.identified.any():
+            return False
+        halves = (found.interval_high - found.interval_low)[found.identified] / 2
+        return bool((halves <= 2 * self._tolerance).all())  # of a range of 2
 
-    def _ends(self) -> np.ndarray:
-        trials, wide = self.trials, np.where(self._limits, 1.0, 2.0)
+    def matched(self) -> Matched | None:
+        """Match the agents after the last batch, with the range of the first models as [-1, 1]; None with too few trials there."""
+        if self._matched[0] == self.generation:
+            return self._matched[1]
+        trials, wide = self.trials, self._range
         counterfeit, genuine, usable = trials.observed
         parameters = trials.buffer.parameters[usable]
         if self._limits.any():
             parameters = np.where(self._limits, np.clip(parameters, -1, 1), parameters)
         inside = (np.abs(parameters) <= wide).all(axis=1)
-        missing = np.full((2, parameters.shape[1]), np.nan)
-        start = np.clip((trials.estimate - self._middle) / self._reach, -wide, wide)
-        spread = np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3)
-        if np.count_nonzero(inside) < 50:
-            return missing
-        found = match(
-            parameters[inside],
-            counterfeit[inside].T,
-            genuine.T,
-            low=-wide,
-            high=wide,
-            start=start,
-            spread=2 * spread,
-            rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
-        )
-        if not found.settled:
-            return missing
-        ends: np.ndarray = self._middle + self._reach * np.stack((found.interval_low, found.interval_high))
-        return ends
+        found = None
+        if np.count_nonzero(inside) >= _FEWEST:
+            found = match(
+                parameters[inside],
+                counterfeit[inside].T,
+                genuine.T,
+                low=-wide,
+                high=wide,
+                start=np.clip((trials.estimate - self._middle) / self._reach, -wide, wide),
+                spread=2 * np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3),
+                rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
+            )
+        self._matched = self.generation, found
+        return found
+
+    def readout(self) -> dict[str, np.ndarray]:
+        """Return what the judgments leave open: "interval" (2, P) and "draws" (D, P) in units; nothing where it is not settled."""
+        found = self.matched()
+        if found is None or not found.settled:
+            return {}
+        values = {"interval": np.stack((found.interval_low, found.interval_high)), "draws": found.draws}
+        return {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume but the buffer, whose rows are stored as they come."""
-        return {name: array for name, array in self.trials.state().items() if not name.startswith("buffer/")}
+        state = {name: array for name, array in self.trials.state().items() if not name.startswith("buffer/")}
+        return state | {"tolerated": np.array(self.tolerated)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state, with the rows of the buffer as "buffer/..."."""
         self.trials.restore(state)
         self._counts = self.trials.buffer.counts
+        extended = len(self.trials.buffer) in self._earlier
+        self.tolerated = bool(state.get("tolerated", False)) and not extended

@@ -88,6 +88,9 @@ class Conduct:
         self._ended = {run.number: run for run in runs if run.complete}
         base = plan.base.run.generations
         self._asked = {n: int(plan.settings[n - 1].get("run.generations", base)) for n in plan.numbers}
+        trials = plan.base.run.trials
+        few = [n for n in plan.numbers if plan.settings[n - 1].get("run.trials", trials)]
+        self._asked |= {n: plan.configuration(n).length for n in few}
         self._stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
         self._new: list[StudyRun] = []
         self._begun = time.monotonic()

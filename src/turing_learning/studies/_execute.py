@@ -108,7 +108,7 @@ def execute_in_worker(study: str, warm_up: Sequence[int], task: Task | None) -> 
             plan = StudyFolder(study).plan()
             configuration = plan.configuration(number)
             short = configuration.model_copy(update={"run": configuration.run.model_copy(update={"generations": 1})})
-            _start(StudyFolder(study), plan, short, Path(folder) / "run", lambda: False)
+            _start(StudyFolder(study), plan, short, Path(folder) / "run", lambda: True)
     return None
 
 

@@ -65,6 +65,7 @@ def study(
     runs: int = 30,
     first_seed: int | None = None,
     generations: int | None = None,
+    trials: int | None = None,
     preset: str = "default",
     config: str | Path | None = None,
     settings: Mapping[str, Any] | None = None,
@@ -96,6 +97,9 @@ def study(
         >= 0; None takes `run.seed` of the file, 1 by default.
     generations
         Number of generations of each run, >= 1.
+    trials
+        Budget of each run in trials, >= 20, instead of generations, as in `infer`. Samples are kept while a run lasts; with the
+        setting ``run.history`` "full" they stay, so that the run can be extended.
     preset, config
         As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``.
     settings
@@ -151,14 +155,15 @@ def study(
         known = genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
         require(known, name, "be a known option of a study", value, nearest(name, signature(study).parameters),
                 error=ConfigurationError)  # fmt: skip
+    lengths = {"generations": generations, "trials": trials}
     plan = plan_study(
         scenario,
         runs=runs,
         first_seed=first_seed,
         preset=preset,
         config=config,
-        settings=single_settings(settings, generations=generations),
-        labels={} if generations is None else {"run.generations": "argument generations"},
+        settings=single_settings(settings, generations=generations, trials=trials),
+        labels={f"run.{name}": f"argument {name}" for name, value in lengths.items() if value is not None},
         grid=grid,
         genuine=genuine,
         simulate=simulate,

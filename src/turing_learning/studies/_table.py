@@ -361,6 +361,8 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
                 for name, stored in models.items():
                     stored.append(described(traces[name]))
         if truths:
+            shortest = min(map(len, models["best_model"]))  # runs that stop within their tolerance have fewer batches
+            models = {name: [each[:shortest] for each in stored] for name, stored in models.items()}
             errors = {
                 name: np.stack([absolute_error(one, truth) for one, truth in zip(stored, truths, strict=True)])
                 for name, stored in models.items()
@@ -388,7 +390,10 @@ def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
             {"run": run.number, "seed": run.seed}
             | {key: run.settings[key] for key in keys}
             | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
-            | {name: content.get(name) for name in ("generations", "selection_stopped", "mae", "estimate_mae")}
+            | {
+                name: content.get(name)
+                for name in ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
+            }
             | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
             | {
                 f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import FewTrials, Samples
+from turing_learning.coevolution import FewTrials, Samples, batch_schedule
 from turing_learning.evolution import EvolutionStrategy
 
 TRUTH = np.array([1.5, 0.5])
@@ -117,12 +117,32 @@ def test_a_run_resumes_after_each_batch():
     np.testing.assert_array_equal(copies.draws, run.draws)
 
 
-def test_a_finished_run_takes_more_trials():
-    short = finished(begun(40))
-    longer = begun(60)
+@pytest.mark.parametrize("spent", [40, 26])  # all that it had; fewer, because it was stopped by its tolerance
+def test_a_finished_run_with_more_trials_is_the_run_that_was_to_be_extended(spent):
+    short = begun(40)
+    while len(short.buffer) < spent:
+        short.step()
+    if spent < 40:
+        short.average()
+    longer, whole = (begun(700, extended=[(40, spent)]) for _ in range(2))
     longer.restore(short.state())
-    assert finished(longer).batch.trials == 60
-    np.testing.assert_array_equal(longer.buffer.parameters[:40], short.buffer.parameters)
+    finished(longer, 1)
+    resumed = begun(700, extended=[(40, spent)])
+    resumed.restore(longer.state())
+    finished(resumed, 1)
+    while len(whole.buffer) < len(resumed.buffer):
+        whole.step()
+    assert whole.buffer.pool == 700  # of a run of 40 trials it is 500
+    for name, value in whole.state().items():
+        np.testing.assert_array_equal(resumed.state()[name], value, err_msg=name)
+
+
+def test_the_schedule_of_batches():
+    assert batch_schedule(1000, 4)[:3] == [100, 123, 146]
+    assert batch_schedule(1000, 4)[-1] == 1000
+    extended = batch_schedule(3000, 4, [(1000, 146)])
+    assert extended[:4] == [100, 123, 146, 146 + 71]
+    assert extended[-1] == 3000
 
 
 def test_seeds_differ():

@@ -59,6 +59,19 @@ def test_a_study_is_a_set_of_runs_as_infer_makes_them(finished, small):
     assert finished.runs[1].result["estimate"] == alone.estimate
 
 
+def test_a_study_of_trials_keeps_no_samples(executor, tmp_path):
+    settings = {"scenario.agents": 2, "scenario.trial.duration_s": 1.0, "classifiers.population": 8}
+    result = study("aggregation", runs=2, trials=30, settings=settings, executor=executor, out=tmp_path / "study")
+    assert [run.result["trials"] for run in result.runs] == [30, 30]
+    assert not list((tmp_path / "study").rglob("buffer/*.npz"))
+    alone = tl.infer("aggregation", trials=30, seed=2, settings={**settings, "run.threads": 1})
+    assert result.runs[1].result["estimate"] == alone.estimate
+    assert len(rows(tmp_path / "study" / "convergence.csv")) == alone.generations
+    assert [row["trials"] for row in rows(tmp_path / "study" / "runs.csv")] == ["30", "30"]
+    with pytest.raises(RunFolderError, match="`run` must have its samples, to get more trials"):
+        tl.resume(result.path / "runs" / "0001", trials=60)
+
+
 def test_statistics_are_those_of_the_runs(finished):
     errors = [run.result["absolute_error"]["vl1"] for run in finished.runs]
     found = next(one for one in finished.summaries if one.parameter == "vl1" and one.model == "best_model")
