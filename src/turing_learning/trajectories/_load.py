@@ -15,6 +15,7 @@ from ._trajectories import Trajectories
 from .readers import _columns, _deeplabcut, _idtracker_ai, _movement, _sleap, _toxtrac, _trex, _wide
 from .readers._frames import read_frame
 from .readers._movement import read_dataset
+from .readers._shared import check_rate, names_in
 from .readers._text import LONGEST_LINE, refuse_utf16
 
 if TYPE_CHECKING:
@@ -129,8 +130,11 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
 def _of_frame(frame: Any, options: Options) -> Recording:
     """Read a `DataFrame`, and what `Trajectories.to_pandas` states in its attributes."""
     recording, attributes = read_frame(frame, options), frame.attrs
-    fps, y_axis = attributes.get("fps", recording.fps), attributes.get("y_axis", recording.y_axis)
-    return replace(recording, unit=attributes.get("unit"), fps=fps, y_axis=y_axis)
+    fps = check_rate(attributes["fps"], "DataFrame, fps") if "fps" in attributes else recording.fps
+    unit, y_axis = attributes.get("unit"), attributes.get("y_axis", recording.y_axis)
+    for name, value, known in (("unit", unit, ("cm", "px", None)), ("y_axis", y_axis, ("up", "down", None))):
+        require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
+    return replace(recording, unit=unit, fps=fps, y_axis=y_axis)
 
 
 def from_xarray(
@@ -258,11 +262,7 @@ def _look(path: Path) -> Glance:
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
-        from .readers._shared import member, open_hdf5
-
-        with open_hdf5(path) as content:
-            tables = [name for name in content if "pandas_type" in member(content, name, path).attrs]
-            return Glance("hdf5", names=(frozenset([*content, *(["pandas_type"] if tables else [])]),))
+        return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
         return Glance("npz", names=(_trex.archive_names(path),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):

@@ -80,6 +80,19 @@ def test_a_recording_survives_the_way_to_pandas_and_back(unit):
     assert (after.unit, after.first_frame, after.fps) == (unit, 7, 25)
 
 
+def test_attributes_that_are_wrong_are_refused():
+    table = load_trajectories(DATA / "movement.nc", **SAID["movement"]).to_pandas()
+    for name, value, message in (
+        ("fps", "fast", "state a frame rate above 0; got 'fast'"),
+        ("unit", "mm", "be one that is known; got 'mm'"),
+        ("y_axis", ["up"], r"be one that is known; got \['up'\]"),
+    ):
+        changed = table.copy()
+        changed.attrs = table.attrs | {name: value}
+        with pytest.raises(ValueError, match=message):
+            load_trajectories(changed)
+
+
 @pytest.mark.parametrize(
     ("table", "message"),
     [

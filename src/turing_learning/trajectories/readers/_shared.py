@@ -88,6 +88,10 @@ def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
         raise refusal(f"unpack to at most {most} bytes", size, path)
 
 
+_DAMAGE = (OSError, RuntimeError, KeyError, TypeError, AttributeError, ValueError, OverflowError, MemoryError)
+"""What HDF5 raises on damaged files."""
+
+
 @contextmanager
 def open_hdf5(path: Path) -> Iterator[Any]:
     """Open a file; whatever HDF5 cannot read is an error that names the file."""
@@ -98,19 +102,19 @@ def open_hdf5(path: Path) -> Iterator[Any]:
     try:
         with h5py.File(path, "r") as file:
             yield file
-    except (
-        OSError,
-        RuntimeError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        ValueError,
-        OverflowError,
-        MemoryError,
-    ) as error:
+    except _DAMAGE as error:
         if str(path) in str(error) and isinstance(error, ValueError):  # a reader's own refusal
             raise
         raise refusal("be a whole HDF5 file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+
+
+def names_in(path: Path) -> frozenset[str]:
+    """Return what is at the top of an HDF5 file, with "pandas_type" if there is a table of pandas."""
+    with open_hdf5(path) as file:
+        import h5py
+
+        own = [name for name in file if isinstance(file.get(name, getlink=True), h5py.HardLink)]
+        return frozenset([*file, *(["pandas_type"] if any("pandas_type" in file[name].attrs for name in own) else [])])
 
 
 def member(file: Any, name: str, path: Path) -> Any:
