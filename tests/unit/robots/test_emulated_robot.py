@@ -125,7 +125,7 @@ def test_stop_stops_the_wheels_and_the_lights(robot, body):
 def test_reset_stops_forgets_and_greets_again(robot, body):
     robot.receive(b"D,5,5\r")
     robot.enter("R4")
-    assert answers(robot, b"R\r")[0] == "r"
+    assert answers(robot, b"R\r")[0].endswith("WELCOME to the SerCom protocol on e-Puck")
     assert body.speeds == (0, 0)
     assert robot.state == "R0"
 

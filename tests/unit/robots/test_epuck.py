@@ -174,3 +174,53 @@ def test_a_peer_that_never_stops_sending_does_not_hang_the_driver(data):
     with pytest.raises(TimeoutError, match="`START` must be signalled"):
         robot.wait_for("START", 1.0)
     assert clock.now() < 10
+
+
+class Recorded:
+    """A line on which each command has the bytes that a robot of another firmware answers."""
+
+    def __init__(self, clock, answers):
+        self.clock, self.answers, self.arrived, self.sent = clock, answers, b"", b""
+
+    @property
+    def in_waiting(self):
+        return len(self.arrived)
+
+    def read(self, size):
+        self.clock.sleep(0.01)
+        data, self.arrived = self.arrived[:size], self.arrived[size:]
+        return data
+
+    def write(self, data):
+        self.sent += data
+        self.arrived += self.answers.get(data, b"")
+
+    def close(self):
+        pass
+
+
+def recorded(answers):
+    clock = VirtualClock()
+    line = Recorded(clock, answers)
+    link = Link("line", clock=clock, connect=lambda: line)
+    link.open()
+    return EPuck(link, timeout_s=0.5, retries=1), line
+
+
+@pytest.mark.parametrize(
+    ("answer", "good"),
+    [(b"b,1\r\n", True), (b"b,0\r\n", False), (b"b,1034 (87%)\r\n", True), (b"b,870 (9%)\r\n", False)],
+)
+def test_the_battery_of_an_epuck_and_of_an_epuck2_is_understood(answer, good):
+    robot, _ = recorded({b"b\r": answer})
+    assert robot.battery_ok() is good
+    assert robot.garbled == 0
+
+
+def test_a_reset_that_no_robot_answers_is_followed_by_its_version():
+    welcome = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
+    robot, line = recorded({b"V\r": welcome + b"v,Version 1.1.3 March 2010 (Michael Bonani)\r\nHW version: 0\r\n"})
+    robot.reset()
+    assert line.sent.endswith(b"R\rV\r")
+    assert robot.version().startswith("Version 1.1.3")
+    assert robot.garbled == 0

@@ -250,7 +250,7 @@ class EmulatedRobot:
 
     def _reset(self, _: list[str]) -> bytes:
         self._halt()
-        return b"r\r\n" + self.greeting
+        return self.greeting
 
     def _converse(self, line: str) -> bytes:
         """Answer a message of the replica's protocol."""

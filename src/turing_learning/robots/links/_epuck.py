@@ -1,5 +1,6 @@
 """The driver of an e-puck that speaks the public serial protocol, and of a replica that also takes models."""
 
+import re
 import struct
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -14,6 +15,8 @@ Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
 SENSORS = 8
 _GREETINGS = ("WELCOME", "the EPFL education robot", "HW version")
+LEAST_CHARGE = 15  #: Percent
+_BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
 RESYNCHRONIZE = b"\0" * 5 + b"\r"
 """Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line."""
 
@@ -65,8 +68,13 @@ class EPuck:
         return tuple(self._ask("N", lambda line: _numbers(line, "n", (SENSORS, 10)))[:SENSORS])
 
     def battery_ok(self) -> bool:
-        """Return whether the battery is above its limit."""
-        return self._ask("b", lambda line: _numbers(line, "b", (1,)))[0] > 0
+        """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
+
+        def read(line: str) -> bool | None:
+            found = _BATTERY.fullmatch(line)
+            return None if found is None else int(found[2]) > LEAST_CHARGE if found[2] else int(found[1]) > 0
+
+        return self._ask("b", read)
 
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
@@ -77,8 +85,11 @@ class EPuck:
         self._ask(HALT, lambda line: True if line == HALTED else None)
 
     def reset(self) -> None:
-        """Start the robot's program anew."""
-        self._ask("R", lambda line: True if line == "r" else None)
+        """Start the robot's program anew; e-pucks do not answer this, so their version is asked for then."""
+        if not self._link.is_open:
+            self._link.open()
+        self._link.send(RESYNCHRONIZE + b"R\r")
+        self.version()
 
     def drive(self, left: int, right: int) -> tuple[int, ...]:
         """Set the wheel speeds and return the eight infrared readings, in one binary request of 7 bytes."""
