@@ -138,6 +138,21 @@ def test_an_optimizer_of_another_size_is_rejected(parts):
         infer(models=optimizer)
 
 
+@pytest.mark.parametrize(
+    ("method", "returned", "message"),
+    [
+        ("tell", None, r"`models.tell\(\)` must be an array of numbers|`models.tell\(\)` must be of shape"),
+        ("tell", [1.0], r"`models.tell\(\)` must be of shape \(M,\) = \(8,\); got \(1,\)"),
+        ("ask", [[0.0] * 3] * 8, r"`models.ask\(\)` must be of shape \(M, P\) = \(8, 4\); got \(8, 3\)"),
+        ("ask", [[float("nan")] * 4] * 8, r"`models.ask\(\)` must be finite"),
+    ],
+)
+def test_an_optimizer_that_returns_something_else_is_named(parts, method, returned, message):
+    broken = type("Broken", (parts.RandomSearch,), {method: lambda self, *given: returned})
+    with pytest.raises(ConfigurationError, match=message):
+        infer(models=broken)
+
+
 def test_a_study_takes_names_alone(parts):
     from turing_learning.config import load_variants
 

@@ -3,7 +3,7 @@
 import pickle
 from typing import Any
 
-from turing_learning.errors import Setting, require
+from turing_learning.errors import require
 from turing_learning.systems import importable_name, imported
 
 from ._sections import GIVEN, ConfigurationError
@@ -51,6 +51,6 @@ def part_of(argument: str, name: str) -> Any:
     if not name.startswith(GIVEN):
         return imported(name, argument, ConfigurationError)
     rule, got = "be given again, as no folder holds an object of Python", f"nothing for {name.removeprefix(GIVEN)!r}"
-    remedy = ("Give ", Setting(argument), " to `turing_learning.resume` or `load_run`, as the run began with it.")
+    remedy = f"Give `{argument}` to `turing_learning.resume` or `turing_learning.load_run`, as the run began with it."
     require(name in _objects, argument, rule, got, remedy, error=ConfigurationError)
     return _objects[name]

@@ -3,10 +3,11 @@
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, Protocol
 
 import numpy as np
 
+from turing_learning.arrays import array
 from turing_learning.coevolution import ClassifierArchive, Coevolution, Generation, jury_reward
 from turing_learning.config import (
     OPTIMIZERS,
@@ -142,13 +143,33 @@ def optimizer_of(
     rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
     fits = isinstance(optimizer, Optimizer)
     require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)
-    fits, rule = (
-        (optimizer.size, optimizer.dimension) == (size, dimension),
-        f"have {size} candidates of {dimension} parameters",
-    )
-    got = f"{optimizer.size} of {optimizer.dimension}"
-    require(fits, argument, rule, got, "Or change the population's settings.", error=ConfigurationError)
-    return cast(Optimizer, optimizer)
+    given, remedy = (optimizer.size, optimizer.dimension), "Or change the population's settings."
+    rule, got = f"have {size} candidates of {dimension} parameters", f"{given[0]} of {given[1]}"
+    require(given == (size, dimension), argument, rule, got, remedy, error=ConfigurationError)
+    return _Guarded(optimizer, argument)
+
+
+class _Guarded:
+    """An optimizer that the package does not know: what it returns has the shape that it must have, and is finite."""
+
+    def __init__(self, optimizer: Optimizer, argument: str) -> None:
+        self._optimizer, self._argument = optimizer, argument
+        self.size, self.dimension = optimizer.size, optimizer.dimension
+        self.state, self.restore = optimizer.state, optimizer.restore
+
+    def _array(self, what: str, value: Any, shape: str) -> np.ndarray:
+        name = f"{self._argument}.{what}"
+        return array(name, value, shape, error=ConfigurationError, M=self.size, P=self.dimension).copy()
+
+    @property
+    def step_sizes(self) -> np.ndarray:
+        return self._array("step_sizes", self._optimizer.step_sizes, "M P")
+
+    def ask(self) -> np.ndarray:
+        return self._array("ask()", self._optimizer.ask(), "M P")
+
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
+        return self._array("tell()", self._optimizer.tell(fitness.copy()), "M")
 
 
 def resolved(

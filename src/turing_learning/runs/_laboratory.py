@@ -25,8 +25,7 @@ from turing_learning.store import RunFolderError, told
 from ._checkpoints import stored_generations
 from ._folder import CALIBRATION, CAMERA, LABORATORY, RunFolder, resume_command
 from ._infer import start
-from ._observed import keep_observed_motion
-from ._post_evaluation import POST_EVALUATION, judged_again, post_evaluate, read_post_evaluation
+from ._post_evaluation import POST_EVALUATION, judged_again, keep_observed_motion, post_evaluate, read_post_evaluation
 from ._result import Result
 from ._run import Observer, Progress, Run, conduct
 from ._trials import EventLog, TrialStore

@@ -1,6 +1,7 @@
 """Which model of the last generation is the best: observe all of them again, and let all its classifiers judge."""
 
-from collections.abc import Callable
+import logging
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,15 +11,17 @@ import numpy as np
 from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
+from turing_learning.detection import keep_observed
 from turing_learning.store import RunFolderError
 
-from ._folder import RunFolder
+from ._folder import CALIBRATION, RunFolder
 from ._result import Result, named
+from ._trials import read_trials
 
 if TYPE_CHECKING:
     from turing_learning.robots import LaboratorySource
 
-
+_LOGGER = logging.getLogger("turing_learning")
 POST_EVALUATION = "post-evaluation-"
 """Begin of the names of the stages in which the last models are observed again; their number follows."""
 
@@ -143,3 +146,39 @@ def _summary(result: Result, models: np.ndarray, fitness: list[list[float]], rep
         "best_model": named(names, best),
         "absolute_error": None if errors is None else named(names, errors),
     }
+
+
+def keep_observed_motion(result: Result, folder: RunFolder) -> None:
+    """Write ``calibration.npz``, see `detection.keep_observed`, once all last models have been observed again.
+
+    Agents were learned from in the generations, and are held out in the post-evaluations.
+    """
+    again = read_post_evaluation(folder.path)
+    if again is None or not again.complete:
+        return
+    try:
+        learned, replicas, models = _motion(folder, [f"generation-{g:04d}" for g in range(result.generations)])
+        held_out, _, _ = _motion(folder, [f"{POST_EVALUATION}{k + 1}" for k in range(again.repeats)])
+    except RunFolderError as error:
+        _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
+        return
+    estimate = np.array(list(result.estimate.values()))
+    with folder.storage():
+        kept = keep_observed(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
+        if kept is not None:
+            folder.write(CALIBRATION, kept)
+    if kept is None:
+        _LOGGER.warning(
+            "Nothing is kept to calibrate detectors with: too few samples, or all models are near the estimate."
+        )
+
+
+def _motion(folder: RunFolder, stages: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return samples of agents (S, T, 2) and of replicas (M, T, 2), and their models (M, P), of all trials of some stages."""
+    trials = [read_trials(folder.path, stage) for stage in stages]
+    samples = [each.samples() for each in trials]
+    return (
+        np.concatenate([each.genuine for each in samples]),
+        np.concatenate([each.counterfeit[:, 0] for each in samples]),
+        np.concatenate([each.models.reshape(-1, each.models.shape[2]) for each in trials]),
+    )

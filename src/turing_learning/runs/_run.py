@@ -457,7 +457,10 @@ class Run:
                     folder.remove(f"buffer/{path.name}")
             elif self.complete:
                 self._keep_calibration(folder, result)
-                _write_pages(result, folder, self.configuration)
+                closed = {"state": FINISHED, "finished": now()}
+                rows = manifest_rows(folder.manifest() | closed)
+                _write_report(result, self.configuration, folder.report_path, rows, figures=folder.figures_path)
+                folder.update_manifest(**closed)
         self.close()
 
     def _keep_calibration(self, folder: RunFolder, result: Result) -> None:
@@ -661,15 +664,10 @@ class Origin:
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
-        from turing_learning.report import write_page
-
         from ._check import complete_check
-        from ._present import draw, drawn_history, report_page
 
-        history = drawn_history(result)
-        drawings = draw(history, self.configuration)
         rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
-        return write_page(report_page(result, history, self.configuration, drawings, rows, check), target)
+        return _write_report(result, self.configuration, target, rows, check=check)
 
     def check(self, result: Result, /, **options: Any) -> "Check":
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
@@ -807,16 +805,22 @@ def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
     return traces
 
 
-def _write_pages(result: Result, folder: RunFolder, configuration: Configuration) -> None:
-    """Draw and write figures and report of a complete run."""
+def _write_report(
+    result: Result,
+    configuration: Configuration,
+    target: Path,
+    rows: list[tuple[str, str]],
+    *,
+    check: "Check | None" = None,
+    figures: Path | None = None,
+) -> Path:
+    """Draw the figures of a run, write them to a folder, if there is one, and the report to a file."""
     from turing_learning.report import write_page
 
     from ._present import draw, drawn_history, report_page, save_figures
 
     history = drawn_history(result)
     drawings = draw(history, configuration)
-    save_figures(drawings, folder.figures_path)
-    closed = {"state": FINISHED, "finished": now()}
-    rows = manifest_rows(folder.manifest() | closed)
-    write_page(report_page(result, history, configuration, drawings, rows), folder.report_path)
-    folder.update_manifest(**closed)
+    if figures is not None:
+        save_figures(drawings, figures)
+    return write_page(report_page(result, history, configuration, drawings, rows, check), target)
