@@ -24,11 +24,6 @@ def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> 
         Resolved.
     settings
         Dotted key -> value, as `flat_settings` gives them.
-
-    Raises
-    ------
-    ValueError
-        If a setting is unknown or breaks a rule.
     """
     data = configuration.model_dump(mode="json")
     for key, value in settings.items():
@@ -63,11 +58,6 @@ def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
     -------
     dict
         Dotted key -> value.
-
-    Raises
-    ------
-    ConfigurationError
-        If two values of a setting differ.
     """
     found: dict[str, tuple[Any, str]] = {}
     for name, given, words in statements:

@@ -97,11 +97,6 @@ def load_configuration(
     -------
     Configuration
         Every field explicit and valid.
-
-    Raises
-    ------
-    ConfigurationError
-        If a setting is rejected.
     """
     document, origins = opened(path, overrides, labels)
     for key in STUDY_TABLES:

@@ -30,11 +30,6 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     -------
     tuple[str, dict]
         The text and what it says.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file cannot be read or is not TOML.
     """
     try:
         text = path.read_text(encoding="utf-8")

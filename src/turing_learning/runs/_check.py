@@ -357,11 +357,6 @@ def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarra
         The same, split.
     groups : (K,)
         Labels of all samples, of any kind; None takes those of the windows, if there are some.
-
-    Raises
-    ------
-    ConfigurationError
-        If there is not one label for each sample.
     """
     if groups is not None:
         labels = np.asarray(groups)
@@ -436,8 +431,6 @@ def check_run(
 
     Raises
     ------
-    ConfigurationError
-        If a setting is refused, or the run does not allow a check.
     RunFolderError
         If the folder is in use or holds a check with other settings, or the samples are not those of the run.
     CustomSystemError

@@ -103,10 +103,6 @@ def infer(
 
     Raises
     ------
-    ConfigurationError
-        If a setting is refused.
-    RunFolderError
-        If the folder is refused.
     RunStorageError
         If the folder cannot be written any more; the run can be resumed.
     CustomSystemError

@@ -59,10 +59,6 @@ def start_laboratory(
 
     Raises
     ------
-    ConfigurationError
-        If the calibration is refused.
-    RunFolderError, RunStorageError
-        As in `infer`.
     LaboratoryError
         If the laboratory cannot go on and nobody helps. The generations before are saved.
 

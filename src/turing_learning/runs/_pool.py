@@ -167,10 +167,6 @@ def pool(runs: Sequence[Result]) -> Pooled:
     ConfigurationError
         If there are fewer than two, one is not complete, two have the same seed, or they are of different systems, samples or
         settings. Simulators, and live sources of samples, cannot be compared.
-    RunFolderError
-        If the history of a run cannot be read.
-    RuntimeError
-        If a result belongs to no run.
 
     Source
     ------

@@ -41,11 +41,6 @@ class ModelEvaluation:
     absolute_error
         Name -> its absolute error; None also where there is no truth.
 
-    Raises
-    ------
-    ValueError
-        If `repeats` or the shape of `fitness` is another.
-
     Source
     ------
     Paper, section 5.4.
@@ -69,13 +64,7 @@ class ModelEvaluation:
 
 
 def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
-    """Return what is known of a run's last models from observing them again; None if they have not been observed again yet.
-
-    Raises
-    ------
-    RunFolderError
-        If the file cannot be read.
-    """
+    """Return what is known of a run's last models from observing them again; None if they have not been observed again yet."""
     file = RunFolder(Path(path)).post_evaluation_path
     if not file.exists():
         return None

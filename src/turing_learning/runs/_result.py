@@ -198,13 +198,6 @@ class Result(Tabular):
 
             A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
             and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest.
-
-        Raises
-        ------
-        RuntimeError
-            If the result has no history.
-        RunFolderError
-            If its folder holds this run no more, or no history that can be read.
         """
         return self._there().history()
 
@@ -242,13 +235,7 @@ class Result(Tabular):
 
     @property
     def configuration(self) -> Configuration:
-        """What ran.
-
-        Raises
-        ------
-        RuntimeError
-            If the result belongs to no run.
-        """
+        """What ran."""
         return self._owner().configuration
 
     def report(self, path: str | Path | None = None, *, force: bool = False) -> Path:
@@ -270,10 +257,6 @@ class Result(Tabular):
         ------
         ValueError
             If no path is given and the run is kept in memory, or no page may or can be written there.
-        RuntimeError
-            If the result has no history.
-        RunFolderError
-            If its folder holds this run no more, or no history that can be read.
         """
         if path is None and self.path is None:
             raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
@@ -301,12 +284,8 @@ class Result(Tabular):
 
         Raises
         ------
-        ConfigurationError
-            If an option is refused, or the run does not allow a check.
         RunFolderError
             If the folder holds this run no more, or a check with other settings.
-        RuntimeError
-            If the result belongs to no run.
         """
         return self._there().check(self, **options)
 
@@ -326,13 +305,7 @@ class Result(Tabular):
 
     @property
     def calibration(self) -> Mapping[str, np.ndarray] | None:
-        """Samples (S, T, D) that the run has stored to calibrate detectors with, "genuine" and "abnormal"; None if there are none.
-
-        Raises
-        ------
-        DamagedError
-            If they are not as they were written.
-        """
+        """Samples (S, T, D) that the run has stored to calibrate detectors with, "genuine" and "abnormal"; None without."""
         folder = None if self.path is None else RunFolder(self.path)
         if folder is None or not folder.motion_path.exists():
             return None

@@ -298,8 +298,6 @@ class Run:
 
         Raises
         ------
-        RunStorageError
-            If the run cannot be written.
         SystemFailedError
             If the system or its simulator fails; the generations before are saved.
         """
@@ -718,11 +716,6 @@ def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) ->
     -------
     Result
         What was inferred up to the last checkpoint.
-
-    Raises
-    ------
-    RunFolderError
-        If the folder is not a run, or has not been saved for the first time.
     """
     folder = RunFolder(path)
     give_parts(folder, models, classifier)

@@ -53,11 +53,6 @@ def trial_replay(
         Seed of initial poses and wheel noise, >= 0.
     threads
         Number of threads, None for all.
-
-    Raises
-    ------
-    ConfigurationError
-        If an argument breaks these rules.
     """
     from ._present import swarm_replay
 
