@@ -111,7 +111,8 @@ class Recording(Tracks):
     """What the classifiers see, with commas: speed, turn, neighbor_distance, neighbor_bearing. All by default; speed and turn of
     one individual, or where the models take no notice of others."""
     tank: Annotated[list[str] | None, Parameter(negative="")] = None
-    """Walls of the models' tank, as 40x30 (cm), or recorded for as far as positions reach; once, or for each recording."""
+    """Walls of the models' tank, once or for each recording: as 40x30 (cm), recorded for as far as positions reach, or none. By
+    default recorded where signals of neighbors are there, else none."""
     hold_out_individuals: str | None = None
     """Individuals, separated by commas, that are for testing alone."""
     hold_out_recordings: str | None = None
@@ -125,7 +126,7 @@ class Recording(Tracks):
         Headings are not measured if the individuals of the family have none.
         """
         from turing_learning.config import ConfigurationError
-        from turing_learning.families import FAMILIES, as_recorded
+        from turing_learning.families import FAMILIES, Particles, as_recorded
         from turing_learning.trajectories import pooled_windows
 
         example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
@@ -156,9 +157,10 @@ class Recording(Tracks):
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
-            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(self.tank or [])]
-            if self.tank == ["recorded"]:
-                tanks = [_tank("recorded", each) for each in motion]
+            near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
+            asked = self.tank or (["recorded"] if near else [])
+            asked = asked * count if asked in (["recorded"], ["none"]) else asked
+            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, motion, windows, tanks=tanks)
         return windows, family, motion
 
@@ -239,8 +241,10 @@ def _listed(text: str | None, option: str, what: str) -> list[str]:
     return parts
 
 
-def _tank(text: str, recording: "Trajectories") -> tuple[float, float]:
+def _tank(text: str, recording: "Trajectories") -> tuple[float, float] | None:
     """Return width and height of a tank (cm), those of the places where individuals have been if that is asked for."""
+    if text == "none":
+        return None
     if text == "recorded":
         where = recording.positions[recording.present]
         width, height = (where.max(axis=0) - where.min(axis=0)).tolist()
@@ -249,7 +253,7 @@ def _tank(text: str, recording: "Trajectories") -> tuple[float, float]:
     try:
         return float(sides[1]), float(sides[2])  # type: ignore[index]
     except (TypeError, ValueError):
-        refuse("--tank", "be width x height in cm, or recorded", repr(text), "For example: --tank 40x30")
+        refuse("--tank", "be width x height in cm, recorded, or none", repr(text), "For example: --tank 40x30")
 
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:

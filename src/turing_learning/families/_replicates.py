@@ -104,9 +104,10 @@ def as_recorded(
     given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
     fits = len(given) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
-    if given and not issubclass(family, Particles):
+    walls = any(tank is not None for tank in given)
+    if walls and not issubclass(family, Particles):
         refuse("tanks", "be left out for this family, whose walls are those of its scenario", family.__name__)
-    if hasattr(family, "period_cm") and (given or NEIGHBOR & set(windows.names)):
+    if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
     alike: dict[tuple[int, tuple[float, float] | None], int] = {}
     counts = np.bincount(windows.learning_recording, minlength=len(recordings))

@@ -108,7 +108,7 @@ def test_several_recordings_make_one_run(call):
     assert 'signals = ["speed", "neighbor_distance"]' in config
     assert call("resume", "run", *options)[0] == 0
     assert call("resume", "run", *without(options, "--signals"))[0] == 0
-    code, _, err = call("resume", "run", *without(options, "--smooth"))
+    code, _, err = call("resume", "run", *without(options, "--smooth"), "--smooth", "5")
     assert "that the run began with" in err
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
     assert call("check", "run", *options, *quick)[0] == 0
@@ -139,12 +139,20 @@ def test_signals_of_neighbors_are_the_default_where_models_have_them(tmp_path, m
     windows, family, _ = Recording(**options).opened()
     assert windows.names == family.signals == signals
     assert Recording(**options).opened(20, ("speed",))[0].names == ("speed",)
+    assert (family.tank_cm is None) == (len(signals) == 2)
+    assert Recording(**options, tank=["none"]).opened()[1].tank_cm is None
+    if family.tank_cm is not None:
+        places = np.loadtxt(files[0], delimiter=",", skiprows=1)[:, 2:]
+        np.testing.assert_allclose(family.tank_cm, np.ptp(places, axis=0))
 
 
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (["--tank", "40"], "`--tank` must be width x height in cm, or recorded; got '40'. For example: --tank 40x30"),
+        (
+            ["--tank", "40"],
+            "`--tank` must be width x height in cm, recorded, or none; got '40'. For example: --tank 40x30",
+        ),
         (["--tank", "0x30"], "`--tank` must be two finite numbers above 0"),
         (
             ["--signals", "speed,distance"],
