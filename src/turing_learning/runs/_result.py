@@ -204,7 +204,8 @@ class Result(Tabular):
     def draws(self, count: int | None = None, seed: int = 0) -> np.ndarray:
         """Return draws of the parameters from what an estimate from few trials leaves open: the joint uncertainty.
 
-        Their central 90 % are the `interval` of a parameter that the judgments identify, and their covariance is `covariance`.
+        Their central 90 %, and the estimate, are in the `interval` of a parameter that the judgments identify. Their covariance is
+        `covariance`.
 
         Parameters
         ----------
@@ -408,6 +409,10 @@ def summarize(
     if configuration.run.trials:
         inferred = typical[-1]
         low, high = np.full((2, len(names)), np.nan) if ends is None else ends
+        low, high = (
+            np.minimum(low, inferred),
+            np.maximum(high, inferred),
+        )  # the estimate is that of the loop, not of matching
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
