@@ -74,9 +74,9 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
     if not isinstance(settings, Mapping | None) or not all(isinstance(key, str) for key in settings or {}):
         example = 'For example {"models.population": 60, "run.checkpoint_every": 10}.'
         refuse("settings", "be a dict dotted key -> value", brief(settings), example, error=ConfigurationError)
-    both = {name: arguments.get(name) for name in ("trials", "generations")}
-    got = f"{both['trials']} beside {both['generations']}"
-    require(None in both.values(), "trials", "be given without `generations`", got, error=ConfigurationError)
+    both = arguments.get("trials"), arguments.get("generations")
+    got = f"{brief(both[0])} beside {brief(both[1])}"
+    require(None in both, "trials", "be given without `generations`", got, error=ConfigurationError)
     said = [(f"run.{name}", value, f"{name}={brief(value)}") for name, value in arguments.items() if value is not None]
     said += [(key, value, f"settings={{{key!r}: {brief(value)}}}") for key, value in (settings or {}).items()]
     return stated_once(said)
