@@ -138,9 +138,8 @@ class EmulatedArena:
         self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
         self.clock, self.lock = VirtualClock(), threading.RLock()
         agents, replicas = scenario.agents, scenario.replicas
-        self.names = tuple(
-            f"{role}-{k + 1}" for role, n in (("agent", agents), ("replica", replicas)) for k in range(n)
-        )
+        roles = (("agent", agents), ("replica", replicas))
+        self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
         self.labels = ("blue",) * agents + _REPLICA_COLORS[:replicas]
         self.markers: Markers = TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
@@ -183,10 +182,8 @@ class EmulatedArena:
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
-        optics, seed = self.conditions.optics, self._seed
-        return EmulatedCamera(
-            self.calibration, self.markers, self.labels, arena_cm=self.arena_cm, optics=optics, seed=seed
-        )
+        worn, optics, arena = (self.markers, self.labels), self.conditions.optics, self.arena_cm
+        return EmulatedCamera(self.calibration, *worn, arena_cm=arena, optics=optics, seed=self._seed)
 
     def _render(self) -> np.ndarray:
         return self._eye.render(self.poses(), tuple(self.covered))
@@ -234,12 +231,8 @@ class EmulatedArena:
         """Let everybody sense, decide and move for a control cycle; schedule the next one."""
         before = self._after
         proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
-        wheels = np.array(
-            [
-                robot.step(self.interval_s, int(sight), readings)
-                for robot, sight, readings in zip(self._robots, self._sight, proximity, strict=True)
-            ]
-        )
+        sensed = zip(self._robots, self._sight, proximity, strict=True)
+        wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
         stuck = list(self.stuck)
         wheels[stuck] = 0.0
         after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))

@@ -53,18 +53,10 @@ def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
 
 
 class Firmware:
-    """Lead a robot through its loop.
+    """Lead a robot, which holds the state and the models, through its loop; `rng` is that of dispersal.
 
-    Parameters
-    ----------
-    robot
-        Communicates with the PC, and holds the state and the models.
-    rng
-        Of dispersal.
-    controller
-        An agent's wheel speeds (2 n) for each sensor state; None makes a replica, which executes the models it receives.
-    signal
-        Called with START and STOP by a replica.
+    An agent has a `controller`, wheel speeds (2 n) for each sensor state; without one this is a replica, which executes the
+    models that it receives, and calls `signal` with START and STOP.
     """
 
     def __init__(
@@ -82,18 +74,10 @@ class Firmware:
         self._enter("R1", time_s)
 
     def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
-        """Return the wheel speeds of a control cycle.
+        """Return the wheel speeds of a control cycle at a time by the robot's own clock.
 
-        Parameters
-        ----------
-        time_s
-            By the robot's own clock.
-        sight
-            Reading I of the line-of-sight sensor.
-        proximity : (8,)
-            Infrared readings.
-        manual
-            Wheel speeds that the PC has commanded; executed before the loop has begun.
+        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings, `manual` the wheel speeds
+        that the PC has commanded, executed before the loop has begun.
         """
         if self._robot.state not in LOOP:
             return manual

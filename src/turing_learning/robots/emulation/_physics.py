@@ -26,12 +26,10 @@ def read_infrared(
     angles = poses[:, 2, None] + SENSOR_ANGLES
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     sensors = poses[:, None, :2] + radius_cm * axes
-    light = np.maximum(
-        _from_walls(sensors, axes, arena_cm), SKIRT * _from_robots(sensors, axes, poses[:, :2], radius_cm)
-    )
-    return np.clip(np.rint(DARK + BRIGHTEST * light + rng.normal(0, NOISE, light.shape)), 0, LARGEST_READING).astype(
-        int
-    )
+    robots = SKIRT * _from_robots(sensors, axes, poses[:, :2], radius_cm)
+    light = np.maximum(_from_walls(sensors, axes, arena_cm), robots)
+    readings = np.rint(DARK + BRIGHTEST * light + rng.normal(0, NOISE, light.shape))
+    return np.clip(readings, 0, LARGEST_READING).astype(int)
 
 
 def _reflected(distance: np.ndarray, cosine: np.ndarray) -> np.ndarray:
@@ -95,9 +93,7 @@ def move_alone(
     yield poses
     for _ in range(cycles):
         proximity = read_infrared(poses, arena, scenario.robot.radius_cm, rng).tolist()
-        wheels = [
-            avoid_walls((speeds[0], speeds[1]), readings)
-            for speeds, readings in zip(table[sight].tolist(), proximity, strict=True)
-        ]
+        pairs = zip(table[sight].tolist(), proximity, strict=True)
+        wheels = [avoid_walls((left, right), readings) for (left, right), readings in pairs]
         poses, sight = move_for_a_cycle(scenario, poses, np.array(wheels), int(rng.integers(2**63)))
         yield poses

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -86,14 +86,9 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tr
     with refusing_as(ConfigurationError):
         markers = kind(height_cm=camera.marker_height_cm)
         robot = robot or Robot()
-        return Tracker(
-            markers,
-            laboratory_calibration(setup),
-            setup.labels,
-            interval_s=1 / camera.fps,
-            maximum_speed_cm_s=robot.maximum_speed_cm_s,
-            maximum_turn_rad_s=2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm,
-        )
+        speed, turn = robot.maximum_speed_cm_s, 2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm
+        limits: dict[str, Any] = {"maximum_speed_cm_s": speed, "maximum_turn_rad_s": turn}
+        return Tracker(markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps, **limits)
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:

@@ -187,13 +187,12 @@ def calibrate_lens(images: Sequence[np.ndarray], board: Board) -> Lens:
     sizes = sorted({image.shape for image in images})
     require(len(sizes) <= 1, "images", "have one size", sizes)
     views = [view for view in map(board.find, images) if len(view[0]) >= LEAST_CORNERS]
-    require(
-        len(views) >= LEAST_VIEWS,
-        "images",
-        f"show {LEAST_CORNERS} or more corners of the board in {LEAST_VIEWS} or more views",
+    rule = f"show {LEAST_CORNERS} or more corners of the board in {LEAST_VIEWS} or more views"
+    got, remedy = (
         f"{len(views)} such views of {len(images)}",
         "Check that the printed board is the one that is configured.",
     )
+    require(len(views) >= LEAST_VIEWS, "images", rule, got, remedy)
     size = (images[0].shape[1], images[0].shape[0])
     points = [view[0].astype(np.float32).reshape(-1, 1, 3) for view in views]
     pixels = [view[1].astype(np.float32).reshape(-1, 1, 2) for view in views]

@@ -142,8 +142,16 @@ def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: floa
     return _Spot(weights[used], places[used].astype(np.float64), label)
 
 
+class _ColoredMarkers:
+    """Markers whose labels are colors."""
+
+    def check_label(self, label: str) -> None:
+        """Reject what is not a color."""
+        choice("label", label, HUES)
+
+
 @dataclass(frozen=True)
-class TriangleMarkers:
+class TriangleMarkers(_ColoredMarkers):
     """Colored isosceles triangles on white disks, whose tip points to the robot's back.
 
     Attributes
@@ -180,10 +188,6 @@ class TriangleMarkers:
         corners = [(-self.tip_cm, 0.0), (self.base_cm, -self.half_width_cm), (self.base_cm, self.half_width_cm)]
         return [(np.array(corners), _PAINTS[label])]
 
-    def check_label(self, label: str) -> None:
-        """Reject what is not a color."""
-        choice("label", label, HUES)
-
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all triangles in an image (H, W, 3); see `Markers`."""
         found = _find_spots(image, places, (self.tip_cm + self.base_cm) * self.half_width_cm, self.chroma)
@@ -207,7 +211,7 @@ class TriangleMarkers:
 
 
 @dataclass(frozen=True)
-class RoundMarkers:
+class RoundMarkers(_ColoredMarkers):
     """Colored disks of `radius_cm` on the white ones, which show positions alone; otherwise as `TriangleMarkers`.
 
     Source: paper, section 5.4, 40 robots of which only positions were taken.
@@ -223,10 +227,6 @@ class RoundMarkers:
         """Return one disk; see `Markers`."""
         angles = np.linspace(0, 2 * math.pi, 32, endpoint=False)
         return [(self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])]
-
-    def check_label(self, label: str) -> None:
-        """Reject what is not a color."""
-        choice("label", label, HUES)
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all disks in an image (H, W, 3); see `Markers`."""

@@ -212,9 +212,8 @@ class Tracker:
             turned = np.abs((self._poses[:, 2] - before + np.pi) % (2 * np.pi) - np.pi)
             too_far = present & (gap >= 0) & (turned > self.maximum_turn_rad_s * self.interval_s * (gap + 1) + PUSH_RAD)
             for who in np.nonzero(too_far)[0].tolist():
-                text = (
-                    f"{self._name(who)} cannot have turned {np.degrees(turned[who]):.0f} degrees: it was turned by hand"
-                )
+                angle = f"{np.degrees(turned[who]):.0f} degrees"
+                text = f"{self._name(who)} cannot have turned {angle}: it was turned by hand"
                 faults = (*faults, Fault(self._frame, CARRIED, text + ". Repeat the trial."))
         self._gap[~present & (self._gap >= 0)] += 1
         self._was_present = present
