@@ -20,7 +20,7 @@ import numpy as np
 from ._files import PARTIAL, in_home, json_bytes, write_atomically
 from ._seals import NAME as SEALS
 from ._seals import Seals, digest_of, file_digest
-from .errors import RefusedError, refuse, require
+from .errors import RefusedError, brief, refuse, require
 
 LOCK = "lock"
 _LOGGER = logging.getLogger("turing_learning")
@@ -132,6 +132,7 @@ class Store:
     """
 
     def __init__(self, path: str | Path, kind: Kind) -> None:
+        require(_names_a_place(path), kind.noun, "be the path of a folder", brief(path), error=RunFolderError)
         self.path, self.kind = in_home(path), kind
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
@@ -496,6 +497,14 @@ def _identity(head: Mapping[str, Any], kind: Kind) -> str:
     """Return the digest of what must stay the same."""
     kept = json.loads(json.dumps([head.get(key) for key in kind.identity]))
     return hashlib.sha256(json.dumps([kind.noun, kept], sort_keys=True).encode()).hexdigest()
+
+
+def _names_a_place(path: object) -> bool:
+    """Return whether the operating system takes a value for a path, of a folder that may be missing."""
+    try:
+        return isinstance(path, str | os.PathLike) and b"\0" not in os.fsencode(path)
+    except UnicodeEncodeError:  # half a character
+        return False
 
 
 def _place(path: Path) -> tuple[int, int] | None:

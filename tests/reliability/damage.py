@@ -231,6 +231,9 @@ def outcome(door, folder):
             said = Said(after.code, said.out + after.out, said.err + after.err)
     except Exception as error:
         return f"TRACEBACK {type(error).__name__}: {error}"[:160], None
+    said.out = "\n".join(
+        line for line in said.out.splitlines() if not line.endswith(".csv")
+    )  # says whether there is a table
     numbers = re.sub(r"\d+(\.\d+)? (s|ms)\b|\d\d:\d\d:\d\d", "", said.out)
     if said.code == 0:
         return ("said" if said.err else ""), numbers

@@ -136,11 +136,9 @@ def detect(
         head["samples"] = given.samples.shape[1]
         print(json.dumps({**head, "individuals": [asdict(verdict) for verdict in verdicts]}, indent=2))
         return
-    from rich.console import Console
+    from ._tables import plain_console, print_verdicts
 
-    from ._tables import print_verdicts
-
-    print_verdicts(Console(), detector, given, verdicts)
+    print_verdicts(plain_console(), detector, given, verdicts)
 
 
 def _tracks(path: Path, tracks: Tracks) -> Tracks | None:
@@ -216,11 +214,10 @@ def _show_alike(
     import sys
 
     import numpy as np
-    from rich.console import Console
 
     from turing_learning.detection import RecordedMotion, TimedVerdict
 
-    from ._tables import print_standings
+    from ._tables import plain_console, print_standings
 
     timed = []
     for k, each in enumerate(found.individuals):
@@ -274,7 +271,7 @@ def _show_alike(
         }
         print(json.dumps(content, indent=2))
     else:
-        print_standings(Console(), found, timed, seconds=when == "spells_s", steps=steps)
+        print_standings(plain_console(), found, timed, seconds=when == "spells_s", steps=steps)
     if out is not None and isinstance(motion, RecordedMotion):
         _write(out, motion, tuple(timed))
         for path in _written(out):
@@ -285,9 +282,7 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
     """Print verdicts on a recording, and write table and picture where that was asked for."""
     import sys
 
-    from rich.console import Console
-
-    from ._tables import print_timeline
+    from ._tables import plain_console, print_timeline
 
     verdicts = detector.timeline(motion)
     if as_json:
@@ -299,7 +294,7 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
         head = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": len(detector.genomes)}
         print(json.dumps({**head, "steps": detector.steps, "individuals": rows}, indent=2))
     else:
-        print_timeline(Console(), detector, verdicts)
+        print_timeline(plain_console(), detector, verdicts)
     if out is not None:
         _write(out, motion, verdicts)
         for path in _written(out):

@@ -81,7 +81,7 @@ class LineView:
         if progress.completed % LINE_EVERY and progress.completed != progress.total:
             return
         text = "  ".join(part for part in (_line(progress), self._stops.take()) if part)
-        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
+        self._console.print(text, soft_wrap=True)
 
 
 class LiveView:

@@ -13,6 +13,7 @@ from ._words import OptionWords
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
+DEEPEST = 300  # brackets in an argument that may be too many for a parser
 NARROWEST = 10  # columns in which rich can lay out a table
 _NO_WAY = (
     *(errno.EACCES, errno.EPERM, errno.EROFS),
@@ -59,6 +60,10 @@ def _run(arguments: list[str]) -> int:
         return FAILED
     except MemoryError as error:
         return _say(f"error: this machine has not enough memory ({error}); choose smaller sizes", FAILED)
+    except RecursionError:
+        if max(map(len, arguments)) < DEEPEST:
+            raise
+        return _say("error: an argument must not be nested so deeply", REFUSED)
     except CycloptsError as error:
         error.verbose = False
         return _say(f"error: {' '.join(str(error).split())}", REFUSED)

@@ -45,19 +45,21 @@ def reproduce(
     force
         Let --page replace a file that is no such page.
     """
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from turing_learning.reproduction import Stopped, default_folder, refuse_page_path, standings, write_page
     from turing_learning.reproduction import reproduce as conduct
     from turing_learning.runs import RunFolderError, told
+
+    from ._tables import plain_console
 
     if page is not None:
         refuse_page_path(page, force=force, name="page")
     elif force:
         remedy = "Add --page, or leave --force out."
         refuse("force", "be given with a page, which it may replace", "it alone", remedy)
-    console = Console()
+    console = plain_console()
     if experiment is None:
         listed = Table("experiment", "title", "cost", "state")
         for one in standings(out, fast=fast):
@@ -72,14 +74,14 @@ def reproduce(
             raise Interrupted(f"stopped at {error}; {ahead}") from error
         claims = Table("claim", "", "verdict", "printed", "came out", show_lines=True)
         for verdict in (verdict for one in done if one.results is not None for verdict in one.results.verdicts):
-            word = f"[{'green' if verdict.agrees else 'bold red'}]{verdict.word}[/]"
+            word = Text(verdict.word, style="green" if verdict.agrees else "bold red")
             claims.add_row(verdict.claim, verdict.variant, word, verdict.printed, verdict.outcome)
         if claims.rows:
             console.print(claims)
         for remark in (text for one in done if one.results is not None for text in one.results.remarks):
-            console.print(f"* {remark}", highlight=False)
+            console.print(f"* {remark}")
         for one in done:
-            console.print(f"{one.experiment.id}: {one.state}", highlight=False)
+            console.print(f"{one.experiment.id}: {one.state}")
     if page is not None:
         with told(RunFolderError, f"`page` must be a file that can be written; got {page}", "Choose another place."):
             print(write_page(out or default_folder(fast=fast), page, force=force))

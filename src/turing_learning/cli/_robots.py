@@ -46,16 +46,16 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Pa
     picture
         File for an image from the camera with the markers that were found (.png or .jpg).
     """
-    from rich.console import Console
-
     from turing_learning.robots import load_laboratory
+
+    from ._tables import plain_console
 
     if picture is not None:
         fits = picture.suffix.lower() in (".png", ".jpg", ".jpeg") and picture.absolute().parent.is_dir()
         require(fits, "picture", "be a .png or .jpg file in a folder that exists", str(picture))
 
     with _opened(load_laboratory(config), emulated) as (laboratory, equipment):
-        return None if _inspected(Console(), laboratory, equipment, picture) else REFUSED
+        return None if _inspected(plain_console(), laboratory, equipment, picture) else REFUSED
 
 
 @robots.command(sort_key=1)
@@ -298,7 +298,7 @@ def _inspected(
     tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker, picture):
         mark = "good" if finding.fine else "BAD "
-        console.print(f"{mark}  {finding.what}: {finding.text}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"{mark}  {finding.what}: {finding.text}", soft_wrap=True)
         fine &= finding.fine
     return fine
 
@@ -316,14 +316,12 @@ def _execute(
 
     Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
-    from rich.console import Console
-
     from turing_learning.report import short_number
     from turing_learning.runs import read_post_evaluation, resume_command
 
-    from ._tables import print_post_evaluation, print_result
+    from ._tables import plain_console, print_post_evaluation, print_result
 
-    console = Console()
+    console = plain_console()
     if needed and not _inspected(console, laboratory, equipment):
         if stored is not None:
             text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."
@@ -332,7 +330,7 @@ def _execute(
     ahead, repeats = f"resume with: {resume_command(path)}", laboratory.setup.evaluation.repeats
 
     def line(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
+        console.print(text, soft_wrap=True)
 
     def progressed(progress: "Progress") -> None:
         best = zip(progress.parameter_names, progress.generation.best_model, strict=True)

@@ -183,17 +183,15 @@ def show(run: Path, /) -> None:
     run
         A run folder, or a study folder.
     """
-    from rich.console import Console
-
     from turing_learning.runs import load_run, read_post_evaluation
     from turing_learning.studies import is_study
 
-    from ._tables import print_post_evaluation, print_result
+    from ._tables import plain_console, print_post_evaluation, print_result
 
     if is_study(run):
         _study.show(run)
         return
-    console = Console()
+    console = plain_console()
     print_result(console, load_run(run), run)
     if again := read_post_evaluation(run):
         print_post_evaluation(console, again)
@@ -255,13 +253,11 @@ def simulate(
 
 def scenarios() -> None:
     """List the scenarios."""
-    from rich.console import Console
-
     from turing_learning.swarm import SCENARIOS
 
-    from ._tables import print_scenarios
+    from ._tables import plain_console, print_scenarios
 
-    print_scenarios(Console(), SCENARIOS)
+    print_scenarios(plain_console(), SCENARIOS)
 
 
 def pool(runs: list[Path], /) -> None:
@@ -329,12 +325,10 @@ def check(
     force
         Check again, and replace the check that is there.
     """
-    from rich.console import Console
-
     from turing_learning.identifiability import Effort
     from turing_learning.runs import RunFolder
 
-    from ._tables import check_table
+    from ._tables import check_table, plain_console
 
     result = opened(run)
     _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
@@ -345,7 +339,7 @@ def check(
     if recording.given:
         windows, family, motion = recording.opened(*_measured(run, recording))
         system = {"genuine": windows, "simulate": family, "recording": motion}
-    stages, console = Console(stderr=True), Console()
+    stages, console = plain_console(stderr=True), plain_console()
     found = result.check(
         **system,
         effort=effort,
@@ -353,12 +347,12 @@ def check(
         recovery_generations=recovery_generations,
         seed=seed,
         force=force,
-        stage=lambda text: stages.print(text, highlight=False),
+        stage=lambda text: stages.print(text),
     )
     console.print(check_table(found))
-    console.print(found.verdict, highlight=False, soft_wrap=True)
+    console.print(found.verdict, soft_wrap=True)
     if (report := RunFolder(run).report_path).exists():
-        console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"report: {report}", soft_wrap=True)
 
 
 def opened(run: Path) -> "Result":
@@ -396,14 +390,12 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
 
 def _execute(run: "Callable[..., Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to resume."""
-    from rich.console import Console
-
     from turing_learning.runs import RunFolder, resume_command
 
     from ._live import watching
-    from ._tables import print_result
+    from ._tables import plain_console, print_result
 
-    console = Console()
+    console = plain_console()
     ahead = f"resume with: {resume_command(path)}"
 
     def interrupted() -> str:

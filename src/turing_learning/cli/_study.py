@@ -122,13 +122,12 @@ def resume(path: Path, workers: int | None, cluster: str | None) -> int | None:
 
 def show(path: Path) -> None:
     """Print the table of a study."""
-    from rich.console import Console
-
     from turing_learning.studies import load_study
 
     from ._study_view import print_study
+    from ._tables import plain_console
 
-    print_study(Console(), load_study(path))
+    print_study(plain_console(), load_study(path))
 
 
 def study_run(study: Path, number: Integer, /) -> int | None:
@@ -165,26 +164,24 @@ def study_collect(study: Path, /) -> None:
     study
         A study folder.
     """
-    from rich.console import Console
-
     from turing_learning.studies import collect_study
 
     from ._study_view import print_study
+    from ._tables import plain_console
 
-    print_study(Console(), collect_study(study))
+    print_study(plain_console(), collect_study(study))
 
 
 def _execute(execute: "Callable[..., StudyResult]", path: Path) -> int | None:
     import sys
 
-    from rich.console import Console
-
     from turing_learning.report import counted
     from turing_learning.runs import resume_command
 
     from ._study_view import print_study, watching_study
+    from ._tables import plain_console
 
-    console = Console()
+    console = plain_console()
     ahead = f"resume with: {resume_command(path)}"
     with stopping(ahead) as should_stop, watching_study(console, should_stop) as view:
         result = execute(observer=view, should_stop=should_stop)

@@ -53,7 +53,7 @@ class StudyLines:
         """Print what has ended."""
         for run in progress.finished:
             text = f"{progress.done + progress.failed}/{progress.total}  {_ended(run)}  {_left(progress)}"
-            self._console.print(text, highlight=False, markup=False, soft_wrap=True)
+            self._console.print(text, soft_wrap=True)
 
 
 class StudyView:
@@ -113,16 +113,16 @@ def print_study(console: Console, result: "StudyResult") -> None:
     for group in groups[:MOST_GROUPS]:
         console.print(study_table(result, group))
     if len(groups) > MOST_GROUPS:
-        console.print(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv", highlight=False)
-    console.print(describe(result), highlight=False)
+        console.print(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
+    console.print(describe(result))
     for verdict, count in result.kinds().items():
-        console.print(f"  {count:>5}  {verdict}", highlight=False, markup=False)
+        console.print(f"  {count:>5}  {verdict}")
     for run in result.failed[:MOST_FAILED]:
-        console.print(f"  {_ended(run)}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"  {_ended(run)}", soft_wrap=True)
     for name, path in (("report", result.path / "report.html"), ("tables", result.path / "summary.csv")):
         if path.exists():
-            console.print(f"{name}: {path}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"study:  {result.path}", markup=False, highlight=False, soft_wrap=True)
+            console.print(f"{name}: {path}", soft_wrap=True)
+    console.print(f"study:  {result.path}", soft_wrap=True)
 
 
 def study_table(result: "StudyResult", group: dict) -> Table:

@@ -38,13 +38,12 @@ def print_result(console: Console, result: "Result", path: Path) -> None:
     for table in _fitting_tables(console, result):
         console.print(table)
     if unknown := result.unknown:
-        console.print(unknown, highlight=False)
+        console.print(unknown)
     if result.networks is not None:
-        console.print("networks: their steady outputs; their weights are in the result", highlight=False)
+        console.print("networks: their steady outputs; their weights are in the result")
     console.print(
         f"{counted(result.generations, 'generation')} in {result.seconds_total:.1f} s, "
         f"{1000 * result.seconds_per_generation:.1f} ms each (median)",
-        highlight=False,
     )
     if result.selection_stopped:
         console.print(
@@ -63,7 +62,7 @@ def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
         )
     if found.absolute_error is not None:
         text += f"; absolute errors: {_numbers(found.absolute_error)}"
-    console.print(text, markup=False, highlight=False, soft_wrap=True)
+    console.print(text, soft_wrap=True)
 
 
 def _numbers(values: dict[str, float]) -> str:
@@ -75,8 +74,8 @@ def _print_places(console: Console, path: Path) -> None:
 
     report = RunFolder(path).report_path
     if report.exists():
-        console.print(f"report: {report}", markup=False, highlight=False, soft_wrap=True)
-    console.print(f"run:    {path}", markup=False, highlight=False, soft_wrap=True)
+        console.print(f"report: {report}", soft_wrap=True)
+    console.print(f"run:    {path}", soft_wrap=True)
 
 
 def _fitting_tables(console: Console, result: "Result") -> list[Table]:
@@ -142,13 +141,18 @@ def _entry(values: dict[str, float] | None, name: str, form: Callable[[float], s
     return shown(None if values is None else values[name], form)
 
 
+def plain_console(*, stderr: bool = False) -> Console:
+    """Return where text is printed as it is: names of files and individuals may hold brackets."""
+    return Console(stderr=stderr, markup=False, highlight=False)
+
+
 def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
     """Print every scenario's name, what it is, and its agents' parameters."""
     for name, scenario in scenarios.items():
-        console.print(f"[bold]{name}[/bold]  {scenario.description}", highlight=False, soft_wrap=True)
+        console.print(Text(name, style="bold") + f"  {scenario.description}", soft_wrap=True)
         values, count = ", ".join(_agents(scenario)), scenario.objects.count
         bodies = f"{scenario.agents} agents, {scenario.replicas} replica{f', {count} objects' if count else ''}"
-        console.print(f"    {bodies}; {values}", highlight=False, soft_wrap=True)
+        console.print(f"    {bodies}; {values}", soft_wrap=True)
 
 
 def _agents(scenario: "Scenario") -> list[str]:
@@ -196,7 +200,7 @@ def print_verdicts(console: Console, detector: "Detector", motion: "Motion", ver
     classifiers = counted(len(detector.genomes), "classifier")
     found = sum(verdict.abnormal for verdict in verdicts)
     text = f"{found} of {len(verdicts)} abnormal, by {samples}; rule {detector.rule}, {classifiers}, {limit}"
-    console.print(text, highlight=False)
+    console.print(text)
 
 
 def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> None:
@@ -216,7 +220,7 @@ def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[T
     console.print(table)
     found = sum(verdict.abnormal for verdict in verdicts)
     by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
-    console.print(f"{found} of {len(verdicts)} abnormal, {by}", highlight=False)
+    console.print(f"{found} of {len(verdicts)} abnormal, {by}")
 
 
 def print_standings(
@@ -248,9 +252,9 @@ def print_standings(
     called = sum(bool(each.abnormal) for each in found.individuals)
     ways = [f"{each.individuals[k].individual} by {each.name}" for each in found.rankings[1:] for k in _first(each)]
     by = f"ranked by {found.rankings[0].name} (first would be {', '.join(ways)})" if ways else "ranked by it alone"
-    console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}", highlight=False)
+    console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
     for remark in found.remarks:
-        console.print(remark, highlight=False)
+        console.print(remark)
 
 
 def _first(ranking: "Ranking") -> list[int]:

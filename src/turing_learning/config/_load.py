@@ -1,6 +1,7 @@
 """Resolve a configuration from a preset, a file and single settings; every refusal is one message."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, NoReturn, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, refuse
+from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, refuse, require
 from turing_learning.swarm import SCENARIOS, Scenario
 from turing_learning.systems import CustomSystem
 
@@ -110,6 +111,10 @@ def opened(
     path: str | Path | None, overrides: Mapping[str, Any] | None, labels: Mapping[str, str] | None
 ) -> tuple[dict[str, Any], Origins]:
     """Return what a file says, nothing without one, and where each setting comes from."""
+    for name, value, kinds in (("config", path, str | os.PathLike), ("settings", overrides, Mapping)):
+        fits = value is None or isinstance(value, kinds)
+        rule = "be the path of a file" if name == "config" else "be dotted keys with values"
+        require(fits, name, rule, brief(value), error=ConfigurationError)
     text, document = ("", {}) if path is None else read_toml(Path(path))
     named = {key: f"override {key}" for key in overrides or {}} | dict(labels or {})
     return document, Origins(None if path is None else Path(path), text, named)
@@ -130,7 +135,8 @@ def resolve(
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
     _refuse_values_of_tables(document, origins)
-    data = merged(document, _nested(overrides))
+    lists = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in overrides.items()}
+    data = merged(document, _nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
     if scenario_type(data["scenario"]) is CustomSystem:
@@ -211,12 +217,12 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
         if isinstance(name, str) and name in SCENARIOS and name != named:
             rule = f"be that of the preset, {named!r}, or one of your own"
             origins.refuse("scenario.name", rule, repr(name), "Leave one of them out.")
-    if is_dataclass(asked):
+    if is_dataclass(asked) and not isinstance(asked, type):
         base = asdict(asked)
     else:
         if asked is not None:
             _require_known_scenario(asked, "scenario", origins)
-            if (other := named or name) not in (None, asked):
+            if (other := named or (name if isinstance(name, str) else None)) not in (None, asked):
                 at = "scenario.name" if named is None else "scenario.preset"
                 other_place = f" [{place}]" if (place := origins.where(at)) else ""
                 got = f"{asked!r} as an argument and {brief(other)}{other_place}"

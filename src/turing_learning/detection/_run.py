@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
-from turing_learning.errors import refuse, require
+from turing_learning.errors import integer, refuse, require
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
@@ -168,6 +168,8 @@ def calibration_motion(
     threads: int | None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return genuine and abnormal motion: what is given, the rest stored by the run or simulated."""
+    if threads is not None:
+        integer("threads", threads, 1, error=ConfigurationError)
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
     if run.calibration is not None:

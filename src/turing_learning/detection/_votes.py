@@ -244,6 +244,7 @@ class Detector:
             Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with names.
         """
         if not isinstance(motion, Motion):
+            motion = checked_motion("motion", motion, signals=self.signals, steps=self.steps)
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
         scores = self._judge_all(motion.samples, "motion", motion.individuals)
         found, abnormal = self._called(scores)
@@ -335,8 +336,9 @@ class Detector:
 
 def check_rule(rule: str) -> None:
     """Reject what is no rule; one that is gone names the nearest that remains."""
-    remedy = f"Version 0.1.0 had it; the nearest is `{GONE[rule]}`." if rule in GONE else nearest(rule, RULES)
-    require(rule in RULES, "rule", "be one of the rules", repr(rule), remedy, error=ConfigurationError)
+    word = rule if isinstance(rule, str) else ""
+    remedy = f"Version 0.1.0 had it; the nearest is `{GONE[word]}`." if word in GONE else nearest(word, RULES)
+    require(word in RULES, "rule", "be one of the rules", repr(rule), remedy, error=ConfigurationError)
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.errors import Refusal, integer, refuse, refusing_as, require
+from turing_learning.errors import Refusal, brief, integer, refuse, refusing_as, require
 from turing_learning.models import Parameter
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.swarm import Scenario
@@ -448,6 +448,7 @@ def check_run(
     for name, (value, lowest) in least.items():
         integer(name, value, lowest, error=ConfigurationError)
     remedy = "For example turing_learning.identifiability.Effort(samples=100)."
+    require(isinstance(force, bool), "force", "be true or false", brief(force), error=ConfigurationError)
     fits = isinstance(effort, Effort | None)
     require(fits, "effort", "be an Effort", type(effort).__name__, remedy, error=ConfigurationError)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations

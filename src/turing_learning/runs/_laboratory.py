@@ -66,7 +66,7 @@ def start_laboratory(
     ------
     Paper, section 5.
     """
-    folder, setup = RunFolder(Path(out)), laboratory.setup
+    folder, setup = RunFolder(out), laboratory.setup
     stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
     with _source(setup, laboratory.configuration, folder, equipment, on_event) as source:
         files = {
@@ -92,7 +92,7 @@ def resume_laboratory(
     Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see `robots.as_emulated`) is refused
     without `equipment`.
     """
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
     if setup.emulated and equipment is None:
@@ -178,7 +178,7 @@ def simulate_laboratory(
 
 def is_laboratory_run(path: str | Path) -> bool:
     """Return whether a run takes place in a laboratory."""
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     return folder.is_run() and folder.laboratory_path.exists()  # which one has before it is a run
 
 
@@ -201,13 +201,13 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
 
 def stored_laboratory(path: str | Path) -> Laboratory:
     """Return the laboratory of a run, and the run that it is to do; a RunFolderError says that they cannot be read."""
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     return Laboratory(stored_setup(folder), folder.configuration())
 
 
 def awaits_robots(path: str | Path) -> bool:
     """Return whether robots are needed to resume a run in a laboratory: for generations, or to observe its last models again."""
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     setup, again = stored_setup(folder), read_post_evaluation(path)
     if stored_generations(folder.checkpoints_path) < folder.configuration().run.generations:
         return True

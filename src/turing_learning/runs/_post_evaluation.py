@@ -65,12 +65,12 @@ class ModelEvaluation:
 
 def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     """Return what is known of a run's last models from observing them again; None if they have not been observed again yet."""
-    file = RunFolder(Path(path)).post_evaluation_path
+    file = RunFolder(path).post_evaluation_path
     if not file.exists():
         return None
     what, remedy = f"`run` must have a readable {file.name}; got {file}", "Restore the file, or remove it and resume."
     try:
-        stored = dict(RunFolder(Path(path)).read(file.name))
+        stored = dict(RunFolder(path).read(file.name))
         fitness = np.array(stored.pop("fitness"), dtype=np.float64)
         return ModelEvaluation(fitness=fitness, **stored)
     except (ValueError, TypeError, KeyError, AttributeError) as error:

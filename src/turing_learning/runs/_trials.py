@@ -126,7 +126,7 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     RunFolderError
         If there are none, or one cannot be read.
     """
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     folder.manifest()
     files = folder.trials_path.glob("*/*/*.npz")
     known = {*folder.seals.names(), *(file.relative_to(folder.path).as_posix() for file in files)}
@@ -202,7 +202,7 @@ def read_events(path: str | Path) -> list[dict[str, object]]:
 
     Each has "time", and what `robots.Event` has.
     """
-    folder = RunFolder(Path(path))
+    folder = RunFolder(path)
     if not folder.events_path.exists():
         return []
     events = []

@@ -119,7 +119,10 @@ def plan_study(
     ConfigurationError
         If anything is refused.
     """
-    behaviors, given = scenario == BEHAVIORS.name, settings or {}
+    for key, value in (("settings", settings), ("grid", grid)):
+        fits = isinstance(value, Mapping | None)
+        require(fits, key, "be dotted keys with values", brief(value), error=ConfigurationError)
+    behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}
     require_at_least(1, runs=runs)
     require(not (behaviors and CONTROLLER in given), CONTROLLER, "be left out of a study of random behaviors, which draws it",
             given.get(CONTROLLER), error=ConfigurationError)  # fmt: skip

@@ -170,7 +170,7 @@ def study(
         parameters=parameters,
         options=cast(CustomOptions, options),
     )
-    path = out or new_study_path(plan)
+    path = new_study_path(plan) if out is None else out
     return execute_study(plan, path, hands, force=force, observer=observer, should_stop=should_stop)
 
 

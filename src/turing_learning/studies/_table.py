@@ -13,7 +13,7 @@ from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
 from turing_learning.errors import require
 from turing_learning.report import Tabular, shown
-from turing_learning.runs import RUNNING, TIMINGS, RunFolder
+from turing_learning.runs import FINISHED, RUNNING, TIMINGS, RunFolder
 from turing_learning.store import RunFolderError, digest_of
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING
@@ -265,6 +265,8 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
                     )
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
                 return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
+        elif run.exists() and run.manifest()["state"] == FINISHED:
+            raise run.damaged(run.result_path.name, "it is missing")
     except RunFolderError as error:
         _LOGGER.warning("Run %d of the study is left out until it is resumed: %s", number, error)
     if failure is not None:

@@ -173,6 +173,8 @@ def simulate(
     require(
         objects >= 0, "initial_poses", f"hold a pose of each of the {robots} robots, then of objects", poses.shape[1]
     )
+    kind = type(drivers).__name__
+    require(isinstance(drivers, Drivers | None), "drivers", "be Drivers", kind, "None stands for reactive robots.")
     integer("control_steps", control_steps, 1)
     integer("seed", seed, 0)
     noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
