@@ -32,8 +32,8 @@ class Table:
 
 def stacked(frames: Mapping[Any, pd.DataFrame], *columns: str) -> pd.DataFrame:
     """Return frames one below the other, after columns with what their keys say."""
-    frame = pd.concat(dict(frames), names=columns).reset_index(level=list(range(len(columns))))
-    return frame.reset_index(drop=True)
+    frame = pd.concat(dict(frames), names=columns)
+    return frame.reset_index(level=list(range(len(columns)))).reset_index(drop=True)
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,10 @@ HEAD = 2048  # bytes of a page, within which it says so
 SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all claims holds
 
 
-def write_readme(experiment: Experiment, folder: ExperimentFolder) -> Path:
+def write_readme(experiment: Experiment, folder: ExperimentFolder) -> None:
     """Write the page of an experiment into its folder."""
     folder.path.mkdir(parents=True, exist_ok=True)
     write_atomically(folder.readme_path, readme(experiment, folder).encode())
-    return folder.readme_path
 
 
 def readme(experiment: Experiment, folder: ExperimentFolder) -> str:

@@ -61,8 +61,7 @@ def conduct(work: Work) -> Findings:
     """Run least squares in both case studies, compute what the theorem predicts, and check its statements."""
     aggregation = _outcome(work, AGGREGATION, "4.5-least-squares-aggregation")
     clustering = _outcome(work, OBJECT_CLUSTERING, "4.5-least-squares-clustering")
-    outcomes = (aggregation, clustering)
-    cases = work.sizes.cases
+    outcomes, cases = (aggregation, clustering), work.sizes.cases
     found = work.piece("theorem", lambda: {"checks": [asdict(check) for check in check_statements(cases)]})
     checks = [Check(**check) for check in found["checks"]]
     texts = (f"{one.statement}: {one.cases} cases, largest difference {one.difference:.0e}" for one in checks)

@@ -125,8 +125,8 @@ def conduct(work: Work) -> Findings:
                 own.append(Outcome.of(scenario, method, trials, seeds, found))
                 panel.setdefault(name, {})[trials] = own[-1].maes
     tables = [make(found) for make in (_summary_table, _runs_table) for found in outcomes.values()]
-    picture = CAPTIONS.picture("accuracy", "", budget_figure(panels), seeds=len(seeds))
-    return Findings([], tables, [picture], [text for found in outcomes.values() for text in remarks(found)])
+    pictures = [CAPTIONS.picture("accuracy", "", budget_figure(panels), seeds=len(seeds))]
+    return Findings([], tables, pictures, [text for found in outcomes.values() for text in remarks(found)])
 
 
 def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) -> dict[str, Any]:
