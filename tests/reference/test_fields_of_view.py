@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from naive_view import nearest_visible as naive_distance
 from naive_view import read
+from standalone import standalone
 
 from turing_learning.kernels import trials
 from turing_learning.kernels.sectors import nearest_visible
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Sensor, initial_poses, simulate
+
+nearest_visible = standalone(nearest_visible)
 
 NEARLY_FULL = math.nextafter(2 * math.pi, 0)
 FIELDS = (

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from naive_swarm import NaiveSwarm
+from standalone import standalone
 
 import turing_learning as tl
 from turing_learning.kernels import trials
@@ -13,6 +14,13 @@ from turing_learning.kernels.sensing import sense
 from turing_learning.kernels.tiles import new_tiles, renew_boxes, renew_order
 from turing_learning.kernels.world import new_state
 from turing_learning.swarm._simulate import build_world
+
+find_near_pairs = standalone(find_near_pairs)
+find_pairs_in_tiles = standalone(find_pairs_in_tiles)
+read_sensors = standalone(read_sensors)
+sense = standalone(sense)
+renew_boxes = standalone(renew_boxes)
+renew_order = standalone(renew_order)
 
 
 def uniform(side):

@@ -91,14 +91,22 @@ class _KernelCache(FunctionCache):
 
 def compile_cached(function: Callable, **options: Any) -> Any:
     """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible."""
-    dispatcher = njit(nogil=True, error_model="numpy", **options)(function)
+    dispatcher = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process
         dispatcher._cache = _KernelCache(function)
     return dispatcher
 
 
-# Without Numba's reference counting, see docs/decisions/0001. Force-inlined functions never run on their own.
-_INLINED: dict[str, Any] = {"nogil": True, "error_model": "numpy", "forceinline": True, "_nrt": False}
+# Without Numba's reference counting, see docs/decisions/0001, and without the wrappers by which Python would call them: each
+# would be one more copy of the function to optimize. Force-inlined functions are called by compiled functions only.
+_INLINED: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "forceinline": True,
+    "_nrt": False,
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
 
 
 def inlined(function: Callable) -> Any:

@@ -4,9 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from standalone import standalone
 
 from turing_learning.kernels.geometry import sines_and_cosines, wrapped
 from turing_learning.kernels.noise import uniform
+
+sines_and_cosines = standalone(sines_and_cosines)
+uniform = standalone(uniform)
+wrapped = standalone(wrapped)
 
 
 def evaluate(angles):

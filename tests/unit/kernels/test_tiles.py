@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from standalone import standalone
 
 from turing_learning.kernels.involved import find_near_pairs
 from turing_learning.kernels.neighbors import find_pairs_in_tiles
@@ -20,6 +21,12 @@ from turing_learning.kernels.tiles import (
 from turing_learning.kernels.world import new_state
 from turing_learning.swarm import AGGREGATION
 from turing_learning.swarm._simulate import build_world
+
+find_near_pairs = standalone(find_near_pairs)
+find_pairs_in_tiles = standalone(find_pairs_in_tiles)
+renew_boxes = standalone(renew_boxes)
+renew_order = standalone(renew_order)
+sort_places = standalone(sort_places)
 
 
 def placed(bodies, side, seed=0):
