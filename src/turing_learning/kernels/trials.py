@@ -65,31 +65,6 @@ def look(cycle: int, world: World, state: State, tiles: Tiles | None) -> None:
 
 
 @inlined
-def act(
-    block: int,
-    cycle: int,
-    controllers: np.ndarray,
-    keys: np.ndarray,
-    world: World,
-    state: State,
-    pairs: Pairs,
-    party: Party,
-    tiles: Tiles | None,
-) -> None:
-    """Command the robots of the trials from `block` on, one in each slot, and advance everything by a control cycle."""
-    slots = state.crowd.shape[0]
-    for i in range(world.robots):
-        for w in range(slots):
-            state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
-    for w in range(slots):
-        command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
-    clear_marks(state)
-    for first in range(0, slots, LANES):
-        advance_involved(first, min(first + LANES, slots), world, state, pairs, party, tiles)
-    glide_free_robots(world, state)
-
-
-@inlined
 def write_speeds(speeds: np.ndarray, cycle: int, w: int, world: World, state: State) -> None:
     """Write each robot's signed linear speed and angular speed over the cycle that began at `start_x`, `start_y`.
 
@@ -147,7 +122,15 @@ def _advance_trials(
         if cycle < speeds.shape[2]:
             if networks is not None:
                 drive(block, controllers, state, networks)
-            act(block, cycle, controllers, keys, world, state, pairs, party, tiles)
+            for i in range(world.robots):
+                for w in range(slots):
+                    state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
+            for w in range(slots):
+                command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
+            clear_marks(state)
+            for first in range(0, slots, LANES):
+                advance_involved(first, min(first + LANES, slots), world, state, pairs, party, tiles)
+            glide_free_robots(world, state)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)
 
