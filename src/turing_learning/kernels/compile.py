@@ -2,6 +2,7 @@
 
 import contextlib
 import hashlib
+import logging
 import os
 import pickle
 import uuid
@@ -13,6 +14,7 @@ from typing import Any, BinaryIO
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
+_LOGGER = logging.getLogger("turing_learning")
 _SEAL_BYTES = hashlib.sha256().digest_size
 
 
@@ -75,8 +77,9 @@ class _KernelCache(FunctionCache):
     from another file was inlined.
     """
 
-    def __init__(self, function: Callable) -> None:
+    def __init__(self, function: Callable, notice: str) -> None:
         super().__init__(function)
+        self._notice = notice
         given = self._cache_file
         base = f"{given._index_name.removesuffix('.nbi')}-sealed"  # earlier versions find files of their own
         self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
@@ -84,16 +87,25 @@ class _KernelCache(FunctionCache):
     def _index_key(self, sig: Any, codegen: Any) -> tuple:
         return (*super()._index_key(sig, codegen), _room_digest())
 
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        found = super().load_overload(sig, target_context)
+        if found is None and self._notice:
+            _LOGGER.warning("Compiling %s, once on this machine.", self._notice)
+        return found
+
     def save_overload(self, sig: Any, data: Any) -> None:
         with contextlib.suppress(OSError):  # a full disk costs the next start a compilation, nothing else
             super().save_overload(sig, data)
 
 
-def compile_cached(function: Callable, **options: Any) -> Any:
-    """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible."""
+def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> Any:
+    """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible.
+
+    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet.
+    """
     dispatcher = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process
-        dispatcher._cache = _KernelCache(function)
+        dispatcher._cache = _KernelCache(function, notice)
     return dispatcher
 
 

@@ -11,7 +11,7 @@ from turing_learning.kernels.compile import compile_cached
 def double(x):
     return 2 * x
 
-double = compile_cached(double)
+double = compile_cached(double, notice="a double (1 s)")
 """
 
 
@@ -54,6 +54,13 @@ def test_damaged_machine_code_is_compiled_again(kernel, tmp_path, damage, suffix
     whole = kernel()
     assert whole(5.0) == 10.0
     assert whole.stats.cache_hits
+
+
+def test_the_log_says_when_something_is_compiled(kernel, caplog):
+    kernel()(1.0)
+    assert caplog.messages == ["Compiling a double (1 s), once on this machine."]
+    kernel()(2.0)
+    assert len(caplog.messages) == 1
 
 
 def test_no_temporary_files_are_left(kernel, tmp_path):
