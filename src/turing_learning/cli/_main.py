@@ -1,6 +1,7 @@
 """The entry point: run a command, and turn what a user can cause into one line and an exit code."""
 
 import errno
+import logging
 import os
 import re
 import sys
@@ -34,7 +35,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     SystemExit
         Always, with the exit code.
     """
+    kernels = logging.getLogger("turing_learning.kernels")
+    if not kernels.handlers:
+        kernels.addHandler(_Said())
+        kernels.setLevel(logging.INFO)
     sys.exit(_run(sys.argv[1:] if arguments is None else list(arguments)))
+
+
+class _Said(logging.Handler):
+    """Write what is compiled to standard error at once, also where that is a file or a pipe."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        sys.stderr.write(f"{record.getMessage()}\n")
+        sys.stderr.flush()
 
 
 def _run(arguments: list[str]) -> int:

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-_LOGGER = logging.getLogger("turing_learning")
+_LOGGER = logging.getLogger("turing_learning.kernels")
 _SEAL_BYTES = hashlib.sha256().digest_size
 
 
@@ -90,7 +90,7 @@ class _KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         found = super().load_overload(sig, target_context)
         if found is None and self._notice:
-            _LOGGER.warning("Compiling %s, once on this machine.", self._notice)
+            _LOGGER.info("Compiling %s, once on this machine.", self._notice)
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -103,7 +103,8 @@ def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> A
 
     With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet.
     """
-    dispatcher = njit(nogil=True, error_model="numpy", no_cfunc_wrapper=True, **options)(function)
+    common: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+    dispatcher = njit(**common, **options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process
         dispatcher._cache = _KernelCache(function, notice)
     return dispatcher

@@ -57,6 +57,7 @@ def test_damaged_machine_code_is_compiled_again(kernel, tmp_path, damage, suffix
 
 
 def test_the_log_says_when_something_is_compiled(kernel, caplog):
+    caplog.set_level("INFO", "turing_learning.kernels")
     kernel()(1.0)
     assert caplog.messages == ["Compiling a double (1 s), once on this machine."]
     kernel()(2.0)
