@@ -76,7 +76,7 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
         refuse("settings", "be a dict dotted key -> value", brief(settings), example, error=ConfigurationError)
     both = arguments.get("trials"), arguments.get("generations")
     got = f"{brief(both[0])} beside {brief(both[1])}"
-    require(None in both, "trials", "be given without `generations`", got, error=ConfigurationError)
+    require(any(one is None for one in both), "trials", "be given without `generations`", got, error=ConfigurationError)
     said = [(f"run.{name}", value, f"{name}={brief(value)}") for name, value in arguments.items() if value is not None]
     said += [(key, value, f"settings={{{key!r}: {brief(value)}}}") for key, value in (settings or {}).items()]
     return stated_once(said)

@@ -232,7 +232,7 @@ def _mixed(
 
 def _fit(given: Any) -> list[Result]:
     """Return two or more results of complete runs."""
-    runs = list(given) if isinstance(given, Iterable) else [given]
+    runs = list(given) if isinstance(given, Iterable) and not isinstance(given, np.ndarray) else [given]
     for run in runs:
         fits, remedy = isinstance(run, Result), "Open a run folder with `load_run`."
         require(fits, "runs", "be results of runs", brief(run), remedy, error=ConfigurationError)

@@ -18,6 +18,9 @@ from ._scenario import Scenario
 GRAVITY = 9.81
 """In the simulator's own unit of length, the centimetre (cm/s^2): what the paper's platform did. Source: docs/physics.md."""
 
+LONGEST = 10**12
+"""Control cycles of a trial: more than any memory holds, fewer than NumPy can count."""
+
 LARGEST_OUTPUT = 1.0
 """Of a network that drives a robot: how far the robot may move follows from it."""
 
@@ -175,7 +178,7 @@ def simulate(
     )
     kind = type(drivers).__name__
     require(isinstance(drivers, Drivers | None), "drivers", "be Drivers", kind, "None stands for reactive robots.")
-    integer("control_steps", control_steps, 1)
+    integer("control_steps", control_steps, 1, LONGEST)
     integer("seed", seed, 0)
     noise = scenario.robot.wheel_noise if wheel_noise is None else wheel_noise
     number("wheel_noise", noise, least=0, below=1)
