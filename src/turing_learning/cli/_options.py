@@ -68,7 +68,8 @@ class Tracks:
     def refuse_beside(self, rule: str) -> None:
         """Reject the first option that is given."""
         for name, value in self.given.items():
-            refuse(f"--{name.replace('_', '-')}", rule, str(value))
+            shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+            refuse(f"--{name.replace('_', '-')}", rule, shown)
 
     def read(self, path: Path, name: str) -> "Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
