@@ -20,8 +20,8 @@ def array(
     value
         Whatever was given. Masked values, complex numbers, text and objects are rejected, not converted.
     shape
-        Letters for the axes, as in docs/symbols.md: "K T D"; a number fixes an axis, "..." stands for any axes before the others.
-        A letter that comes twice has one size.
+        Letters for the axes, as in docs/symbols.md: "K T D"; a number fixes an axis, "..." stands for any
+        axes before the others. A letter that comes twice has one size.
     finite
         Whether NaN and infinity are rejected.
     dtype

@@ -54,8 +54,8 @@ def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
     Parameters
     ----------
     kind
-        Of the error that is raised. A `RunStorageError` has its message already, and passes; so does the message of a
-        FileExistsError that is ours, not the operating system's.
+        Of the error that is raised. A `RunStorageError` has its message already, and passes; so does the
+        message of a FileExistsError that is ours, not the operating system's.
     what
         For example "`out` must be a folder that can be written; got runs/mine".
     remedy

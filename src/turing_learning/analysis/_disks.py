@@ -74,8 +74,8 @@ def _lattice(steps: np.ndarray) -> np.ndarray:
 def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
     """Count the disks in the largest cluster.
 
-    Two disks are neighbors if no other one fits between them, that is, if their centers are less than 4 r apart. A
-    cluster is all that is connected through neighbors.
+    Two disks are neighbors if no other one fits between them, that is, if their centers are less than 4 r
+    apart. A cluster is all that is connected through neighbors.
 
     Parameters
     ----------

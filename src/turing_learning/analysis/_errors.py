@@ -72,9 +72,9 @@ def name_failure(estimate: np.ndarray, truth: np.ndarray) -> str:
     Returns
     -------
     str
-        "good" (MAE below 0.1); "runaway" (a wheel speed beyond +-3); "states exchanged" (the truth's states in another
-        order); "I = 2 as I = 1", and so on (one state has the values of another); "field of view" (MAE of the wheel speeds
-        below 0.1); "other".
+        "good" (MAE below 0.1); "runaway" (a wheel speed beyond +-3); "states exchanged" (the truth's states
+        in another order); "I = 2 as I = 1", and so on (one state has the values of another); "field of view"
+        (MAE of the wheel speeds below 0.1); "other".
     """
     estimate, truth = np.asarray(estimate, dtype=float), np.asarray(truth, dtype=float)
     fits = estimate.shape == truth.shape and estimate.ndim == 1 and estimate.size >= 2

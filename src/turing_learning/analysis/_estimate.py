@@ -156,19 +156,19 @@ def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
 def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     """State the uncertainty of the pooled estimate: an interval for each parameter that holds the truth nine times of ten.
 
-    Two things keep an estimate from the truth. The models of a run wander: that is read off the central 90 % of their distances
-    from the estimate of their run, all runs together, widened as in `interval` by the number of independent values. And runs
-    settle in different regions: if the truth is to the runs what one more run would be, nine of ten truths are within
-    t(runs - 1) sqrt(1 + 1 / runs) standard deviations of the runs' estimates, with the 95th percentile of Student's t. This
-    factor is 2.6 for 4 runs, 2.0 for 8, and 7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares
-    of the two.
+    Two things keep an estimate from the truth. The models of a run wander: that is read off the central 90 %
+    of their distances from the estimate of their run, all runs together, widened as in `interval` by the
+    number of independent values. And runs settle in different regions: if the truth is to the runs what one
+    more run would be, nine of ten truths are within t(runs - 1) sqrt(1 + 1 / runs) standard deviations of the
+    runs' estimates, with the 95th percentile of Student's t. This factor is 2.6 for 4 runs, 2.0 for 8, and
+    7.7 for 2. Each end is as far from the estimate as the root of the sum of the squares of the two.
 
     Where the runs agree, the interval of four is about as wide as that of one. Where they do not, it is some times their scatter,
     and that of two is very wide: two values say little of how they scatter. What shifts all runs alike it does not show.
 
-    A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts in the scatter alone.
-    Where no run has moved, each is one value of whatever scatters, and the scatter of the runs is all of it. Where neither a
-    run has moved nor two differ, the interval is not known.
+    A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts
+    in the scatter alone. Where no run has moved, each is one value of whatever scatters, and the scatter of
+    the runs is all of it. Where neither a run has moved nor two differ, the interval is not known.
 
     Parameters
     ----------

@@ -62,13 +62,13 @@ class Matched:
     draws : (D, P)
         Parameters that explain the judgments, in proportion to how well they do.
     proposals : (D, P)
-        Where further samples would tell most: parameters at some distance from those that explain the judgments, also where
-        little is known.
+        Where further samples would tell most: parameters at some distance from those that explain the
+        judgments, also where little is known.
     identified : (P,) bool
         Whether the judgments say something of the parameter: whether its draws cover less than the range.
     settled
-        Whether intervals can be given: classifiers do not tell the model from the agents, halves of the samples agree, and the
-        canary has its range.
+        Whether intervals can be given: classifiers do not tell the model from the agents, halves of the
+        samples agree, and the canary has its range.
     distance, p_value
         How far the classifiers still tell the model with the estimate from the agents, and how often they would by chance.
     leverage

@@ -69,8 +69,8 @@ def compare(
 def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) -> np.ndarray:
     """Compute the decision accuracy of classifiers.
 
-    An individual counts as a model only if it is judged counterfeit in all of its trials. Agents and models have half of
-    the weight each.
+    An individual counts as a model only if it is judged counterfeit in all of its trials. Agents and models
+    have half of the weight each.
 
     Parameters
     ----------

@@ -21,8 +21,8 @@ _SMALLEST_SCALE, _LARGEST_SCALE = 1e-50, 1e50
 class ElmanClassifier:
     """Judge samples of motion by Elman networks with logistic neurons and one output.
 
-    With inputs x_t, hidden activations h_t = sig(W x_t + U h_(t-1) + b) and h_0 = 0, the output after the last step is
-    sig(v . h_T + c). A genome holds, in this order:
+    With inputs x_t, hidden activations h_t = sig(W x_t + U h_(t-1) + b) and h_0 = 0, the output after the
+    last step is sig(v . h_T + c). A genome holds, in this order:
 
     1. input weights W (H, D), row by row (a row belongs to one hidden neuron),
     2. recurrent weights U (H, H), row by row,
@@ -43,17 +43,12 @@ class ElmanClassifier:
     inputs
         Signals per time step, D >= 1.
     hidden
-        Hidden neurons, H >= 1; D + H at most 255. The judge is compiled for the two sizes on first use, within seconds,
-        and kept in the user's cache folder.
+        Hidden neurons, H >= 1; D + H at most 255. The judge is compiled for the two sizes on first use,
+        within seconds, and kept in the user's cache folder.
     scale : (D,)
         What the signals are divided by, in their units, each between 1e-50 and 1e50; None divides by nothing.
     threads
         Number of threads, >= 1; None takes every processor. The outputs do not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If a field breaks its rule.
 
     Source
     ------
@@ -102,11 +97,6 @@ class ElmanClassifier:
         -------
         (N, S) float32
             Between 1e-7 and 1 - 1e-7; 0.5 and above means judged genuine. Empty if there is no genome or no sample.
-
-        Raises
-        ------
-        ValueError
-            If a shape does not fit or a value is not finite.
         """
         genomes = _as_float64("genomes", genomes, "N Q", self.parameters)
         samples = _as_float64("samples", samples, "S T D", self.inputs)

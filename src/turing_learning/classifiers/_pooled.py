@@ -22,9 +22,9 @@ _LARGEST = 1e4
 class PooledClassifier:
     """Judge every short stretch of a sample by one logistic neuron; the output is the mean over the sample.
 
-    A neuron sees `taps` time steps, `gap` steps apart. With the inputs x (T, D), weights w (taps, D) and threshold b the
-    output is the mean over t of sig(b + sum_k w_k . x_(t + k gap)): the share of the moments that look genuine. A recurrent
-    network mostly tells what it saw last; this one weighs all moments alike.
+    A neuron sees `taps` time steps, `gap` steps apart. With the inputs x (T, D), weights w (taps, D) and
+    threshold b the output is the mean over t of sig(b + sum_k w_k . x_(t + k gap)): the share of the moments
+    that look genuine. A recurrent network mostly tells what it saw last; this one weighs all moments alike.
 
     A genome holds the number of taps, the gap, b, and 16 D weights, step by step; those beyond the taps are without effect.
 
@@ -35,8 +35,8 @@ class PooledClassifier:
     scale : (D,)
         What the signals are divided by, in their units; None divides by nothing.
     threads
-        Number of threads, >= 1; None takes every processor. The outputs do not depend on it, nor on which samples are
-        judged together.
+        Number of threads, >= 1; None takes every processor. The outputs do not depend on it, nor on which
+        samples are judged together.
 
     Source
     ------

@@ -73,8 +73,8 @@ def detect(
     samples
         Samples of each simulated individual; 10 by default.
     genuine
-        Motion of normal individuals, a file or several: each is judged by what was learned from the others. By default
-        simulated, or stored by the run.
+        Motion of normal individuals, a file or several: each is judged by what was learned from the others.
+        By default simulated, or stored by the run.
     abnormal
         Motion of individuals that are known to be abnormal, a file or several; by default some are planted or simulated.
     rule

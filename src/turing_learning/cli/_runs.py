@@ -63,8 +63,8 @@ def infer(
     trials
         Budget in simulated trials, instead of generations: the estimate from few trials, see docs/few-trials.md.
     tolerance
-        Beside --trials: stop before they are spent once the interval of every parameter that can be identified is at most
-        this share of its range to either side.
+        Beside --trials: stop before they are spent once the interval of every parameter that can be
+        identified is at most this share of its range to either side.
     seed
         Seed of all random numbers; 1 by default.
     threads
@@ -299,8 +299,8 @@ def check(
 ) -> None:
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
-    A run on recorded motion knows its recording. Results are stored in RUN/check; after Ctrl-C the same command resumes. See
-    docs/identifiability.md.
+    A run on recorded motion knows its recording. Results are stored in RUN/check; after Ctrl-C the same
+    command resumes. See docs/identifiability.md.
 
     Examples:
 

@@ -10,9 +10,9 @@ from turing_learning.evolution import Seed, check_seed, generation_rng
 class ClassifierArchive:
     """A sample of the best classifiers of all past generations, drawn uniformly (reservoir sampling).
 
-    Coevolution forgets: classifiers lose an ability once no model needs it, and models fall back into what they had left.
-    Archived classifiers judge the models beside the present ones. They cost no simulation, earn nothing, and do not
-    change the fitness of the present classifiers.
+    Coevolution forgets: classifiers lose an ability once no model needs it, and models fall back into what
+    they had left. Archived classifiers judge the models beside the present ones. They cost no simulation,
+    earn nothing, and do not change the fitness of the present classifiers.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ class ClassifierArchive:
     genomes : (B, Q)
         The classifiers kept; empty at first.
     specificity : (B,)
-        Share of genuine samples that each judged genuine in its own generation. It stays true, because the system does not
-        change.
+        Share of genuine samples that each judged genuine in its own generation. It stays true, because the
+        system does not change.
 
     Raises
     ------

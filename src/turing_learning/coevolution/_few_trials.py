@@ -97,8 +97,8 @@ class FewTrials:
     observers
         Random classifiers beside the evolved ones; None: evolved ones only.
     genuine : (K, T, D)
-        All genuine samples there are, for a system that is not observed anew in each trial. None takes those that come with
-        each batch.
+        All genuine samples there are, for a system that is not observed anew in each trial. None takes those
+        that come with each batch.
     groups, dependent, limits
         As for `TrialDesign`: what may be exchanged; which parameters end at `low` and `high`.
 

@@ -79,8 +79,8 @@ class InteractiveInterrogation:
         Raises
         ------
         ValueError
-            If the source or the classifier returns another number of samples or outputs than it was asked for, or
-            the source not the same number for every classifier.
+            If the source or the classifier returns another number of samples or outputs than it was asked
+            for, or the source not the same number for every classifier.
         """
         parts = [self._interrogate(models, genome, rng) for genome in classifiers]
         shapes = sorted({(*p.genuine_outputs.shape[1:], *p.counterfeit_outputs.shape[1:]) for p in parts})

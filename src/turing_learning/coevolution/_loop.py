@@ -27,11 +27,11 @@ class Coevolution:
         Entropy of the interrogations: a non-negative integer or a sequence of them. In generation g they draw from
         ``default_rng(SeedSequence(seed, spawn_key=(g,)))``.
     reward_models, reward_classifiers
-        What the optimizers are told: functions of the judgments that return (M,) and (N,) finite numbers, larger
-        being better. By default equations 1 and 2 of the paper.
+        What the optimizers are told: functions of the judgments that return (M,) and (N,) finite numbers,
+        larger being better. By default equations 1 and 2 of the paper.
     archive
-        Keeps the best classifier of each generation; those kept judge the models as referees, which only a reward such
-        as `jury_reward` takes into account. None: no archive, as in the paper.
+        Keeps the best classifier of each generation; those kept judge the models as referees, which only a
+        reward such as `jury_reward` takes into account. None: no archive, as in the paper.
 
     Attributes
     ----------
@@ -128,8 +128,8 @@ class Coevolution:
         Returns
         -------
         dict
-            "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the archive,
-            if there is one, as "archive/...".
+            "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the
+            archive, if there is one, as "archive/...".
 
         Raises
         ------

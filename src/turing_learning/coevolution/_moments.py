@@ -32,10 +32,10 @@ def train_moments(
 ) -> Moments:
     """Train jurors on what classifiers say, and compare the models with the system by them.
 
-    One juror for each parameter, and for each product of two: a linear read-out of all classifiers' outputs, trained to tell
-    the models in which it is large from those in which it is small, with the ridge penalty that does best out of its fold.
-    Each trial, and the genuine samples beside it, are judged by jurors that were not trained on that trial. Jurors of products
-    that see nothing are dropped.
+    One juror for each parameter, and for each product of two: a linear read-out of all classifiers' outputs,
+    trained to tell the models in which it is large from those in which it is small, with the ridge penalty
+    that does best out of its fold. Each trial, and the genuine samples beside it, are judged by jurors that
+    were not trained on that trial. Jurors of products that see nothing are dropped.
 
     Parameters
     ----------

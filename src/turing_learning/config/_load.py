@@ -89,8 +89,8 @@ def load_configuration(
     overrides
         Dotted key -> value, for example ``{"run.generations": 100}``.
     scenario
-        A scenario or the name of one; where the file names one as well, both must agree. A file that names none needs it;
-        without a file it is "aggregation". With a custom system the file has none.
+        A scenario or the name of one; where the file names one as well, both must agree. A file that names
+        none needs it; without a file it is "aggregation". With a custom system the file has none.
     labels
         Dotted key -> where an override comes from, for messages, for example ``{"run.seed": "--seed"}``.
 

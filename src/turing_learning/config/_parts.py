@@ -14,8 +14,8 @@ _objects: dict[str, Any] = {}  # by their names in configurations
 def part_named(given: Any) -> str:
     """Return how a configuration names an optimizer or a classifier.
 
-    A name stays as it is. A function or class of a module is "module:function", so that another process can import it. Any other
-    object is "given:NAME": it is there in this process alone.
+    A name stays as it is. A function or class of a module is "module:function", so that another process can
+    import it. Any other object is "given:NAME": it is there in this process alone.
     """
     if isinstance(given, str):
         return given

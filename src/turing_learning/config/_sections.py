@@ -97,8 +97,8 @@ class ModelsSection(PopulationSection):
     with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size` is 0.3 unless it is given: with 1
     many of them come to oscillate.
 
-    A run has two halves: the first searches for the right region, the second for the right point. docs/method.md says how; the
-    paper has neither.
+    A run has two halves: the first searches for the right region, the second for the right point.
+    docs/method.md says how; the paper has neither.
     """
 
     hidden: Annotated[int, Field(ge=0, le=LARGEST_NEURONS)] = Field(

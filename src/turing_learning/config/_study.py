@@ -68,11 +68,6 @@ def load_variants(
     -------
     tuple of Variant
         At least one; in the order of the list, or of the grid, the last setting changing fastest.
-
-    Raises
-    ------
-    ConfigurationError
-        If a setting is rejected; the message names the configuration.
     """
     document, origins = opened(path, overrides, labels)
     settings = _all_settings(document, grid, origins)

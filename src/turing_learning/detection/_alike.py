@@ -1,9 +1,9 @@
 """Judged alike: whoever belongs is judged by every classifier as those who belong are.
 
-A classifier has a direction: genuine against the counterfeits that lived then. Many together, taken without a direction, describe
-an individual. The score of an individual is the Mahalanobis distance of its mean outputs from those of normal individuals; the
-same is done with window statistics instead of classifiers, and with a one-class support vector machine, as baselines.
-Source: docs/decisions/0031-judged-alike.md.
+A classifier has a direction: genuine against the counterfeits that lived then. Many together, taken without a
+direction, describe an individual. The score of an individual is the Mahalanobis distance of its mean outputs
+from those of normal individuals; the same is done with window statistics instead of classifiers, and with a
+one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
 from collections.abc import Callable, Sequence
@@ -411,8 +411,8 @@ def _held_out(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
     """Score normal individuals by what was learned without them.
 
-    Returns their scores, whom they belong to (a recording, or an individual where there is one recording), weights that sum to 1
-    for each individual, and the scorer that has not seen each recording.
+    Returns their scores, whom they belong to (a recording, or an individual where there is one recording),
+    weights that sum to 1 for each individual, and the scorer that has not seen each recording.
     """
     alone = len(set(owners)) == 1
     keys = [

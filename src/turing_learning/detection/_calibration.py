@@ -43,8 +43,8 @@ def keep_observed(
     Returns
     -------
     dict or None
-        "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are usual, and "abnormal"
-        (S, T, D); None if there is not enough of one kind.
+        "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are
+        usual, and "abnormal" (S, T, D); None if there is not enough of one kind.
     """
     far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
     count = min(len(learned), len(held_out), MOST)

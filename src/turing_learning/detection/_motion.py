@@ -49,8 +49,8 @@ class Motion:
     individuals
         Names.
     samples : (individuals, samples, T, D)
-        In the units of the signals that the classifiers were evolved with; in simulated swarms linear speed (cm/s) and angular
-        speed (rad/s).
+        In the units of the signals that the classifiers were evolved with; in simulated swarms linear speed
+        (cm/s) and angular speed (rad/s).
     """
 
     individuals: tuple[str, ...]

@@ -47,8 +47,8 @@ class Verdict:
     p_value
         How often chance makes a score as low, see `Detector.p_values`.
     genuine_share
-        Share of its samples that are judged genuine: whose score is nearer to the mean score of genuine samples than to
-        that of abnormal ones.
+        Share of its samples that are judged genuine: whose score is nearer to the mean score of genuine
+        samples than to that of abnormal ones.
     abnormal
         Whether it behaves abnormally.
     since
@@ -67,9 +67,9 @@ class Verdict:
 class Detector:
     """Tell from motion which individuals behave abnormally, by votes of classifiers.
 
-    Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual is
-    called abnormal if the mean score of its samples is so low that chance makes it so in the stated share of cases
-    at most. Three rules choose the voters:
+    Classifiers vote on each sample; its score is the weighted share of votes that say genuine. An individual
+    is called abnormal if the mean score of its samples is so low that chance makes it so in the stated share
+    of cases at most. Three rules choose the voters:
 
     ==============  =============================================  ==========================================
     rule            voters                                         abnormal if
@@ -131,8 +131,8 @@ class Detector:
         genomes : (N, Q)
             Classifiers to choose from.
         genuine : (individuals, samples, T, D)
-            Motion of normal individuals, at least two. The first half weighs the votes, the second says what scores
-            are usual.
+            Motion of normal individuals, at least two. The first half weighs the votes, the second says what
+            scores are usual.
         abnormal : (individuals, samples, T, D)
             Other motion, of any that behave otherwise, for example in `random_controllers`, or of a run's random models.
         rule, false_alarms
@@ -178,8 +178,8 @@ class Detector:
         result
             A run that is stored in a folder with its full history: ``turing_learning.load_run(path)``.
         genuine, abnormal : (individuals, samples, T, D)
-            Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and on custom systems do,
-            or simulates the run's scenario, agents beside individuals with random controllers.
+            Motion for `calibrate`. None takes what the run has stored, as runs in a laboratory and on custom
+            systems do, or simulates the run's scenario, agents beside individuals with random controllers.
         behaviors, trials
             Number of random controllers that are simulated, >= 1, and of trials of each.
         """
@@ -209,8 +209,8 @@ class Detector:
     def p_values(self, motion: np.ndarray) -> np.ndarray:
         """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
 
-        The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the calibration, with a mean
-        score that is as low or lower: see `_chance.p_values`.
+        The share (individuals,) of all choices of S samples, out of its own and the genuine ones of the
+        calibration, with a mean score that is as low or lower: see `_chance.p_values`.
         """
         return p_values(self.genuine_scores, self._judge_all(motion, "motion"))
 

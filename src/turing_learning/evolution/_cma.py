@@ -151,8 +151,8 @@ class CMAEvolutionStrategy:
         Raises
         ------
         ValueError
-            If the state lacks an array or does not fit the settings, or if the replay ends elsewhere. The strategy
-            is then what it was before.
+            If the state lacks an array or does not fit the settings, or if the replay ends elsewhere. The
+            strategy is then what it was before.
         """
         history = check_state_array(state, "history", (None, self.size))
         mean = check_state_array(state, "mean", (self.dimension,))

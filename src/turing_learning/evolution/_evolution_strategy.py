@@ -19,9 +19,9 @@ STEP_SIZE_LIMIT = 1e6
 class EvolutionStrategy:
     """(mu + lambda) evolution strategy with self-adaptive mutation strengths, one for each parameter.
 
-    In each generation all mu + lambda individuals are scored, parents too, because fitness is subjective. The mu best
-    are the parents of lambda children. What a child inherits is up to the `mating`; its step sizes are the means of its
-    parents'. Then::
+    In each generation all mu + lambda individuals are scored, parents too, because fitness is subjective. The
+    mu best are the parents of lambda children. What a child inherits is up to the `mating`; its step sizes
+    are the means of its parents'. Then::
 
         sigma_i <- max(sigma_i exp(tau' N(0, 1) + tau N_i(0, 1)), minimum step size)      tau' = 1 / (2 sqrt(2 n))
         x_i     <- x_i + sigma_i N_i(0, 1)                                                tau  = 1 / (2 sqrt(2 sqrt(n)))

@@ -21,10 +21,10 @@ MOST_TEMPER = 2.0
 class MomentField:
     """What each moment is expected to be for a model with given parameters, and how sure that is.
 
-    A moment is a number per trial, with noise of variance 1, whose expectation is 0 for models that are right. Each moment is
-    a Gaussian process over the parameters with constant, slope and a squared-exponential part, whose length and
-    amplitude are those of the highest evidence in a small grid. With many trials the
-    processes are projected on some of them.
+    A moment is a number per trial, with noise of variance 1, whose expectation is 0 for models that are
+    right. Each moment is a Gaussian process over the parameters with constant, slope and a
+    squared-exponential part, whose length and amplitude are those of the highest evidence in a small grid.
+    With many trials the processes are projected on some of them.
 
     Parameters
     ----------

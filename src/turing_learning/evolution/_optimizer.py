@@ -38,8 +38,8 @@ class Optimizer(Protocol):
     def step_sizes(self) -> np.ndarray:
         """Standard deviations of the mutations, of the population last asked for.
 
-        Shape (size, dimension), in the units of the parameters. Before the first `ask`, and after `restore`, they
-        belong to the population that the next `ask` returns.
+        Shape (size, dimension), in the units of the parameters. Before the first `ask`, and after `restore`,
+        they belong to the population that the next `ask` returns.
         """
 
     def ask(self) -> np.ndarray:
@@ -93,9 +93,4 @@ class Optimizer(Protocol):
         ----------
         state
             What `state` returned, from an optimizer with the same settings.
-
-        Raises
-        ------
-        ValueError
-            If the state lacks an array, or does not fit the settings of this optimizer.
         """

@@ -96,8 +96,8 @@ class Jumper:
     exchange
         Probability that two of the `groups` of a child, any, exchange their values.
     groups
-        Parameters that can stand for each other: two or more lists of indices, all of the same length, without a common index.
-        Empty if there are none.
+        Parameters that can stand for each other: two or more lists of indices, all of the same length,
+        without a common index. Empty if there are none.
     dependent
         Indices, in no group, of parameters that mean nothing any more when groups have exchanged their values: they are drawn anew.
     refinement, settled

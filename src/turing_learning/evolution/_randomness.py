@@ -11,13 +11,7 @@ Seed = int | Sequence[int]
 
 
 def check_seed(seed: Seed) -> Seed:
-    """Return `seed` if it is a non-negative integer or a sequence of them.
-
-    Raises
-    ------
-    ValueError
-        If it is not.
-    """
+    """Return `seed` if it is a non-negative integer or a sequence of them."""
     numbers = seed if isinstance(seed, Sequence) else (seed,)
     if not numbers or not all(is_integer(n) and n >= 0 for n in numbers):
         refuse("seed", "be a non-negative integer or a sequence of them", brief(seed))
@@ -27,8 +21,8 @@ def check_seed(seed: Seed) -> Seed:
 def generation_rng(seed: Seed, generation: int) -> np.random.Generator:
     """Return the random generator of one generation.
 
-    Generators of different generations, and of different seeds, are independent. Nothing of a generator has to be
-    stored: a run that is resumed makes the same one again.
+    Generators of different generations, and of different seeds, are independent. Nothing of a generator has
+    to be stored: a run that is resumed makes the same one again.
 
     Parameters
     ----------

@@ -22,11 +22,6 @@ class RenewedOptimizer:
         Generations after which the optimizer is replaced, >= 1.
     last
         No replacement after this many generations; None: without end.
-
-    Raises
-    ------
-    ValueError
-        If `interval` is below 1.
     """
 
     def __init__(self, make: Callable[[int], Optimizer], interval: int, *, last: int | None = None) -> None:
@@ -72,13 +67,7 @@ class RenewedOptimizer:
         return {"renewal": np.array(self._generation, dtype=np.int64), **self._optimizer.state()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state of an optimizer with the same settings.
-
-        Raises
-        ------
-        ValueError
-            If the state lacks an array or does not fit.
-        """
+        """Take over a state of an optimizer with the same settings."""
         if "renewal" not in state:
             refuse("state", "hold an array 'renewal'", str(sorted(state)))
         generation = int(state["renewal"])

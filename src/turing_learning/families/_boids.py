@@ -34,11 +34,6 @@ class Boids(Particles):
     slowest
         Lowest speed as a share of the largest, in [0, 1].
 
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
-
     Source
     ------
     C. W. Reynolds, Computer Graphics 21 (1987) 25, which has no equations: the three behaviors and their order, prioritized

@@ -17,21 +17,16 @@ REST_CM_S = 1e-8
 class BurstAndCoast(Particles):
     """Individuals that take no notice of each other: sudden turns with a burst of speed, and straight glides between them.
 
-    At each kick the direction changes by a normal angle and a new speed v is drawn; within a kick, after time t, the speed
-    is v exp(-t / glide_time), and the way v glide_time (1 - exp(-t / glide_time)).
+    At each kick the direction changes by a normal angle and a new speed v is drawn; within a kick, after time
+    t, the speed is v exp(-t / glide_time), and the way v glide_time (1 - exp(-t / glide_time)).
 
-    Parameters: speed (mean speed at the start of a kick, cm/s), kick_interval (mean duration of a kick, s), glide_time (s), turn
-    (standard deviation of the change of direction at a kick, rad).
+    Parameters: speed (mean speed at the start of a kick, cm/s), kick_interval (mean duration of a kick, s),
+    glide_time (s), turn (standard deviation of the change of direction at a kick, rad).
 
     Parameters
     ----------
     variation
         Standard deviation of the durations and of the initial speeds of kicks, as a share of their means.
-
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
 
     Source
     ------

@@ -33,11 +33,6 @@ class Couzin(Particles):
     field_of_view_rad
         Angle (rad) in which others are seen, symmetric to the direction of motion; it does not limit repulsion.
 
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
-
     Source
     ------
     I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks, Journal of Theoretical Biology 218 (2002) 1, equations 1 to 3 and

@@ -37,11 +37,6 @@ class Family(ABC):
         Steps that a group moves before it is observed.
     start_side_cm
         Side of the square (cm) in which a group starts, at uniformly drawn places and in uniformly drawn directions.
-
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
     """
 
     individuals: int = 10
@@ -103,11 +98,6 @@ class Family(ABC):
         -------
         (M, C, T, D)
             The signals of the first C individuals, measured as those of recorded motion, by `compute_signals`.
-
-        Raises
-        ------
-        ValueError
-            If the parameters have another shape, or one is not finite or too small.
         """
         positions, headings = self._paths(self._checked(parameters), rng)
         companions = with_nearest if NEIGHBOR & set(self.signals) else alone
@@ -130,13 +120,8 @@ class Family(ABC):
         Returns
         -------
         (M, F, A, 2)
-            x, y (cm) in F = T + 2 frames: the T steps of a sample lead from the second frame to the last, and the step
-            before tells the direction in which an individual came.
-
-        Raises
-        ------
-        ValueError
-            If the parameters have another shape, or one is not finite or too small.
+            x, y (cm) in F = T + 2 frames: the T steps of a sample lead from the second frame to the last, and
+            the step before tells the direction in which an individual came.
         """
         return self._paths(self._checked(parameters), rng)[0]
 

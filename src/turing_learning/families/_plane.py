@@ -21,8 +21,8 @@ def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:
     positions : (M, A) complex
         Places (cm).
     period
-        Side of the square that is repeated in both directions (cm), and the way is that to the nearest image; None if
-        the plane is unbounded.
+        Side of the square that is repeated in both directions (cm), and the way is that to the nearest image;
+        None if the plane is unbounded.
 
     Returns
     -------
@@ -84,13 +84,8 @@ class Particles(Family):
     Parameters
     ----------
     tank_cm
-        Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as light; None for
-        the unbounded plane. Individuals do not see the walls.
-
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
+        Width and height of a tank (cm), anywhere in which individuals start, and whose walls reflect them as
+        light; None for the unbounded plane. Individuals do not see the walls.
     """
 
     tank_cm: tuple[float, float] | None = None

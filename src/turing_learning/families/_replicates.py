@@ -95,11 +95,6 @@ def as_recorded(
     Family or Replicates
         `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often as windows are from
         them.
-
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule, or the family has no tanks.
     """
     given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
     fits = len(given) in (0, len(recordings))

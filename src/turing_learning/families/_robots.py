@@ -17,19 +17,14 @@ from ._family import Family
 class Robots(Family):
     """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
-    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the field of view of
-    the sensor as well, theta (rad), if that is the scenario's representation of models.
+    Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
+    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models.
 
     Parameters
     ----------
     scenario
         Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not
         matter. Where there are walls, robots and objects start anywhere within them instead of in the square.
-
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
 
     Source
     ------

@@ -24,11 +24,6 @@ class Vicsek(Particles):
         Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded plane. Positions
         run on over its border, so that speeds are right; neighbor signals need the unbounded plane.
 
-    Raises
-    ------
-    ValueError
-        If a setting breaks its rule.
-
     Source
     ------
     T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet, Physical Review Letters 75 (1995) 1226, equations 1 and 2. It has no

@@ -11,9 +11,9 @@
 `Picture`
     A figure with its name and words, for files and pages.
 
-Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib is imported when the
-first one is made. The figures that only the package itself draws are in the modules of this room; their callers give arrays
-of the right shape.
+Figures are `matplotlib.figure.Figure` objects without pyplot and without global state; matplotlib is imported
+when the first one is made. The figures that only the package itself draws are in the modules of this room;
+their callers give arrays of the right shape.
 """
 
 from ._classifiers import timeline_figure

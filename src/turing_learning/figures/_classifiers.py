@@ -168,11 +168,6 @@ def timeline_figure(
     Returns
     -------
     matplotlib.figure.Figure
-
-    Raises
-    ------
-    RefusedError
-        If there is nobody, shapes do not agree or a value is not finite.
     """
     alike = len(names) == len(windows) == len(scores) == len(abnormal) > 0
     require(alike, "names", "be one name for each of the individuals, at least one", len(names))

@@ -68,11 +68,6 @@ def box_figure(
     -------
     matplotlib.figure.Figure
 
-    Raises
-    ------
-    RefusedError
-        If shapes do not agree or a value is not finite.
-
     Source
     ------
     Paper, figure 4.

@@ -45,11 +45,6 @@ def swarm_frame(
         Past poses, drawn as faint lines.
     robot_radius_cm, object_radius_cm
         Radii (cm).
-
-    Raises
-    ------
-    RefusedError
-        If a shape or a number does not fit.
     """
     from matplotlib.patches import Circle
 

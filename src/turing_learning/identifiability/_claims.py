@@ -37,8 +37,8 @@ def sides_rejected(
     Parameters
     ----------
     differences : (V, G)
-        For each of V values and each of G groups of samples: how much better classifiers of that value decide about the group than
-        those of the estimate do about the same group.
+        For each of V values and each of G groups of samples: how much better classifiers of that value decide
+        about the group than those of the estimate do about the same group.
     above : (V,) bool
         Which values are above the estimate; the others are below.
     rng

@@ -3,8 +3,8 @@
 `Parameter`
     One parameter in its user's units: bounds, linear or logarithmic scale, initial range, and the map to them.
 `Representation`
-    What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`, what robots execute;
-    how results describe it, and which `Jumps` the optimizer may make.
+    What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`,
+    what robots execute; how results describe it, and which `Jumps` the optimizer may make.
 `ReactiveModel`, `MorphologyModel`
     Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field of view.
     Each is an `AgentsRepresentation`; `REPRESENTATIONS` names them. `FULL_VIEW` is the largest field of view.

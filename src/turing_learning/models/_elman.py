@@ -32,11 +32,6 @@ class ElmanModel:
     hidden
         Hidden neurons H, >= 1.
 
-    Raises
-    ------
-    ValueError
-        If a number is below its least.
-
     Source
     ------
     Paper, section 4.6.2, which does not print the map of the outputs: docs/decisions/0017-black-box-models.md.
@@ -112,11 +107,6 @@ class ElmanModel:
         -------
         (..., T, 2)
             Left and right wheel speed, -1 to 1, in each time step; the network is reset before the first.
-
-        Raises
-        ------
-        ValueError
-            If the models have another number of weights, or one is not finite.
         """
         models = self._checked(models)
         lead, h = models.shape[:-1], self.hidden

@@ -36,13 +36,8 @@ class Parameter:
     unit
         Unit, for tables and figures.
     initial
-        Range of the first models, within the bounds; by default from bound to bound. Where a side is open, the default
-        is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1, if both are open.
-
-    Raises
-    ------
-    ValueError
-        If a field breaks its rule.
+        Range of the first models, within the bounds; by default from bound to bound. Where a side is open,
+        the default is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1, if both are open.
 
     Source
     ------

@@ -7,8 +7,8 @@
 `write_page`
     Write a page so that it appears complete or not at all.
 `short_number`, `shown`, `counted`
-    A number in a few characters, with significant digits where it is small; a number in a table, or a dash where there is none;
-    a number of things, in words.
+    A number in a few characters, with significant digits where it is small; a number in a table, or a dash
+    where there is none; a number of things, in words.
 `Tabular`
     A result with a short `repr` and a table in notebooks.
 `describe_unknown`

@@ -156,8 +156,8 @@ class StudyReport:
 def describe_selection(selection: Sequence[str]) -> str:
     """Say in one or two sentences in which generations selection stopped.
 
-    Selection stops in a generation in which every classifier accepts every model or every classifier rejects every
-    model: all models are then equally fit.
+    Selection stops in a generation in which every classifier accepts every model or every classifier rejects
+    every model: all models are then equally fit.
 
     Parameters
     ----------

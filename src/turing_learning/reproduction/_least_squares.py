@@ -30,8 +30,8 @@ class Inferred:
 class LeastSquares:
     """Infer a scenario's controller by least squares, with the optimizer and the trials of Turing Learning.
 
-    Speeds are divided by the robot's largest, as the classifiers' inputs are: then both wheels count the same. In cm/s and
-    rad/s, the difference of the wheels would have a seventh of the weight of their sum.
+    Speeds are divided by the robot's largest, as the classifiers' inputs are: then both wheels count the
+    same. In cm/s and rad/s, the difference of the wheels would have a seventh of the weight of their sum.
 
     Parameters
     ----------

@@ -179,9 +179,9 @@ def infer_by_npe(
 ) -> Inferred | None:
     """Infer a behavior by neural posterior estimation as `sbi` does it by default: a flow on standardized summaries.
 
-    With several rounds, each but the first draws its models from the part of the prior in which the posterior of the round
-    before has its mass (truncated sequential estimation), and all rounds train the network. At least 20 groups are simulated in
-    a round. None if it was stopped.
+    With several rounds, each but the first draws its models from the part of the prior in which the posterior
+    of the round before has its mass (truncated sequential estimation), and all rounds train the network. At
+    least 20 groups are simulated in a round. None if it was stopped.
 
     Source
     ------

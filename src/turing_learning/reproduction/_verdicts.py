@@ -120,8 +120,8 @@ def printed_spreads(claim: str, runs: int = PAPER_RUNS) -> list[Spread]:
 def not_worse(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
     """Apply the rule "absolute errors".
 
-    The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that they are held
-    against.
+    The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that
+    they are held against.
     """
     return all(
         own.mean - theirs.mean

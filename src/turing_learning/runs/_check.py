@@ -404,17 +404,17 @@ def check_run(
     genuine, simulate
         Of a custom system, as when the run began; needed where the run was loaded from a folder.
     recording
-        The recording that the samples are from, or several, to compare distances of neighbors and polarization, too. The
-        simulator has to say where everybody was, as model families do.
+        The recording that the samples are from, or several, to compare distances of neighbors and
+        polarization, too. The simulator has to say where everybody was, as model families do.
     groups : (K,)
-        Labels of the samples, of any kind; those with the same one are alike, for example of one individual. None takes the
-        individuals of windows of recorded motion, and each sample for itself otherwise.
+        Labels of the samples, of any kind; those with the same one are alike, for example of one individual.
+        None takes the individuals of windows of recorded motion, and each sample for itself otherwise.
     effort
         How much is simulated and trained.
     recoveries, recovery_generations
-        Number of runs whose truth is the estimate, 0 for none, and their length. None makes 1 of the length of the run. Of a run of
-        trials it makes 5, which spend as many trials as the run was to spend: with 2 or more `Check.fault` says whether the
-        estimate is fine, the search has failed, or the model is wrong.
+        Number of runs whose truth is the estimate, 0 for none, and their length. None makes 1 of the length
+        of the run. Of a run of trials it makes 5, which spend as many trials as the run was to spend: with 2
+        or more `Check.fault` says whether the estimate is fine, the search has failed, or the model is wrong.
     seed
         Of all random numbers of the check, >= 0.
     workers, timeout_s

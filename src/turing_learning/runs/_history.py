@@ -183,8 +183,8 @@ def damaged_generations(
 ) -> list[tuple[int, int]] | None:
     """Return which of so many generations of a history on disk are not as they were flushed: (first, behind the last).
 
-    Empty if all are sound; None if nothing can be read, or the coordinates are others. The seals are those of the recorder that had
-    flushed these generations, or more.
+    Empty if all are sound; None if nothing can be read, or the coordinates are others. The seals are those of
+    the recorder that had flushed these generations, or more.
     """
     try:
         arrays = open_store(path)

@@ -58,8 +58,8 @@ def infer(
         Simulates models of it: a function (parameters (M, P), rng) -> samples (M, T, D), or (M, C, T, D) with C samples of each
         model; or its name, "module:function". The columns are in the order of `parameters`; all randomness comes from `rng`.
     parameters
-        Name -> (low, high), the range of the first models and the space of the search, where None leaves a side open;
-        or name -> `Parameter`, with a unit or on a logarithmic scale.
+        Name -> (low, high), the range of the first models and the space of the search, where None leaves a
+        side open; or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
         Number of generations, >= 1.
     trials
@@ -201,8 +201,8 @@ def resume(
     path
         The run folder. One that is finished is left as it is, whether its system is given or not; another one is refused.
     genuine, simulate
-        Of a custom system: the samples that the run began with, and the simulator. Functions of a module are imported by their
-        names unless they are given; samples are not in the folder.
+        Of a custom system: the samples that the run began with, and the simulator. Functions of a module are
+        imported by their names unless they are given; samples are not in the folder.
     workers, timeout_s
         As in `infer`.
     threads
@@ -222,8 +222,8 @@ def resume(
     Raises
     ------
     RunFolderError
-        If the folder is not a run, has been changed, or is in use; if a custom system lacks its samples or simulator,
-        or the samples are others.
+        If the folder is not a run, has been changed, or is in use; if a custom system lacks its samples or
+        simulator, or the samples are others.
     RunStorageError
         If the folder cannot be written; the run can be resumed.
     """

@@ -134,8 +134,8 @@ def simulate_laboratory(
 ) -> SimulatedRun | None:
     """Run Turing Learning with a laboratory's setup in plain simulation, in seconds.
 
-    To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and trials, the same observed time,
-    the hyperbolic tangent on the models, the same post-evaluation.
+    To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and trials, the
+    same observed time, the hyperbolic tangent on the models, the same post-evaluation.
 
     Parameters
     ----------

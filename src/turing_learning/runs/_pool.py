@@ -55,9 +55,9 @@ class Pooled(Tabular):
     estimate
         Median of the estimates of the runs; of parameters on a logarithmic scale, of their logarithms.
     interval
-        Lower and upper end, for each parameter, of what the runs leave open together: nine of ten hold the truth, also where runs
-        settle in different regions, see `turing_learning.analysis.pooled_interval`. Both are NaN where no run has moved and no two
-        differ.
+        Lower and upper end, for each parameter, of what the runs leave open together: nine of ten hold the
+        truth, also where runs settle in different regions, see `turing_learning.analysis.pooled_interval`.
+        Both are NaN where no run has moved and no two differ.
     agreement
         R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it. NaN where no run has
         moved. Of runs of trials the Birge ratio: how far their estimates are apart, in units of the deviations of their draws; at
@@ -144,8 +144,8 @@ class Pooled(Tabular):
 def pool(runs: Sequence[Result]) -> Pooled:
     """Tell several runs of the same system and configuration as one: their estimate, its interval, and whether they agree.
 
-    The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is far too narrow; that
-    of the pool counts their scatter too.
+    The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is
+    far too narrow; that of the pool counts their scatter too.
 
     Of runs of trials the draws are mixed (a linear opinion pool): where runs agree, the interval of the pool is that of one run, as
     the samples may be the same for all; where they do not, it spans them. Runs that have not settled are left out of estimate and
@@ -154,8 +154,8 @@ def pool(runs: Sequence[Result]) -> Pooled:
     Parameters
     ----------
     runs
-        Two or more complete runs with other seeds, as `infer` returns them or `load_run` opens them. Where runs disagree, the
-        interval of fewer than four is very wide.
+        Two or more complete runs with other seeds, as `infer` returns them or `load_run` opens them. Where
+        runs disagree, the interval of fewer than four is very wide.
 
     Returns
     -------
@@ -165,8 +165,8 @@ def pool(runs: Sequence[Result]) -> Pooled:
     Raises
     ------
     ConfigurationError
-        If there are fewer than two, one is not complete, two have the same seed, or they are of different systems, samples or
-        settings. Simulators, and live sources of samples, cannot be compared.
+        If there are fewer than two, one is not complete, two have the same seed, or they are of different
+        systems, samples or settings. Simulators, and live sources of samples, cannot be compared.
 
     Source
     ------

@@ -73,11 +73,11 @@ class Owner(Protocol):
 class Result(Tabular):
     """What a run has inferred; models and errors are dicts name -> number.
 
-    All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of view in rad, parameters of
-    a custom system in the units in which their ranges were given.
+    All of them are in the parameters' units: wheel speeds as fractions of the largest, a field of view in
+    rad, parameters of a custom system in the units in which their ranges were given.
 
-    Models are stated in the agents' parameters, to be compared with theirs. Those of a network (`models.hidden`) are the outputs
-    that it comes to in each sensor state; its weights are in `networks`.
+    Models are stated in the agents' parameters, to be compared with theirs. Those of a network
+    (`models.hidden`) are the outputs that it comes to in each sensor state; its weights are in `networks`.
 
     Attributes
     ----------
@@ -112,16 +112,16 @@ class Result(Tabular):
     seconds_per_generation
         Median over the generations (s).
     trials
-        Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in one. None in runs
-        of version 0.1.0.
+        Number of trials: executions of the simulator or the laboratory, whatever the number of replicas in
+        one. None in runs of version 0.1.0.
     covariance
         Name -> name -> covariance of two parameters, in their units, of an estimate from few trials: what matching leaves open
         (see `draws`). None, and not in `result.json`, for other runs, and where the run has not settled.
     path
         The run folder, absolute; None for a run that is kept in memory.
     failed_simulations
-        Of a custom system: "count", and the first of them "listed" with generation, parameters and reason. None, and
-        not in `result.json`, for simulated robots.
+        Of a custom system: "count", and the first of them "listed" with generation, parameters and reason.
+        None, and not in `result.json`, for simulated robots.
     networks
         Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last generations whose
         steady outputs are nearest to the estimate. None, and not in `result.json`, for other models.

@@ -51,11 +51,6 @@ class SearchSettings:
     seed
         Of initial poses and wheel noise; >= 0.
 
-    Raises
-    ------
-    ConfigurationError
-        If a number breaks its rule.
-
     Source
     ------
     Steps and duration: Gauci et al. 2014, Int. J. Robotics Research 33, as far as is known; docs/decisions/0016.
@@ -77,13 +72,7 @@ class SearchSettings:
         number("duration", self.duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
 
     def check(self, scenario: Scenario) -> None:
-        """Reject a grid that is too large for a scenario, or trials that do not fit its control cycles.
-
-        Raises
-        ------
-        ConfigurationError
-            Of which one does not.
-        """
+        """Reject a grid that is too large for a scenario, or trials that do not fit its control cycles."""
         speeds = len(scenario.controller)
         got = f"{self.steps}, which gives {self.steps}^{speeds} in scenario {scenario.name!r}"
         require(self.steps**speeds <= MOST_CONTROLLERS, "steps", f"give at most {MOST_CONTROLLERS} controllers", got,

@@ -113,11 +113,6 @@ def plan_study(
         Of a custom system, as in `infer`; no live source.
     simulate
         Its simulator, "module:function" or a function that can be imported by that name.
-
-    Raises
-    ------
-    ConfigurationError
-        If anything is refused.
     """
     for key, value in (("settings", settings), ("grid", grid)):
         fits = isinstance(value, Mapping | None)

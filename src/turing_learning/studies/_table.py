@@ -160,8 +160,8 @@ class StudyResult(Tabular):
     runs
         All runs, in order.
     summaries
-        Statistics of the absolute errors, configuration by configuration, parameter by parameter; in the parameters' units,
-        wheel speeds as fractions of the largest.
+        Statistics of the absolute errors, configuration by configuration, parameter by parameter; in the
+        parameters' units, wheel speeds as fractions of the largest.
     path
         The study folder.
     """

@@ -22,8 +22,8 @@ class Robot:
     maximum_speed_cm_s
         Of a wheel whose speed is 1 (cm/s).
     wheel_noise
-        In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to 1 +
-        wheel_noise; 0 to below 1.
+        In each control cycle the speed of each wheel is multiplied by a number uniform in 1 - wheel_noise to
+        1 + wheel_noise; 0 to below 1.
     clamp_wheel_speeds
         Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it.
 
@@ -115,11 +115,11 @@ class Sensor:
     Parameters
     ----------
     readings
-        "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not listed is
-        invisible: the sensor looks through it.
+        "background", reading 0, then what the sensor tells apart, of "robot" and "object". A kind that is not
+        listed is invisible: the sensor looks through it.
     field_of_view
-        Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight. An item is visible if any part of its
-        disk lies in view.
+        Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight. An item is visible
+        if any part of its disk lies in view.
 
     Source
     ------
@@ -204,16 +204,16 @@ class Scenario:
     agents, replicas
         Numbers of individuals in a trial; replicas come after the agents, objects after all robots.
     grouping
-        "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials of their own, in
-        groups of agents + replicas individuals (paper, section 4.6.3).
+        "mixed": replicas move among the agents. "separated": agents and replicas never meet; both have trials
+        of their own, in groups of agents + replicas individuals (paper, section 4.6.3).
     robot, objects, arena, sensor, trial
         What moves, where, what it senses, and for how long.
     representation
         What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
         `models.REPRESENTATIONS`. Models of which the agents are none, networks, are up to the configuration.
     known
-        Whether `controller` is what the agents execute, so that models are compared with it. False for robots in a laboratory
-        whose rule nobody knows: then it is that of a rehearsal's agents only.
+        Whether `controller` is what the agents execute, so that models are compared with it. False for robots
+        in a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}

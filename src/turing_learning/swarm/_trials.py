@@ -81,8 +81,8 @@ class Trials:
     def observe(self, models: Behavior | None = None, threads: int | None = None) -> np.ndarray:
         """Return the speeds (R, A, T, 2) of robots that execute models (M, ...); None if all are agents.
 
-        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s). The number of threads, None for
-        every processor, does not change them.
+        Linear speed (cm/s), negative when moving against the heading, and angular speed (rad/s). The number
+        of threads, None for every processor, does not change them.
         """
         agents = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))
         robots = execution_of(self.scenario, agents if models is None else models, self.executed)

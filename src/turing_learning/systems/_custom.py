@@ -46,8 +46,8 @@ class CustomSystem:
     steps
         Time steps of a sample, T.
     center, input_scale : (D,)
-        The classifiers see (signal - center) / input_scale: median, and 99th percentile of the distance from it, of
-        the genuine data; see `read_genuine`.
+        The classifiers see (signal - center) / input_scale: median, and 99th percentile of the distance from
+        it, of the genuine data; see `read_genuine`.
     samples
         Number of genuine samples; 0 if they come from a live source.
     samples_per_generation
@@ -527,8 +527,8 @@ def _refusal(system: CustomSystem, reason: str, models: str) -> str:
 class GuardedInterrogation:
     """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
 
-    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by it, so that
-    their ranks stay as they are.
+    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
+    it, so that their ranks stay as they are.
 
     Parameters
     ----------

@@ -31,12 +31,12 @@ class CustomOptions(TypedDict, total=False):
     length
         How samples of different lengths are cut: "shortest", or a number of steps; None refuses them.
     held_out
-        Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from 0. Samples
-        that come as `learning` and `held_out`, such as windows of recorded motion, are split already; a live source has
-        none.
+        Share of the genuine samples that are never learned from, 0.2 by default; or which ones, counted from
+        0. Samples that come as `learning` and `held_out`, such as windows of recorded motion, are split
+        already; a live source has none.
     samples_per_generation
-        Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are models by
-        default, or all if there are fewer.
+        Genuine samples that the classifiers judge in a generation, drawn anew each time; as many as there are
+        models by default, or all if there are fewer.
     vectorized
         Whether the simulator takes all models at once, (M, P) -> (M, T, D), as it does by default, or one, (P,) -> (T, D).
     batches

@@ -77,8 +77,8 @@ class Genuine:
     def scales(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return what is subtracted from each signal and what it is divided by, from the samples for learning.
 
-        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1, 1] and
-        a few outliers change nothing; 1 for a signal that does not vary.
+        The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1,
+        1] and a few outliers change nothing; 1 for a signal that does not vary.
         """
         values = self.learning.reshape(-1, self.samples.shape[2])
         center = np.median(values, axis=0)
@@ -98,11 +98,11 @@ def read_genuine(
     Parameters
     ----------
     genuine
-        Samples (K, T, D), or K arrays (T, D) whose T may differ; or `SplitSamples`; or a live source, a function
-        rng -> (K, T, D).
+        Samples (K, T, D), or K arrays (T, D) whose T may differ; or `SplitSamples`; or a live source, a
+        function rng -> (K, T, D).
     length
-        None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a number
-        cuts them to that many steps, and refuses shorter ones.
+        None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a
+        number cuts them to that many steps, and refuses shorter ones.
     held_out
         Share of the samples that are held out, drawn at random, at least 0 and below 1; or which ones, counted from 0.
         Windows that overlap or follow each other are alike: name complete individuals or blocks of time then. None takes a

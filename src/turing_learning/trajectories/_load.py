@@ -72,8 +72,8 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     fps
         Frame rate (1/s), from 1e-9 to 1e9, needed where the file does not state it.
     pixels_per_cm
-        Scale, from 1e-9 to 1e9, needed where the file is not in cm; "unknown" leaves positions in pixels, 1 is for a file
-        in cm.
+        Scale, from 1e-9 to 1e9, needed where the file is not in cm; "unknown" leaves positions in pixels, 1
+        is for a file in cm.
     format
         One of `FORMATS`; None finds it from the content.
     y_axis
@@ -93,9 +93,9 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     Raises
     ------
     ValueError
-        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, absurd, or stated
-        twice and differently; the file is cut off, damaged, contradicts itself, or unpacks to too much (with file and line, or
-        dataset).
+        If the format is not recognized or ambiguous; a scale, rate or direction is not stated, absurd, or
+        stated twice and differently; the file is cut off, damaged, contradicts itself, or unpacks to too much
+        (with file and line, or dataset).
     OSError
         If the file cannot be opened.
     ImportError
@@ -150,11 +150,11 @@ def from_xarray(
     Parameters
     ----------
     dataset
-        With `position` (time, space, individuals), perhaps keypoints, and `confidence` and `heading` if there are some.
-        NaN is missing.
+        With `position` (time, space, individuals), perhaps keypoints, and `confidence` and `heading` if there
+        are some. NaN is missing.
     fps, pixels_per_cm, y_axis, keypoint
-        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say it. Times in
-        seconds state the frame rate, too.
+        As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say
+        it. Times in seconds state the frame rate, too.
     """
     recording = read_dataset(dataset, keypoint, fps, y_axis)
     software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))

@@ -46,15 +46,15 @@ class Problems:
     remarks
         What the reader and later steps have to say, among it the direction of y.
     still
-        Names of the individuals that are in the same place in all of their frames, two or more: a track that was lost, a dead
-        animal, or a mark on the ground.
+        Names of the individuals that are in the same place in all of their frames, two or more: a track that
+        was lost, a dead animal, or a mark on the ground.
     every
         Only one frame in so many is there, evenly; 1 otherwise.
     unit
         Of lengths, that of the recording.
     headings
-        Why headings may not be in rad or not of the head, in words: in much of the motion they point backwards, or they look like
-        degrees.
+        Why headings may not be in rad or not of the head, in words: in much of the motion they point
+        backwards, or they look like degrees.
     """
 
     missing: dict[str, int]

@@ -119,8 +119,8 @@ class Trajectories:
         Parameters
         ----------
         jump_factor
-            Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged. The typical step is
-            the median over all individuals of the steps that are not 0.
+            Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged.
+            The typical step is the median over all individuals of the steps that are not 0.
         """
         found = find_problems(
             self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.headings
@@ -130,8 +130,8 @@ class Trajectories:
     def bridged(self, max_gap: int) -> "Trajectories":
         """Return a copy in which gaps of up to `max_gap` frames, >= 1, are filled by straight motion at even speed.
 
-        Longer gaps, and those at the beginning and the end, stay. `interpolated` says what was filled; headings turn
-        the shorter way.
+        Longer gaps, and those at the beginning and the end, stay. `interpolated` says what was filled;
+        headings turn the shorter way.
         """
         max_gap = integer("max_gap", max_gap, 1)
         positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
@@ -216,9 +216,9 @@ class Trajectories:
     ) -> Windows:
         """Cut samples (K, T, D) for learning and for testing, with no frame in common.
 
-        Time is cut into blocks, the same for all individuals, because neighbors move together. Held-out blocks are spread
-        over the recording: each of up to five equal parts ends with one. A window lies within a block, with every frame
-        that enters its signals, and contains no gap and no jump.
+        Time is cut into blocks, the same for all individuals, because neighbors move together. Held-out
+        blocks are spread over the recording: each of up to five equal parts ends with one. A window lies
+        within a block, with every frame that enters its signals, and contains no gap and no jump.
 
         Parameters
         ----------
@@ -233,8 +233,8 @@ class Trajectories:
         hold_out
             Share of the frames kept for testing, from 0 to 0.9; 0.2 by default.
         hold_out_individuals
-            Who is kept for testing: held-out windows are theirs, windows for learning those of all others. Beside a share of 0,
-            at the same times. None named: all are in both.
+            Who is kept for testing: held-out windows are theirs, windows for learning those of all others.
+            Beside a share of 0, at the same times. None named: all are in both.
         gap
             Frames left out wherever learning and testing meet; 0, the default, for none.
         smooth_frames
@@ -353,8 +353,8 @@ def pooled_windows(
     recordings
         At one frame rate, in the same unit.
     hold_out_recordings
-        Which of them, from 0, are for testing alone; the others are for learning alone then. Without any, times of each recording
-        are held out.
+        Which of them, from 0, are for testing alone; the others are for learning alone then. Without any,
+        times of each recording are held out.
     **options
         As for `Trajectories.windows`.
 

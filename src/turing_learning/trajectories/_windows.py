@@ -48,20 +48,20 @@ class Windows:
     learning, held_out : (K, T, D)
         Samples, in order of time; signals in the units that `SIGNALS` names, cm/s and rad/s for "speed" and "turn".
     learning_index, held_out_index : (K, 2)
-        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step; of several
-        recordings individuals and rows are counted on, from one recording to the next.
+        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first
+        step; of several recordings individuals and rows are counted on, from one recording to the next.
     names
         Of the D signals.
     interval_s
         Duration of a step (s).
     headings
-        Whether the signals are measured with headings: speeds are negative backwards, and turns those of the body. Models
-        have to be measured alike.
+        Whether the signals are measured with headings: speeds are negative backwards, and turns those of the
+        body. Models have to be measured alike.
     steps_without_signal, steps_with_jump
         Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
     blocks
-        (first row, row after the last, "learning" or "held out") of each block of frames; "learning and held out" where only
-        individuals are held out.
+        (first row, row after the last, "learning" or "held out") of each block of frames; "learning and held
+        out" where only individuals are held out.
     recordings : (R, 2)
         Number of individuals and of rows of each recording.
     """

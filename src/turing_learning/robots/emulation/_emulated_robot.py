@@ -56,8 +56,8 @@ class Body(Protocol):
 class EmulatedRobot:
     """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
 
-    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a binary request
-    that ends with a zero.
+    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
+    binary request that ends with a zero.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The program of the robots: the states R1 to R5, and the two behaviors that need infrared sensors.
 
-Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is only in the paper's supplement; the rules
-here are ours (docs/robots/arena.md).
+Source: paper, sections 5.1.2 and 5.2. How the robots disperse and avoid walls is only in the paper's
+supplement; the rules here are ours (docs/robots/arena.md).
 """
 
 import math
@@ -42,9 +42,9 @@ def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forwar
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
     """Return the wheel speeds, or a turn in place while a wall is in front of the robot or beside it.
 
-    The robot continues to turn to the same side, so that it leaves the wall on the arc on which it would have come; one that
-    drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another, goes on
-    turning, and so does one that meets a robot: its skirt is too dark.
+    The robot continues to turn to the same side, so that it leaves the wall on the arc on which it would have
+    come; one that drives straight turns anticlockwise. A robot that turns in place, as the agents do when
+    they see another, goes on turning, and so does one that meets a robot: its skirt is too dark.
     """
     left, right = wheels
     if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
@@ -55,8 +55,8 @@ def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
 class Firmware:
     """Lead a robot, which holds the state and the models, through its loop; `rng` is that of dispersal.
 
-    An agent has a `controller`, wheel speeds (2 n) for each sensor state; without one this is a replica, which executes the
-    models that it receives, and calls `signal` with START and STOP.
+    An agent has a `controller`, wheel speeds (2 n) for each sensor state; without one this is a replica,
+    which executes the models that it receives, and calls `signal` with START and STOP.
     """
 
     def __init__(

@@ -26,9 +26,9 @@ from ._hands import EmulatedLaboratory
 def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
     """Yield a laboratory in the form that can be rehearsed, for `rehearse` and the run.
 
-    It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which are not rendered.
-    If the file of the calibration does not exist yet, it has the calibration of a camera above the arena's middle, in a file
-    that is removed at the end.
+    It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which
+    are not rendered. If the file of the calibration does not exist yet, it has the calibration of a camera
+    above the arena's middle, in a file that is removed at the end.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
@@ -69,9 +69,9 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 class SimulatedLaboratory(Source):
     """Samples of trials in which each replica executes a model of its own, among the same agents, in plain simulation.
 
-    The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a tracker,
-    dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall only stops them.
-    Source: paper, section 5.4.
+    The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a
+    tracker, dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall
+    only stops them. Source: paper, section 5.4.
 
     Parameters
     ----------

@@ -16,8 +16,8 @@ BATTERY_LIGHT = 8
 class ArenaRobot:
     """A robot with its battery, its clock and its line; one with a `controller` is an agent, others are replicas.
 
-    Its clock is wrong by the share `drift`, its battery (`charge` 1 if full) lasts `battery_s`. The signals of a `silent`
-    robot get lost.
+    Its clock is wrong by the share `drift`, its battery (`charge` 1 if full) lasts `battery_s`. The signals
+    of a `silent` robot get lost.
     """
 
     def __init__(

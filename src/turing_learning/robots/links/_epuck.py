@@ -24,8 +24,8 @@ RESYNCHRONIZE = b"\0" * 5 + b"\r"
 class EPuck:
     """The driver of an e-puck.
 
-    A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All commands may be
-    repeated without harm. Every method raises `LinkError` if the robot does not answer.
+    A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All
+    commands may be repeated without harm. Every method raises `LinkError` if the robot does not answer.
 
     Parameters
     ----------

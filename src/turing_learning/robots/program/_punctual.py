@@ -16,9 +16,9 @@ _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one w
 class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
-    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if the next ones
-    are not. After the last of `count` images, `fault` says if one was left out, or they came too fast; it is empty otherwise.
-    Iterating raises CameraError if there are no images.
+    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if
+    the next ones are not. After the last of `count` images, `fault` says if one was left out, or they came
+    too fast; it is empty otherwise. Iterating raises CameraError if there are no images.
     """
 
     def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:

@@ -135,8 +135,8 @@ class TimingSection(Section):
 class InterventionsSection(Section):
     """When a human has to come.
 
-    All batteries are replaced every `batteries_every` generations. A robot that moves less than `stuck_cm` in a trial, and
-    does not turn, is stuck. 0 for never.
+    All batteries are replaced every `batteries_every` generations. A robot that moves less than `stuck_cm` in
+    a trial, and does not turn, is stuck. 0 for never.
 
     Source: paper, section 5.3.
     """

@@ -338,8 +338,8 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
 def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
     """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
-    The last R individuals are replicas of models (R, 2 n). One whose model may make it stand, or push against a wall, is not
-    stuck: only models that turn in every sensor state are expected to move.
+    The last R individuals are replicas of models (R, 2 n). One whose model may make it stand, or push against
+    a wall, is not stuck: only models that turn in every sensor state are expected to move.
     """
     moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
     turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)

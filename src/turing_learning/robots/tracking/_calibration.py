@@ -107,8 +107,8 @@ class Calibration:
     def locate(self, pixels: np.ndarray, height_cm: float = 0.0) -> np.ndarray:
         """Return x, y (n, 2) in cm of points that appear at pixels (n, 2) and lie `height_cm` above the floor.
 
-        A robot's marker is nearer to the camera than the floor: without its height, a robot 150 cm from a camera at
-        270 cm whose marker is 6 cm high would be found 3.4 cm too far out.
+        A robot's marker is nearer to the camera than the floor: without its height, a robot 150 cm from a
+        camera at 270 cm whose marker is 6 cm high would be found 3.4 cm too far out.
         """
         plane = np.column_stack(  # from x, y at that height to rays
             [self.rotation[:, 0], self.rotation[:, 1], self.rotation[:, 2] * height_cm + self.translation]
@@ -216,8 +216,8 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
     image : (H, W, 3)
         The arena, its landmarks in sight.
     landmarks
-        The centre of each marker (cm, in the arena's axes) by its identity in `DICT_4X4_50`; four or more. Far apart is
-        best: the corners and the middles of the walls.
+        The centre of each marker (cm, in the arena's axes) by its identity in `DICT_4X4_50`; four or more.
+        Far apart is best: the corners and the middles of the walls.
     """
     require_image("image", image, lens.image_size)
     cv2, seen = vision(), _aruco_centers(image)

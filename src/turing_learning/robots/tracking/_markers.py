@@ -103,9 +103,9 @@ def _name_of(color: np.ndarray) -> str:
 def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
     """Return the colored spots of about the expected area.
 
-    A pixel's chroma, its largest minus its smallest channel, is high on colored paper alone: skirts, disks, floor and
-    walls are gray. Spots are found at half the resolution, where there is less noise, and measured at the full one:
-    pixels weighted by their chroma give places much finer than a pixel.
+    A pixel's chroma, its largest minus its smallest channel, is high on colored paper alone: skirts, disks,
+    floor and walls are gray. Spots are found at half the resolution, where there is less noise, and measured
+    at the full one: pixels weighted by their chroma give places much finer than a pixel.
     """
     cv2 = vision()
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
@@ -202,8 +202,8 @@ class TriangleMarkers(_ColoredMarkers):
     def _is_triangle(self, spot: _Spot) -> bool:
         """Return False for what a cable or a hand leaves of a triangle, and for other colored things.
 
-        A triangle's variance is 1/18 of its length squared along, 1/24 of its width squared across; its skewness is 0.57.
-        Blur and noise reduce both.
+        A triangle's variance is 1/18 of its length squared along, 1/24 of its width squared across; its
+        skewness is 0.57. Blur and noise reduce both.
         """
         _, skewness, elongation = spot.taper
         expected = (self.tip_cm + self.base_cm) ** 2 / 18 / ((2 * self.half_width_cm) ** 2 / 24)

@@ -23,8 +23,8 @@ def _is_csv(glance: Glance) -> bool:
 def read_idtracker(path: Path, options: Options) -> Recording:
     """Read one row for each frame, three columns for each individual, in pixels.
 
-    ProbId, the probability of the identity, is the confidence where it is a probability; idTracker writes NaN where it
-    did not compute one, and negative numbers where it estimated the position during a crossing.
+    ProbId, the probability of the identity, is the confidence where it is a probability; idTracker writes NaN
+    where it did not compute one, and negative numbers where it estimated the position during a crossing.
 
     Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
     """
