@@ -378,6 +378,17 @@ def test_a_folder_that_moves_while_a_run_writes_ends_the_run(small, tmp_path, wh
     assert untimed(moved) == untimed(whole)
 
 
+@pytest.mark.parametrize("name", ["config.toml", "manifest.json"])
+def test_a_file_that_is_removed_while_a_run_writes_is_written_again(small, tmp_path, whole, name):
+    def remove(progress):
+        if progress.completed == 4:
+            (tmp_path / "run" / name).unlink()
+
+    start(small(), tmp_path / "run", observer=remove)
+    assert untimed(tmp_path / "run") == untimed(whole)
+    assert tl.load_run(tmp_path / "run").complete
+
+
 def test_a_finished_run_that_lost_result_and_checkpoints_runs_again(finished, whole):
     (finished / "result.json").unlink()
     shutil.rmtree(finished / "checkpoints")
