@@ -706,7 +706,9 @@ def machine() -> dict[str, str]:
 
 def differences(found: Any, expected: Any, same: Callable[[Any, Any], bool], place: str = "") -> list[str]:
     """Return the places at which two outcomes differ."""
-    if isinstance(found, dict) and isinstance(expected, dict) and found.keys() == expected.keys():
+    if (
+        isinstance(found, dict) and isinstance(expected, dict) and found.keys() >= expected.keys()
+    ):  # later versions may say more
         pairs: Any = ((key, found[key], expected[key]) for key in expected)
     elif isinstance(found, list) and isinstance(expected, list) and len(found) == len(expected):
         pairs = zip(range(len(found)), found, expected, strict=True)

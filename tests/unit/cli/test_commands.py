@@ -159,7 +159,7 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
             "`controller` must be numbers with commas between them; got 'a,b'",
         ),
         (["simulate", "aggregation", "--robots", "0"], "`robots` must be an integer from 1 to 1000; got 0."),
-        (["simulate", "aggregation", "--duration", "nan"], "`duration` must be above 0"),
+        (["simulate", "aggregation", "--duration", "nan"], "`duration` must be a finite number above 0"),
         (["simulate", "aggregation", "--out", "a.txt"], "`out` must end with one of .html, .gif, .mp4; got a.txt."),
         (
             ["simulate", "aggregation", "--robots", "2.5"],

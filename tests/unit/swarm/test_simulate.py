@@ -116,7 +116,7 @@ def test_walls_keep_everything_inside():
         ),
         ({"controllers": np.full((2, 11, 4), np.nan)}, r"`controllers` must be finite; got nan at \(0, 0, 0\)"),
         ({"initial_poses": np.zeros((2, 10, 3))}, "`initial_poses` must hold a pose of each of the 11 robots.*got 10"),
-        ({"control_steps": 0}, "`control_steps` must be an integer of at least 1; got 0"),
+        ({"control_steps": 0}, "`control_steps` must be an integer from 1 to .*; got 0"),
         ({"seed": -1}, "`seed` must be .* at least 0; got -1"),
         ({"wheel_noise": 1.5}, "`wheel_noise` must be .* below 1; got 1.5"),
         ({"threads": 0}, "`threads` must be .* at least 1; got 0. None takes every processor"),

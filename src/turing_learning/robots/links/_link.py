@@ -105,12 +105,13 @@ class Link:
             self._guarded(lambda device: device.write(data))
 
     def _stay_alive(self, device: Device, closed: threading.Event) -> None:
-        while not closed.wait(self._alive_s):
+        while not closed.is_set():  # the first time at once, before any model is sent
             with (
                 self._writing,
                 suppress(Exception),
             ):  # whatever a device says that is being closed; others notice a lost line
                 device.write(ALIVE.encode("ascii") + b"\r")
+            closed.wait(self._alive_s)
 
     def read_line(self, deadline: float) -> str | None:
         """Return the next line without its end, None if it is incomplete at the deadline (by the clock).
