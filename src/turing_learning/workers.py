@@ -246,7 +246,7 @@ class _Slot:
             return
         path = os.pathsep.join(each for each in sys.path if each)
         self._process = process = subprocess.Popen(
-            [sys.executable, "-c", _PROGRAM],
+            [sys.executable, "-u", "-c", _PROGRAM],  # what it prints comes at once
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             env=self._environment | {"PYTHONPATH": path},
