@@ -108,6 +108,8 @@ class Kind:
         Patterns of the files that are read again, beside the head. They are sealed when a store that has no seals is resumed.
     newest
         Newest format version that can be read.
+    beside
+        Files that belong to the head. What of these and of the head is removed while the folder is locked is written again.
     """
 
     noun: str
@@ -115,6 +117,7 @@ class Kind:
     identity: tuple[str, ...] = ()
     pieces: tuple[str, ...] = ()
     newest: int = 1
+    beside: tuple[str, ...] = ()
 
 
 class Store:
@@ -138,8 +141,8 @@ class Store:
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
         self._verified: dict[str, tuple[int, int, int]] = {}
         self._written: set[str] = set()  # files that have been written since the index was read, and have their names
-        self._headed = self._unverified = False
-        self._head = b""  # content of the head, while the folder is locked
+        self._unverified = False
+        self._lasting: dict[Path, bytes] = {}  # the head and what is beside it, while the folder is locked
 
     # What the folder is
 
@@ -180,7 +183,7 @@ class Store:
         """
         content = {"format_version": self.kind.newest} | dict(head)
         self.path.mkdir(parents=True, exist_ok=True)
-        self._headed, self._seals = False, Seals(self.path, _identity(content, self.kind))
+        self._lasting, self._seals = {}, Seals(self.path, _identity(content, self.kind))
         self._seals.rewrite()
         for name, other in [*(files or {}).items(), (self.kind.head, content)]:
             self.write(name, other)
@@ -223,18 +226,18 @@ class Store:
         try:
             self.path = self.path.absolute()  # wherever the process goes while it writes
             self._place = _place(self.path)
-            self._seals, self._headed = None, self.exists()
-            self._head = self.head_path.read_bytes() if self._headed else b""
+            self._seals = None
             self._written.clear()
-            if self._headed:
+            if self.exists():
+                self._remember()
                 self._adopt()
             yield
         finally:
-            self._place, self._headed = None, False
+            self._place, self._lasting = None, {}
             lock.release()
 
     def require_here(self) -> None:
-        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced; restore a lost head."""
+        """Raise RunStorageError if the folder that this process holds has been moved, removed or replaced; restore lost files."""
         if self._place is None:
             return
         if _place(self.path) != self._place:
@@ -242,9 +245,14 @@ class Store:
                 f"`{self.kind.noun}` must stay where it is while it is written; got {self.path}, which has been moved, removed "
                 "or replaced. What was saved until then is in the folder that was here: resume that."
             )
-        if self._headed and not self.head_path.exists():
-            write_atomically(self.head_path, self._head)
-            _LOGGER.warning("%s was missing; it is written again.", self.head_path)
+        for path, content in self._lasting.items():
+            if not path.exists():
+                write_atomically(path, content)
+                _LOGGER.warning("%s was missing; it is written again.", path)
+
+    def _remember(self) -> None:
+        paths = (self.path / name for name in (self.kind.head, *self.kind.beside))
+        self._lasting = {path: path.read_bytes() for path in paths if path.is_file()}
 
     def _holder(self) -> str:
         process = (self._peek() or {}).get("process")
@@ -278,7 +286,7 @@ class Store:
         write_atomically(path, content)
         self._written.add(name)
         if self._place is not None and name == self.kind.head:
-            self._headed, self._head = True, content
+            self._remember()
         return path
 
     def _present(self, name: str) -> list[tuple[str, str]]:

@@ -65,6 +65,7 @@ _KIND = Kind(
     identity=("started", "configuration_sha256"),
     pieces=("result.json", "post_evaluation.json", CALIBRATION, "check/check.json", "trials/**/*.npz"),
     newest=FORMAT_VERSION,
+    beside=("config.toml",),
 )
 _LOGGER = logging.getLogger("turing_learning")
 _unverified: set[Path] = set()  # folders of which it has been said

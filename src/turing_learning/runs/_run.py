@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from turing_learning._files import remove_partial, write_atomically
+from turing_learning._files import remove_partial
 from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
@@ -152,7 +152,6 @@ class Run:
         self._readout: dict[str, np.ndarray] = {}
         self._begun = time.perf_counter()
         self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
-        self._settings = b"" if folder is None else folder.configuration_path.read_bytes()
         seals = None if folder is None else self._restored(folder)
         self._arrays: Mapping[str, np.ndarray] = {}
         self._recorder: HistoryRecorder | None = None
@@ -415,9 +414,6 @@ class Run:
                 if rows := self._loop.rows():
                     self.folder.write(piece("buffer", self.completed), rows)
                 self._save_checkpoint(self.folder, with_state=True)
-                if not (path := self.folder.configuration_path).exists():
-                    write_atomically(path, self._settings)
-                    _LOGGER.warning("%s was missing; it is written again.", path)
             self._saved = self.completed
 
     def _save_checkpoint(self, folder: RunFolder, *, with_state: bool) -> None:
