@@ -8,6 +8,7 @@ import csv
 import sys
 from pathlib import Path
 
+import curves
 import numpy as np
 
 import turing_learning as tl
@@ -51,12 +52,7 @@ def main(first: int, last: int) -> None:
     for seed in range(first, last + 1):
         for case in ("right", "wrong"):
             if (case, seed) not in done:
-                row = check(case, seed)
-                with PATH.open("a", newline="") as file:
-                    writer = csv.DictWriter(file, FIELDS)
-                    if file.tell() == 0:
-                        writer.writeheader()
-                    writer.writerow(row)
+                curves.append(PATH, FIELDS, [check(case, seed)])
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ import csv
 import time
 from pathlib import Path
 
+import curves
 import numpy as np
 import walker
 
@@ -113,13 +114,7 @@ def main() -> None:
         for recordings in given.recordings:
             if (recordings, given.trials, seed) in done:
                 continue
-            rows = run(seed, recordings, given.trials)
-            fresh = not given.out.exists()
-            with given.out.open("a", newline="") as file:
-                writer = csv.DictWriter(file, FIELDS)
-                if fresh:
-                    writer.writeheader()
-                writer.writerows(rows)
+            curves.append(given.out, FIELDS, run(seed, recordings, given.trials))
 
 
 if __name__ == "__main__":

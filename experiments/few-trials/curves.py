@@ -16,7 +16,7 @@ from turing_learning.classifiers import ElmanClassifier, PooledClassifier
 from turing_learning.coevolution import FewTrials
 from turing_learning.evolution import EvolutionStrategy
 from turing_learning.purposes import CLASSIFIERS
-from turing_learning.swarm import SCENARIOS, MixedSwarm
+from turing_learning.swarm import SCENARIOS, MixedSwarm, Scenario
 
 HEADER = ("trials", "seed", "mae", "largest_ae", "misfit", "held_90", "cpu_s", "estimate", "spread", "truth")
 
@@ -31,17 +31,15 @@ def system(case: str):
     return replace(base, controller=tuple(rng.uniform(-1, 1, len(base.controller)).tolist()))
 
 
-def run(case: str, trials: int, seed: int) -> dict:
-    """Return the row of one run."""
-    agents, begun = system(case), time.process_time()
-    truth = np.array(agents.controller)
+def finished(agents: Scenario, trials: int, seed: int) -> FewTrials:
+    """Return the loop of a run at its end."""
     classifier = ElmanClassifier(scale=agents.input_scale, threads=1)
     loop = FewTrials(
         MixedSwarm(agents, threads=1),
         classifier,
         EvolutionStrategy(classifier.parameters, seed=(CLASSIFIERS, seed)),
-        low=-np.ones(len(truth)),
-        high=np.ones(len(truth)),
+        low=-np.ones(len(agents.controller)),
+        high=np.ones(len(agents.controller)),
         trials=trials,
         seed=seed,
         observers=PooledClassifier(scale=agents.input_scale, threads=1),
@@ -49,6 +47,22 @@ def run(case: str, trials: int, seed: int) -> dict:
     )
     for _ in loop:
         pass
+    return loop
+
+
+def append(path: Path, header: tuple[str, ...], rows: list[dict]) -> None:
+    """Append rows to a table; a new one begins with its header."""
+    with path.open("a", newline="") as file:
+        writer = csv.DictWriter(file, header)
+        if file.tell() == 0:
+            writer.writeheader()
+        writer.writerows(rows)
+
+
+def run(case: str, trials: int, seed: int) -> dict:
+    """Return the row of one run."""
+    agents, begun = system(case), time.process_time()
+    truth, loop = np.array(agents.controller), finished(agents, trials, seed)
     low, high = np.percentile(loop.draws, (5, 95), axis=0)
     error = np.abs(loop.estimate - truth)
     return {
@@ -76,11 +90,7 @@ def main(case: str, trials: int, first: int, last: int) -> None:
         if (str(trials), str(seed), truth) in done:
             continue
         row = run(case, trials, seed)
-        with path.open("a", newline="") as file:
-            writer = csv.DictWriter(file, HEADER)
-            if file.tell() == 0:
-                writer.writeheader()
-            writer.writerow(row)
+        append(path, HEADER, [row])
         sys.stdout.write(f"{case} {trials} {seed} {row['mae']} {row['cpu_s']}\n")
 
 

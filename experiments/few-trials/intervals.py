@@ -96,12 +96,7 @@ def main() -> None:
     for seed in range(first, last + 1):
         for case in sys.argv[4:]:
             if (case, trials, seed) not in done:
-                found = run(case, trials, seed)
-                with PATH.open("a", newline="") as file:
-                    writer = csv.DictWriter(file, FIELDS)
-                    if file.tell() == 0:
-                        writer.writeheader()
-                    writer.writerows(found)
+                curves.append(PATH, FIELDS, run(case, trials, seed))
 
 
 if __name__ == "__main__":

@@ -12,11 +12,7 @@ import curves
 import numpy as np
 
 from turing_learning.analysis import match
-from turing_learning.classifiers import ElmanClassifier, PooledClassifier
-from turing_learning.coevolution import FewTrials
-from turing_learning.evolution import EvolutionStrategy
-from turing_learning.purposes import CLASSIFIERS
-from turing_learning.swarm import MixedSwarm
+from turing_learning.classifiers import PooledClassifier
 
 JURORS, LIMIT = 300, 1.5
 FIELDS = (
@@ -29,21 +25,7 @@ def run(case: str, trials: int, seed: int) -> list[dict[str, object]]:
     """Return the rows of one run."""
     agents, begun = curves.system(case), time.process_time()
     truth = np.array(agents.controller)
-    classifier = ElmanClassifier(scale=agents.input_scale, threads=1)
-    pooled = PooledClassifier(scale=agents.input_scale, threads=1)
-    loop = FewTrials(
-        MixedSwarm(agents, threads=1),
-        classifier,
-        EvolutionStrategy(classifier.parameters, seed=(CLASSIFIERS, seed)),
-        low=-np.ones(len(truth)),
-        high=np.ones(len(truth)),
-        trials=trials,
-        seed=seed,
-        observers=pooled,
-        groups=agents.model.jumps.groups,
-    )
-    for _ in loop:
-        pass
+    pooled, loop = PooledClassifier(scale=agents.input_scale, threads=1), curves.finished(agents, trials, seed)
     rng = np.random.default_rng([seed, trials])
     usable = loop.buffer.usable
     samples, genuine = loop.buffer.samples[usable], loop.buffer.genuine.astype(np.float64)
@@ -82,13 +64,7 @@ def main() -> None:
     done = {(row["case"], int(row["trials"]), int(row["seed"])) for row in rows}
     for seed in range(first, last + 1):
         if (case, trials, seed) not in done:
-            fresh = run(case, trials, seed)
-            exists = path.exists()
-            with path.open("a", newline="") as file:
-                writer = csv.DictWriter(file, FIELDS)
-                if not exists:
-                    writer.writeheader()
-                writer.writerows(fresh)
+            curves.append(path, FIELDS, run(case, trials, seed))
 
 
 if __name__ == "__main__":
