@@ -18,6 +18,7 @@ from turing_learning.analysis import (
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 from turing_learning.errors import brief, refuse, require, said
 from turing_learning.report import Tabular, counted, describe_unknown, shown
+from turing_learning.report._tabular import parameter_table
 
 from ._folder import how_to_resume
 from ._result import Result, named
@@ -98,19 +99,16 @@ class Pooled(Tabular):
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, truth and error if known, R-hat."""
-        import pandas as pd
-
-        ends = ({name: pair[side] for name, pair in self.interval.items()} for side in (0, 1))
-        columns = {
-            "estimate": self.estimate,
-            **dict(zip(("low", "high"), ends, strict=True)),
-            "truth": self.truth,
-            "absolute_error": self.estimate_absolute_error,
-            "r_hat": self.agreement,
-            "runs": self.verdict,
-        }
-        table = pd.DataFrame({name: column for name, column in columns.items() if column is not None})
-        return table.rename_axis("parameter")
+        return parameter_table(
+            {
+                "estimate": self.estimate,
+                "interval": self.interval,
+                "truth": self.truth,
+                "absolute_error": self.estimate_absolute_error,
+                "r_hat": self.agreement,
+                "runs": self.verdict,
+            }
+        )
 
     def __str__(self) -> str:
         labels = {name: self.labels.get(name, name) for name in self.estimate}

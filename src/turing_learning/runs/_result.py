@@ -14,6 +14,7 @@ from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
 from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
 from turing_learning.report._page import is_page
+from turing_learning.report._tabular import parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 
@@ -326,20 +327,17 @@ class Result(Tabular):
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: unit, estimate, ends of its 90 % interval, best model, and truth and error if known."""
-        import pandas as pd
-
         known = {} if self.origin is None else self.system.parameters
-        ends = ({name: pair[side] for name, pair in self.interval.items()} for side in (0, 1))
-        columns = {
-            "unit": {name: known[name].unit if name in known else "" for name in self.estimate},
-            "estimate": self.estimate,
-            **dict(zip(("low", "high"), ends, strict=True)),
-            "best_model": self.best_model,
-            "truth": self.truth,
-            "absolute_error": self.estimate_absolute_error,
-        }
-        table = pd.DataFrame({name: column for name, column in columns.items() if column is not None})
-        return table.rename_axis("parameter")
+        return parameter_table(
+            {
+                "unit": {name: known[name].unit if name in known else "" for name in self.estimate},
+                "estimate": self.estimate,
+                "interval": self.interval,
+                "best_model": self.best_model,
+                "truth": self.truth,
+                "absolute_error": self.estimate_absolute_error,
+            }
+        )
 
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
