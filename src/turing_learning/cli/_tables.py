@@ -12,7 +12,7 @@ from rich.text import Text
 from turing_learning.report import counted, short_number, shown
 
 if TYPE_CHECKING:
-    from turing_learning.detection import Detection, Detector, Motion, Ranking, TimedVerdict, Verdict
+    from turing_learning.detection import Detection, Detector, Motion, Ranking, SampleVerdict, TimedVerdict
     from turing_learning.identifiability import Check
     from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
@@ -179,7 +179,9 @@ def check_table(found: "Check") -> Table:
     return table
 
 
-def print_verdicts(console: Console, detector: "Detector", motion: "Motion", verdicts: "Sequence[Verdict]") -> None:
+def print_verdicts(
+    console: Console, detector: "Detector", motion: "Motion", verdicts: "Sequence[SampleVerdict]"
+) -> None:
     """Print which individuals are abnormal, by samples."""
     table = _headed("individual", ("judged genuine", "score", "p-value"), ("verdict",))
     table.add_column("since sample", justify="right")

@@ -17,7 +17,7 @@ Detection:
     Its parts, as functions of arrays.
 `plant`, `KINDS`
     Individuals of a recording that behave otherwise, to compare ways to look.
-`Detector`, `Verdict`, `TimedVerdict`, `RULES`
+`Detector`, `SampleVerdict`, `TimedVerdict`, `RULES`
     Rules by votes, the paper's among them.
 `Motion`, `load_motion`, `holds_motion`, `cut_recordings`, `RecordedMotion`, `recorded_motion`
     Samples of named individuals, from files, long recordings, or windows of what a tracker wrote.

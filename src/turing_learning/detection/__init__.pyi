@@ -41,4 +41,4 @@ from ._simulated import random_controllers as random_controllers
 from ._simulated import simulate_behaviors as simulate_behaviors
 from ._votes import RULES as RULES
 from ._votes import Detector as Detector
-from ._votes import Verdict as Verdict
+from ._votes import SampleVerdict as SampleVerdict

@@ -35,7 +35,7 @@ _LOGGER = logging.getLogger("turing_learning")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class SampleVerdict:
     """What a detector says about an individual.
 
     Attributes
@@ -229,7 +229,7 @@ class Detector:
             return found, _mean(scores) < _ANY
         return found, found <= self.false_alarms
 
-    def verdicts(self, motion: Motion | np.ndarray) -> tuple[Verdict, ...]:
+    def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
 
         It does if its p-value is at most the share of false alarms; by the rule "unanimous", if all of its samples are judged
@@ -376,10 +376,10 @@ def _mean(scores: np.ndarray) -> np.ndarray:
     return np.round(scores.mean(axis=-1), DIGITS)
 
 
-def _decide(name: str, scores: np.ndarray, p_value: float, abnormal: bool, middle: float) -> Verdict:
+def _decide(name: str, scores: np.ndarray, p_value: float, abnormal: bool, middle: float) -> SampleVerdict:
     """Return the verdict on an individual with the scores (S,); samples with a score below `middle` count as counterfeit."""
     evidence = np.cumsum((middle - scores)[::-1])[::-1]
-    return Verdict(
+    return SampleVerdict(
         individual=name,
         score=float(_mean(scores)),
         p_value=p_value,

@@ -9,7 +9,7 @@ import pandas as pd
 
 from turing_learning.figures import Picture
 
-from ._verdicts import Verdict, prose
+from ._verdicts import ClaimVerdict, prose
 from ._work import Work
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Captions:
 class Findings:
     """What an experiment has found; the title of a picture is the id of its claim, remarks are sentences in Markdown."""
 
-    verdicts: Sequence[Verdict]
+    verdicts: Sequence[ClaimVerdict]
     tables: Sequence[Table]
     pictures: Sequence[Picture]
     remarks: Sequence[str] = ()

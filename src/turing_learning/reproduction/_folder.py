@@ -11,7 +11,7 @@ from turing_learning.errors import refuse, require
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
 from ._experiment import Experiment, Findings
-from ._verdicts import Verdict
+from ._verdicts import ClaimVerdict
 from ._work import PIECES
 
 FORMAT_VERSION = 1
@@ -33,14 +33,14 @@ class Results:
     """What an experiment has left, as its folder holds it."""
 
     form: str  # "full" or "fast"
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[ClaimVerdict, ...]
     tables: tuple[Shown, ...]
     pictures: tuple[Shown, ...]
     remarks: tuple[str, ...]  # sentences in Markdown
     seconds: float  # of computing, of all pieces of work
     provenance: dict[str, Any]  # versions, machine, time and commit of the results
 
-    def verdict(self, claim: str) -> Verdict | None:
+    def verdict(self, claim: str) -> ClaimVerdict | None:
         """Return the verdict that counts for a claim."""
         return next((one for one in self.verdicts if one.claim == claim and not one.variant), None)
 
@@ -110,7 +110,10 @@ class ExperimentFolder:
             return None
         try:
             tables, pictures = (tuple(Shown(**one) for one in content[name]) for name in ("tables", "pictures"))
-            verdicts, remarks = tuple(Verdict(**one) for one in content["verdicts"]), tuple(content.get("remarks", ()))
+            verdicts, remarks = (
+                tuple(ClaimVerdict(**one) for one in content["verdicts"]),
+                tuple(content.get("remarks", ())),
+            )
             about = (content[name] for name in ("seconds", "provenance"))
             return Results(content["form"], verdicts, tables, pictures, remarks, *about)
         except (KeyError, TypeError) as error:

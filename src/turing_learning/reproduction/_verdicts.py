@@ -60,7 +60,7 @@ REASONS: Mapping[str, str] = prose()["reasons"]  # claim, or finding -> why a ve
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ClaimVerdict:
     """How a claim fares."""
 
     claim: str  # its id
@@ -156,9 +156,9 @@ def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> 
 def errors_verdict(
     claim: str, errors: np.ndarray, names: Sequence[str], variant: str = "", *,
     paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str = "",
-) -> Verdict:  # fmt: skip
+) -> ClaimVerdict:  # fmt: skip
     """Hold absolute errors (R, P) against the printed ones, by the rule "absolute errors"; add to what is said of both."""
     printed, observed = printed_spreads(claim, paper_runs), spreads_of(errors)
     agrees = not_worse(observed, printed)
     texts = listed(names, printed, 2) + printed_also, listed(names, observed) + observed_also
-    return Verdict(claim, agrees, *texts, "absolute errors", variant, "" if agrees else reason)
+    return ClaimVerdict(claim, agrees, *texts, "absolute errors", variant, "" if agrees else reason)

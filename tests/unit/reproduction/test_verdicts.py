@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction._verdicts import (
+    ClaimVerdict,
     Spread,
-    Verdict,
     listed,
     not_worse,
     printed_spreads,
@@ -73,16 +73,16 @@ def test_numbers_are_listed_with_their_names():
 
 def test_a_verdict_without_a_stated_rule_is_refused():
     with pytest.raises(ValueError, match=r"`rule` must be one of absolute errors, .*; got 'mood'"):
-        Verdict("3.2-snapshots", True, "", "", "mood")
+        ClaimVerdict("3.2-snapshots", True, "", "", "mood")
 
 
 def test_a_verdict_from_a_comparison_of_arrays_can_be_stored():
-    verdict = Verdict("4.6.4-random-behaviors", np.float64(1) < 2, "", "", "random behaviors")
+    verdict = ClaimVerdict("4.6.4-random-behaviors", np.float64(1) < 2, "", "", "random behaviors")
     assert verdict.agrees is True
 
 
 def test_an_outcome_names_the_reason_of_a_difference():
-    verdict = Verdict("4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator")
+    verdict = ClaimVerdict("4.3-sensor-shares", False, "0.9", "0.8", "shares", reason="the simulator")
     assert (verdict.word, verdict.outcome) == ("differ", "0.8 (why: the simulator)")
 
 

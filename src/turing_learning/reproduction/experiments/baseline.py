@@ -15,7 +15,7 @@ from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, Table, stacked
 from .._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
-from .._verdicts import PRINTED, REASONS, Verdict, listed, printed_spreads, spreads_of, within_spread
+from .._verdicts import PRINTED, REASONS, ClaimVerdict, listed, printed_spreads, spreads_of, within_spread
 from .._work import Work
 from ._shared import ShareSizes, seeded, sensor_shares, spreads_frame
 
@@ -70,7 +70,7 @@ def conduct(work: Work) -> Findings:
             _errors_verdict(aggregation),
             _picture_verdict(clustering, clustering.models),
             _picture_verdict(clustering, clustering.typical, TYPICAL),
-            Verdict(THEOREM, all(check.holds for check in checks), PRINTED[THEOREM], "; ".join(texts), "theorem"),
+            ClaimVerdict(THEOREM, all(check.holds for check in checks), PRINTED[THEOREM], "; ".join(texts), "theorem"),
         ],
         _tables(outcomes, checks),
         [picture for outcome in outcomes for picture in _pictures(outcome)],
@@ -101,11 +101,11 @@ def _outcome(work: Work, scenario: Scenario, claim: str) -> _Outcome:
     return _Outcome(scenario, claim, seeds, models, typical, weighted, corrected)
 
 
-def _errors_verdict(outcome: _Outcome) -> Verdict:
+def _errors_verdict(outcome: _Outcome) -> ClaimVerdict:
     printed = printed_spreads(outcome.claim)
     observed = spreads_of(absolute_error(outcome.models, outcome.truth))
     means = outcome.models.mean(axis=0)
-    return Verdict(
+    return ClaimVerdict(
         outcome.claim,
         within_spread(observed, printed),
         f"{listed(outcome.names, printed, 2)}; left wheel near -0.54 in both states, weighted mean -0.5504",
@@ -115,7 +115,7 @@ def _errors_verdict(outcome: _Outcome) -> Verdict:
     )
 
 
-def _picture_verdict(outcome: _Outcome, models: np.ndarray, variant: str = "") -> Verdict:
+def _picture_verdict(outcome: _Outcome, models: np.ndarray, variant: str = "") -> ClaimVerdict:
     low, middle, high = np.quantile(models, (0.25, 0.5, 0.75), axis=0)
     agrees = all((abs(end - outcome.weighted) < abs(end - outcome.truth)).all() for end in (low, high))
     numbers = zip(outcome.names, middle, low, high, outcome.weighted, outcome.truth, strict=True)
@@ -124,7 +124,7 @@ def _picture_verdict(outcome: _Outcome, models: np.ndarray, variant: str = "") -
         for name, median, first, third, mean, true in numbers
     )
     observed, reason = f"medians and quartiles: {', '.join(texts)}", "" if agrees else REASONS[outcome.claim]
-    return Verdict(outcome.claim, agrees, PRINTED[outcome.claim], observed, "baseline's picture", variant, reason)
+    return ClaimVerdict(outcome.claim, agrees, PRINTED[outcome.claim], observed, "baseline's picture", variant, reason)
 
 
 def _tables(outcomes: Sequence[_Outcome], checks: Sequence[Check]) -> list[Table]:

@@ -12,7 +12,7 @@ from turing_learning.figures._many_runs import error_box_figure, error_histogram
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import Verdict, listed, load_claims, not_worse, printed_spreads, shares_not_worse, spreads_of
+from .._verdicts import ClaimVerdict, listed, load_claims, not_worse, printed_spreads, shares_not_worse, spreads_of
 from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, ShareSizes, seeded, sensor_shares, small, values_of, variant_of
 
@@ -83,7 +83,7 @@ def conduct(work: Work) -> Findings:
     )
 
 
-def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> Verdict:
+def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdict:
     """Hold the errors against the claim; `of_most` are those (R, P) of the preset with the most runs."""
     values, maes = load_claims()[CLAIM].values, runs.maes(kind)
     printed, observed = printed_spreads(CLAIM, PAPER_RUNS), spreads_of(runs.errors[kind])
@@ -103,7 +103,7 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> Verdict:
             f"{len(maes)} runs are few for comparing I = 0 with I = 1: of {DRAWS} draws of {len(maes)} from the {many} runs of "
             f"the default preset, {np.mean(few):.0%} show that difference"
         )
-    return Verdict(
+    return ClaimVerdict(
         CLAIM,
         found and harder,
         f"MAE below {GOOD} in {printed_good:.0%} of {PAPER_RUNS} runs, above {FAIR} in {printed_bad:.1%}; "

@@ -14,7 +14,7 @@ from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import PAPER_RUNS, PRINTED, Verdict, shares_not_worse, valued
+from .._verdicts import PAPER_RUNS, PRINTED, ClaimVerdict, shares_not_worse, valued
 from .._work import RunSizes, Work
 from ._shared import PRESETS, Runs, seeded, small, variant_of
 
@@ -127,7 +127,7 @@ def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
     return slowest
 
 
-def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> Verdict:
+def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> ClaimVerdict:
     """Hold networks of all sizes against the claim."""
     settled = [settling(outcome.dynamics) for outcome in outcomes]
     texts = []
@@ -137,7 +137,7 @@ def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> Verdict:
             f"{one.model.hidden} hidden: medians {medians}; median MAE {np.median(one.runs.maes('best_model')):.3f}, an output "
             f"off by more than {2 * NEAR:g} in {one.astray} of {len(one.runs)} runs; settled in step {step}"
         )
-    return Verdict(
+    return ClaimVerdict(
         CLAIM,
         all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK,
         PRINTED[CLAIM],

@@ -16,7 +16,16 @@ from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, Table, stacked
-from .._verdicts import PRINTED, REASONS, Spread, Verdict, errors_verdict, load_claims, shares_not_worse, spreads_of
+from .._verdicts import (
+    PRINTED,
+    REASONS,
+    ClaimVerdict,
+    Spread,
+    errors_verdict,
+    load_claims,
+    shares_not_worse,
+    spreads_of,
+)
 from .._work import RunSizes, Work
 from ._shared import KINDS, PRESETS, Runs, ShareSizes, gathered, moved, sensor_shares, small, variant_of
 
@@ -189,7 +198,7 @@ def settled_for_good(values: np.ndarray, truth: float) -> int | None:
     return first if first < len(values) else None
 
 
-def convergence_verdict(outcomes: Sequence[Outcome]) -> Verdict:
+def convergence_verdict(outcomes: Sequence[Outcome]) -> ClaimVerdict:
     """Hold the generations at which the medians settle, of outcomes of one preset, against the text."""
     observed, agrees = [], True
     for outcome in outcomes:
@@ -203,10 +212,10 @@ def convergence_verdict(outcomes: Sequence[Outcome]) -> Verdict:
         observed.append(f"{scenario.title.lower()}: {', '.join(texts)}")
     variant = variant_of(outcomes[0].runs.preset)
     claim = "4.3-convergence"
-    return Verdict(claim, agrees, PRINTED[claim], "; ".join(observed), "convergence", variant)
+    return ClaimVerdict(claim, agrees, PRINTED[claim], "; ".join(observed), "convergence", variant)
 
 
-def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
+def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> ClaimVerdict:
     """Hold the shares of the sensor readings against the printed ones."""
     claim = "4.3-sensor-shares"
     values = load_claims()[claim].values
@@ -221,10 +230,10 @@ def _shares_verdict(shares: Mapping[Case, Sequence[Spread]]) -> Verdict:
 
     printed = text({case.key: values[case.key] for case in shares})
     observed = text({case.key: [one.mean for one in found] for case, found in shares.items()})
-    return Verdict(claim, agrees, printed, observed, "shares", reason="" if agrees else REASONS[claim])
+    return ClaimVerdict(claim, agrees, printed, observed, "shares", reason="" if agrees else REASONS[claim])
 
 
-def emergence_verdict(outcome: Outcome, kind: str) -> Verdict:
+def emergence_verdict(outcome: Outcome, kind: str) -> ClaimVerdict:
     """Hold the number of models whose swarms do what the agents do against the printed one."""
     claim, emergence = f"4.3-emergent-{outcome.case.key}", outcome.emergence[kind]
     count, total = load_claims()[claim].values["no_significant_difference"]
@@ -239,7 +248,7 @@ def emergence_verdict(outcome: Outcome, kind: str) -> Verdict:
         f"median dispersion of the agents {agents:.0f}, of the models {medians.min():.0f} to {medians.max():.0f}{fewer}"
     )
     printed = f"no significant difference in {count} of {total} cases"
-    return Verdict(claim, agrees, printed, observed, "counts", variant_of(outcome.runs.preset, kind))
+    return ClaimVerdict(claim, agrees, printed, observed, "counts", variant_of(outcome.runs.preset, kind))
 
 
 def _tables(outcomes: Sequence[Outcome], shares: Mapping[Case, Sequence[Spread]]) -> list[Table]:

@@ -13,7 +13,7 @@ from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import PRINTED, REASONS, Verdict, spreads_of
+from .._verdicts import PRINTED, REASONS, ClaimVerdict, spreads_of
 from .._work import RunSizes as Sizes
 from .._work import Work
 from ._shared import PRESETS, spreads_frame, variant_of
@@ -178,7 +178,7 @@ def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str,
     }
 
 
-def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
+def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
     """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
     means, (low, high) = best.subjective.mean(axis=0), RANGE
     early, late = best.generations <= RISEN, best.generations >= SETTLED
@@ -199,7 +199,9 @@ def accuracy_verdicts(best: BestAccuracies) -> list[Verdict]:
     alone, alone_text, alone_forgets = _of_the_objective_best(best.objective)
     both, reasons = f"{text}; {jury_text}", "; ".join(filter(None, (higher, forgets)))
     return [
-        Verdict(CLAIM, agrees, PRINTED[CLAIM], observed, rule, ", ".join(filter(None, (best.variant, part))), reason)
+        ClaimVerdict(
+            CLAIM, agrees, PRINTED[CLAIM], observed, rule, ", ".join(filter(None, (best.variant, part))), reason
+        )
         for part, agrees, observed, rule, reason in (
             ("", subjective and objective, both, "accuracy of classifiers", reasons),
             ("subjective best", subjective, text, "accuracy of the subjective best", higher),

@@ -18,7 +18,7 @@ from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 from .. import _laboratory_trials as trials
 from .._experiment import Captions, Experiment, Findings, Table, stacked
 from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
-from .._verdicts import PRINTED, REASONS, Verdict, errors_verdict, load_claims, spreads_of, valued
+from .._verdicts import PRINTED, REASONS, ClaimVerdict, errors_verdict, load_claims, spreads_of, valued
 from .._work import Work
 from ._shared import beside_the_paper, compare_columns, errors_frame, seeded
 from .classifier_accuracy import BestAccuracies
@@ -147,7 +147,7 @@ def distances(emulated: LaboratoryRuns, simulated: LaboratoryRuns) -> tuple[np.n
     return np.asarray(apart[-max(1, round(LATE * len(apart))) :].mean(axis=0)), np.asarray(apart.mean(axis=0))
 
 
-def runs_verdict(runs: LaboratoryRuns, truth: np.ndarray, variant: str = "") -> Verdict:
+def runs_verdict(runs: LaboratoryRuns, truth: np.ndarray, variant: str = "") -> ClaimVerdict:
     """Hold the absolute errors of the post-evaluated best models against the printed ones."""
     printed, observed = (
         f"; median model {', '.join(f'{value:.2f}' for value in values)}"
@@ -158,11 +158,11 @@ def runs_verdict(runs: LaboratoryRuns, truth: np.ndarray, variant: str = "") -> 
     return errors_verdict(ERRORS, errors, NAMES, variant, paper_runs=PAPER_RUNS, **also)
 
 
-def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth: np.ndarray) -> Verdict:
+def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth: np.ndarray) -> ClaimVerdict:
     """Compare the dynamics of emulated and of simulated runs."""
     shares = [ErrorDynamics.of(runs, truth).share_between for runs in (emulated, simulated)]
     late, overall = distances(emulated, simulated)
-    return Verdict(
+    return ClaimVerdict(
         DYNAMICS,
         bool(min(shares) > 0.5 and (late <= CORRESPONDENCE).all()),
         PRINTED[DYNAMICS],
@@ -172,12 +172,12 @@ def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth:
     )
 
 
-def validation_verdict(validation: Validation) -> Verdict:
+def validation_verdict(validation: Validation) -> ClaimVerdict:
     """Compare what swarms of the median model and of agents do."""
     swarms, comparison = (validation.agents, validation.replicas), validation.comparison
     shares = [one.proportion[:, -1].mean() for one in swarms]
     spreads = [one.dispersion[:, -1].mean() for one in swarms]
-    return Verdict(
+    return ClaimVerdict(
         VALIDATION,
         not comparison.significant.any(),
         PRINTED[VALIDATION],
@@ -198,12 +198,12 @@ def does_not_drop(values: np.ndarray) -> bool:
     )
 
 
-def classifiers_verdict(best: BestAccuracies) -> Verdict:
+def classifiers_verdict(best: BestAccuracies) -> ClaimVerdict:
     """Hold the accuracy of the best classifiers against what the text says of the figure."""
     objective, subjective = best.objective.mean(axis=0), best.subjective.mean(axis=0)
     lowest = int(subjective.argmin())
     agrees = bool(objective[-1] >= HIGH and does_not_drop(best.subjective))
-    return Verdict(
+    return ClaimVerdict(
         CLASSIFIERS,
         agrees,
         PRINTED[CLASSIFIERS],

@@ -11,7 +11,7 @@ from turing_learning.figures import box_figure
 from turing_learning.swarm import AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import REASONS, Verdict, errors_verdict, listed, spreads_of
+from .._verdicts import REASONS, ClaimVerdict, errors_verdict, listed, spreads_of
 from .._work import Work
 from ._shared import KINDS, PRESETS, Runs, small, variant_of
 
@@ -51,7 +51,7 @@ def conduct(work: Work) -> Findings:
     return Findings(verdicts, [summary, *tables], pictures)
 
 
-def morphology_verdict(claim: str, runs: Runs, kind: str) -> Verdict:
+def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
     """Hold the errors against a claim; name the runs that are off, which a mean hides, and those that mistook a reading."""
     names, truth, errors = CASES[claim].parameter_labels, np.array(CASES[claim].controller), runs.errors[kind]
 

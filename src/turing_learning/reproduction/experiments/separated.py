@@ -10,7 +10,7 @@ from turing_learning.figures._many_runs import box_panels_figure
 from turing_learning.swarm import AGGREGATION
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import PRINTED, Verdict, listed, spreads_of, valued
+from .._verdicts import PRINTED, ClaimVerdict, listed, spreads_of, valued
 from .._work import RunSizes, Work
 from ._shared import KINDS, PRESETS, Runs, compare_columns, small, spreads_frame, variant_of
 
@@ -54,13 +54,13 @@ def conduct(work: Work) -> Findings:
     return Findings(verdicts, [summary, *tables], pictures)
 
 
-def separated_verdict(both: Mapping[str, Runs], kind: str) -> Verdict:
+def separated_verdict(both: Mapping[str, Runs], kind: str) -> ClaimVerdict:
     """Test whether the errors of mixed and of separated runs differ, parameter by parameter."""
     tests = compare_columns(*(both[grouping].errors[kind] for grouping in GROUPINGS))
     texts = "; ".join(f"{name}: {listed(NAMES, spreads_of(runs.errors[kind]))}" for name, runs in both.items())
     agrees, observed = not tests.significant.any(), f"{texts}; p: {valued(NAMES, tests.p_values, '.2g')}"
     variant = variant_of(both["mixed"].preset, kind)
-    return Verdict(CLAIM, agrees, PRINTED[CLAIM], observed, "separated", variant)
+    return ClaimVerdict(CLAIM, agrees, PRINTED[CLAIM], observed, "separated", variant)
 
 
 EXPERIMENT = Experiment.of(

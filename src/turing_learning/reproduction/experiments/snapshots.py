@@ -13,7 +13,7 @@ from turing_learning.figures._swarms import snapshots_figure
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._verdicts import PRINTED, REASONS, Verdict
+from .._verdicts import PRINTED, REASONS, ClaimVerdict
 from .._work import Work
 from ._shared import gathered, moved
 
@@ -64,7 +64,7 @@ def conduct(work: Work) -> Findings:
         words = {"scenario": scenario, "robots": robots, "objects": objects, "trials": trials}
         pictures.append(captions.picture("{scenario.name}", CLAIM, figure, **words))
     reason = "" if agrees else REASONS[CLAIM]
-    verdict = Verdict(CLAIM, agrees, PRINTED[CLAIM], "; ".join(texts), "snapshots", reason=reason)
+    verdict = ClaimVerdict(CLAIM, agrees, PRINTED[CLAIM], "; ".join(texts), "snapshots", reason=reason)
     return Findings([verdict], [captions.table("snapshots", stacked(frames, "behavior"))], pictures)
 
 
