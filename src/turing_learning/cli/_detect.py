@@ -14,7 +14,7 @@ from ._options import Integer, Real, Tracks
 from ._runs import opened
 
 if TYPE_CHECKING:
-    import numpy as np
+    from matplotlib.figure import Figure
 
     from turing_learning.detection import (
         Detection,
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
 
 SAMPLES = 10
+MOST_FRAMES = 3000  # of a path in a page
 ALIKE = "judged-alike"
 Files = Annotated[list[Path] | None, Parameter(negative="")]
 MOTION_FILES = (".npy", ".npz", ".csv")
@@ -84,7 +85,7 @@ def detect(
     seed
         Seed of all that is simulated; 0 by default.
     out
-        Of a recording: table of all windows (.csv), and a picture.
+        Of a recording: table of all windows (.csv); beside it a picture, and with judged-alike a page.
     as_json
         Print JSON.
     """
@@ -204,7 +205,7 @@ def _refuse_taken(out: Path | None) -> None:
 
 
 def _written(out: Path) -> tuple[Path, ...]:
-    return (out, out.with_suffix(".png"), out.with_suffix(".svg"))
+    return tuple(out.with_suffix(suffix) for suffix in (".csv", ".png", ".svg", ".html"))
 
 
 def _show_alike(
@@ -273,7 +274,7 @@ def _show_alike(
     else:
         print_standings(plain_console(), found, timed, seconds=when == "spells_s", steps=steps)
     if out is not None and isinstance(motion, RecordedMotion):
-        _write(out, motion, tuple(timed))
+        _write(out, motion, tuple(timed), found)
         for path in _written(out):
             print(path, file=sys.stderr if as_json else sys.stdout)
 
@@ -297,29 +298,72 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
         print_timeline(plain_console(), detector, verdicts)
     if out is not None:
         _write(out, motion, verdicts)
-        for path in _written(out):
+        for path in _written(out)[:-1]:
             print(path, file=sys.stderr if as_json else sys.stdout)
 
 
-def _shown(scores: "np.ndarray") -> "np.ndarray":
-    """Return scores of windows from 0 to 1: as they are, or, of shares of a distance, the lower the more unlike."""
-    if not len(scores) or (scores.min() >= 0 and scores.max() <= 1):
-        return scores
-    return 1 - (scores / max(float(scores.max()), 1e-12)).clip(0, 1)
+def _page(found: "Detection", motion: "RecordedMotion", timed: "tuple[TimedVerdict, ...]", timeline: "Figure") -> str:
+    """Return the page of a detection: ranking, scores over time, and paths of the most unlike and the most normal individuals."""
+    import numpy as np
+
+    from turing_learning.figures import Picture
+    from turing_learning.figures._classifiers import paths_figure
+    from turing_learning.report._content import Listing, StudyReport
+    from turing_learning.report._page import study_page
+
+    from ._tables import standing_rows
+
+    columns = ("individual", "rank", "windows", "score", "p-value", "verdict", "when (s)")
+    limit = "" if found.level is None else f" Abnormal: a p-value of at most {found.level:.2g}."
+    note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit}"
+    table = Listing("ranking", "Ranking", columns, standing_rows(found, timed, seconds=True), note=note)
+    caption = (
+        "Higher bars: a window that is more unlike normal ones. Orange: the stretch that makes an individual abnormal."
+    )
+    drawn = [Picture("scores", "Scores over time", caption, timeline, wide=True)]
+    order = sorted((k for k in range(len(timed)) if timed[k].windows), key=lambda k: found.individuals[k].rank)
+    shown = list(dict.fromkeys(order[:2] + order[-2:]))
+    first = timed[shown[0]]
+    begin, end = first.spells[0] if first.spells else (first.times[0, 0], first.times[-1, 1])
+    if (recording := motion.recording) is not None:
+        frames = np.arange(round(begin * recording.fps), min(round(end * recording.fps) + 1, len(recording.positions)))
+        frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
+        places = np.where(recording.present[frames, :, None], recording.positions[frames], np.nan)
+        there = [k for k in shown if np.isfinite(places[:, k]).any()]
+        names = [f"{found.individuals[k].individual} (rank {found.individuals[k].rank})" for k in there]
+        unlike = [bool(found.individuals[k].abnormal) for k in there]
+        figure = paths_figure(names, [places[:, k] for k in there], unlike)
+        caption = f"From {begin:.1f} s to {end:.1f} s, in cm: the most unlike individuals and the most normal ones."
+        drawn.append(Picture("paths", "Paths", caption, figure, wide=True))
+    many = sum(bool(each.abnormal) for each in found.individuals)
+    said = (
+        f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. "
+        if found.level is not None
+        else ""
+    )
+    return study_page(
+        StudyReport("Who is unlike normal individuals?", said + " ".join(found.remarks), (table,), tuple(drawn))
+    )
 
 
-def _write(out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, ...]") -> None:
-    """Write table and picture, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+def _write(
+    out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, ...]", found: "Detection | None" = None
+) -> None:
+    """Write table, picture and page, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
     import pandas as pd
 
     from turing_learning.figures import save_figure, timeline_figure
+    from turing_learning.report import write_page
     from turing_learning.runs import RunStorageError, told, write_atomically
 
     judged = [verdict for verdict in verdicts if verdict.windows]
+    largest = max(
+        1e-12, *(float(verdict.scores.max()) for verdict in judged)
+    )  # of shares of a distance; votes are from 0 to 1
     figure = timeline_figure(
         [verdict.individual for verdict in judged],
         [verdict.times for verdict in judged],
-        [_shown(verdict.scores) for verdict in judged],
+        [verdict.scores if found is None else (verdict.scores / largest).clip(0, 1) for verdict in judged],
         [verdict.flagged for verdict in judged],
         limit=motion.duration_s,
     )
@@ -336,6 +380,8 @@ def _write(out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, .
         try:
             write_atomically(out, pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n").encode())
             save_figure(figure, out.parent, out.stem)
+            if found is not None:
+                write_page(_page(found, motion, verdicts, figure), out.with_suffix(".html"))
         except OSError:
             for path in _written(out):
                 try:

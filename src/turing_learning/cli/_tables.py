@@ -231,25 +231,8 @@ def print_standings(
     """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
     table = _headed("individual", ("rank", "windows", "score", "p-value"), ("verdict",))
     table.add_column("when (s)" if seconds else "since sample")
-    for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
-        each, spells = found.individuals[k], timed[k].spells
-        when = (
-            f"{spells[0][0]:.1f} to {spells[0][1]:.1f}"
-            if seconds and spells
-            else f"{spells[0][0]:g}"
-            if spells
-            else "-"
-        )
-        said = Text("-") if each.abnormal is None else _abnormal(each.abnormal)
-        table.add_row(
-            Text(each.individual),
-            str(each.rank),
-            str(each.windows),
-            f"{each.score:.3g}" if each.windows else "-",
-            "-" if each.p_value != each.p_value else f"{each.p_value:.2g}",
-            said if each.windows else "no window",
-            when,
-        )
+    for name, *cells, verdict, when in standing_rows(found, timed, seconds=seconds):
+        table.add_row(Text(name), *cells, Text(verdict, style="bold red" if verdict == "abnormal" else ""), when)
     console.print(table)
     called = sum(bool(each.abnormal) for each in found.individuals)
     ways = [f"{each.individuals[k].individual} by {each.name}" for each in found.rankings[1:] for k in _first(each)]
@@ -257,6 +240,31 @@ def print_standings(
     console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
     for remark in found.remarks:
         console.print(remark)
+
+
+def standing_rows(found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool) -> list[tuple[str, ...]]:
+    """Return individual, rank, windows, score, p-value, verdict, and when, the most unlike individual first."""
+    rows: list[tuple[str, ...]] = []
+    for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
+        each, spells = found.individuals[k], timed[k].spells
+        when = "-"
+        if spells:
+            when = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
+        verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
+        score = f"{each.score:.3g}" if each.windows else "-"
+        p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
+        rows.append(
+            (
+                each.individual,
+                str(each.rank),
+                str(each.windows),
+                score,
+                p_value,
+                verdict if each.windows else "no window",
+                when,
+            )
+        )
+    return rows
 
 
 def _first(ranking: "Ranking") -> list[int]:

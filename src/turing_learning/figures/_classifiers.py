@@ -190,3 +190,17 @@ def timeline_figure(
     label(axes, "", "Time (s)")
     legend_above(figure, [axes], ncols=2)
     return figure
+
+
+def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":
+    """Draw where some individuals were, paths (F, 2) in cm with NaN for gaps, a panel each, on the same scale."""
+    figure, panels, _ = grid_of_panels(names, 2.4)
+    places = np.concatenate(paths)
+    low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
+    low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
+    for axes, path, bad in zip(panels, paths, abnormal, strict=True):
+        axes.plot(path[:, 0], path[:, 1], color=ORANGE if bad else BLUE, linewidth=0.8)
+        axes.plot(*path[np.flatnonzero(np.isfinite(path[:, 0]))[-1]], color=INK, marker="o", markersize=4)
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        axes.grid(visible=False)
+    return figure

@@ -37,7 +37,8 @@ from turing_learning.systems import Given, imported
 from ._checkpoints import Checkpoint, Latest, latest_checkpoint
 
 __all__ = [  # also what the rooms above need of every store
-    "BLOCK", "CALIBRATION", "FINISHED", "RECORDING", "RUNNING", "STOPPED", "RunFolder", "RunFolderError", "RunStorageError",
+    "BLOCK", "CALIBRATION", "FINISHED", "MOTION", "RECORDING", "RUNNING", "STOPPED", "RunFolder", "RunFolderError",
+    "RunStorageError",
     "blocks_before", "how_to_resume", "manifest_rows", "new_manifest", "now", "piece", "refuse_future_format", "resume_command",
     "resumed", "storage", "told", "writable", "write_atomically", "write_json",
 ]  # fmt: skip
@@ -54,16 +55,17 @@ FINISHED = "finished"
 
 RECORDING = "recording"  # in the manifest: file and options of the recording that the command line began a run with
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
+MOTION = "motion.npz"  # positions of recorded individuals and of replicas, for the report
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
-    "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, "trials",
-    "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
+    "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
+    "trials", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 _KIND = Kind(
     "run",
     "manifest.json",
     identity=("started", "configuration_sha256"),
-    pieces=("result.json", "post_evaluation.json", CALIBRATION, "check/check.json", "trials/**/*.npz"),
+    pieces=("result.json", "post_evaluation.json", CALIBRATION, MOTION, "check/check.json", "trials/**/*.npz"),
     newest=FORMAT_VERSION,
     beside=("config.toml",),
 )

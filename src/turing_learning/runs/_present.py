@@ -118,8 +118,9 @@ def report_page(
     drawings: list[Picture],
     manifest: list[tuple[str, str]],
     check: "Check | None" = None,
+    motion: Mapping[str, np.ndarray] | None = None,
 ) -> str:
-    """Return the page of a run; `drawings` are those of `draw`, `manifest` are names and values."""
+    """Return the page of a run; `drawings` are those of `draw`, `manifest` names and values, `motion` as of `Source.positions`."""
     words = {code: word for word, code in SELECTION_CODES.items()}
     return markup(
         RunReport(
@@ -130,7 +131,7 @@ def report_page(
             figures=tuple(drawings),
             configuration=to_toml(configuration),
             manifest=manifest,
-            replay=None
+            replay=recorded_replay(motion or {})
             if configuration.system.simulated is None
             else replay(
                 configuration, np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
@@ -204,6 +205,36 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
         seed=configuration.run.seed,
         threads=configuration.threads,
         drivers=robots.drivers,
+    )
+
+
+def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
+    """Let recorded individuals, where they are known, and replicas move side by side; see `Source.positions`."""
+    if "replicas" not in motion:
+        return None
+    interval, swarms = float(motion["interval_s"]), []
+    stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
+    for name, shown in (("recorded", "Recorded individuals"), ("replicas", "Replicas of the inferred model")):
+        if name in motion:
+            places = motion[name].copy()
+            for path in (places[:, k, d] for k in range(places.shape[1]) for d in (0, 1)):
+                there = np.isfinite(path)
+                path[:] = np.interp(np.arange(len(path)), np.flatnonzero(there), path[there]) if there.any() else 0.0
+            ways = np.gradient(places, axis=0)
+            poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[::stride]
+            if name == "recorded":
+                poses[..., :2] -= np.nanmin(motion[name], axis=(0, 1))
+            swarms.append(report.Swarm(shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")))
+    tank = motion.get("tank")
+    sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1)) if tank is None else tank
+    radius = max(0.012 * float(np.max(sides)), 1e-6)
+    return report.Replay(
+        title="Recorded individuals beside replicas" if "recorded" in motion else "Replicas of the inferred model",
+        robot_radius_cm=radius,
+        object_radius_cm=radius,
+        interval_s=stride * interval,
+        swarms=tuple(swarms),
+        walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
     )
 
 

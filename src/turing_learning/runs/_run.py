@@ -15,6 +15,7 @@ from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
 from turing_learning.errors import brief, refusing_as, require, said
+from turing_learning.purposes import REPLAY
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
@@ -24,6 +25,7 @@ from ._folder import (
     BLOCK,
     CALIBRATION,
     FINISHED,
+    MOTION,
     RUNNING,
     STOPPED,
     RunFolder,
@@ -454,15 +456,18 @@ class Run:
                 for path in folder.path.glob("buffer/*.npz"):
                     folder.remove(f"buffer/{path.name}")
             elif self.complete:
-                self._keep_calibration(folder, result)
+                self._keep_motion(folder, result)
                 closed = {"state": FINISHED, "finished": now()}
                 rows = manifest_rows(folder.manifest() | closed)
-                _write_report(result, self.configuration, folder.report_path, rows, figures=folder.figures_path)
+                motion = folder.read(MOTION) if folder.find(MOTION) else {}
+                _write_report(
+                    result, self.configuration, folder.report_path, rows, figures=folder.figures_path, motion=motion
+                )
                 folder.update_manifest(**closed)
         self.close()
 
-    def _keep_calibration(self, folder: RunFolder, result: Result) -> None:
-        """Store what detectors of a custom system are calibrated with; a scenario's are simulated."""
+    def _keep_motion(self, folder: RunFolder, result: Result) -> None:
+        """Store what detectors of a custom system are calibrated with, and what its report shows; a scenario's are simulated."""
         from turing_learning.detection import keep_calibration
 
         if self._source.genuine is not None:
@@ -470,6 +475,8 @@ class Run:
             estimate = np.array(list(result.estimate.values()))
             if kept := keep_calibration(self._source, parameters, estimate, seed):
                 folder.write(CALIBRATION, kept)
+            if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
+                folder.write(MOTION, seen)
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
@@ -665,7 +672,14 @@ class Origin:
         from ._check import complete_check
 
         rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
-        return _write_report(result, self.configuration, target, rows, check=check)
+        motion: Mapping[str, np.ndarray] = {}
+        if self.folder is not None:
+            motion = self.folder.read(MOTION) if self.folder.find(MOTION) else {}
+        elif self.given.simulate is not None:
+            with self.configuration.system.open(self.given) as source:
+                rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
+                motion = source.positions(np.array(list(result.estimate.values())), rng)
+        return _write_report(result, self.configuration, target, rows, check=check, motion=motion)
 
     def check(self, result: Result, /, **options: Any) -> "Check":
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
@@ -806,6 +820,7 @@ def _write_report(
     *,
     check: "Check | None" = None,
     figures: Path | None = None,
+    motion: Mapping[str, np.ndarray] | None = None,
 ) -> Path:
     """Draw the figures of a run, write them to a folder, if there is one, and the report to a file."""
     from turing_learning.report import write_page
@@ -816,4 +831,4 @@ def _write_report(
     drawings = draw(history, configuration)
     if figures is not None:
         save_figures(drawings, figures)
-    return write_page(report_page(result, history, configuration, drawings, rows, check), target)
+    return write_page(report_page(result, history, configuration, drawings, rows, check, motion), target)

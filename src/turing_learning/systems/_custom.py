@@ -3,7 +3,7 @@
 import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from typing import Any, ClassVar, Literal, NoReturn
 
 import numpy as np
@@ -19,6 +19,7 @@ from ._system import CustomSystemError, FailureLog, Given, Source
 
 _LOGGER = logging.getLogger("turing_learning")
 MOST = 10**9  # samples, steps or calls
+SHOWN = 601  # frames of replicas alone, where there is no recording
 TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that count as the same
 LARGEST_DECADE = 300.0
 """A summary on a logarithmic scale is at most so many decades from 1."""
@@ -226,7 +227,7 @@ class CustomSystem:
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
         rule, remedy = f"be windows of {self.steps} steps, as when the run began", "Cut them as then."
         require(not steps or steps[0] == self.steps, "genuine", rule, steps and steps[0], remedy)
-        data = Genuine(cut_samples(genuine, self.steps), held_out)
+        data = Genuine(cut_samples(genuine, self.steps), held_out, excerpt=getattr(genuine, "excerpt", None))
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         others, remedy = f"others, {data.digest[:12]}...", "Give the same, or start a new run."
         require(data.digest == self.digest, "genuine", rule, others, remedy)
@@ -338,6 +339,7 @@ class CustomSource(Source):
         self.failures: FailureLog = FailureLog(system.parameter_names)
         self._live = genuine.live
         self._learning = system.centered(genuine.learning)
+        self._simulate = simulate
         self._runner = Runner(simulate, vectorized=system.vectorized, workers=workers, timeout_s=timeout_s)
 
     def close(self) -> None:
@@ -379,6 +381,34 @@ class CustomSource(Source):
         """Return samples (at most M, C, T, D) of models with parameters (M, P); after a run, without those that fail."""
         samples = self.simulated(parameters, rng)
         return samples[~self.failed]
+
+    def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """Return where recorded individuals are, and replicas of the model with these parameters (P,), see `Source.positions`.
+
+        Simulators know it that have a method `simulate`, as families of models do; a dataclass with `steps` simulates as
+        many as are recorded.
+        """
+        group: Any = getattr(self._simulate, "groups", (self._simulate,))[0]
+        if self.system.interval_s <= 0 or not callable(getattr(group, "simulate", None)):
+            return {}
+        recorded = self.genuine.excerpt
+        frames = SHOWN if recorded is None else len(recorded)
+        if is_dataclass(group) and not isinstance(group, type) and hasattr(group, "steps"):
+            group = replace(group, steps=max(1, frames - 2))
+        try:
+            moved = np.asarray(group.simulate(parameters[None], rng), dtype=np.float64)[0]
+        except Exception as error:
+            _LOGGER.warning("The report shows no replay: %s", error)
+            return {}
+        if moved.ndim != 3 or moved.shape[2] != 2 or not np.isfinite(moved).all():
+            return {}
+        found = {"replicas": moved, "interval_s": np.array(self.system.interval_s)}
+        if recorded is not None:
+            shown = min(len(moved), len(recorded))
+            found |= {"replicas": moved[:shown], "recorded": recorded[:shown]}
+        if getattr(group, "tank_cm", None) is not None:
+            found["tank"] = np.asarray(group.tank_cm, dtype=np.float64)
+        return found
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return the genuine samples (K, T, D) for learning; of a live source `count` or more new ones."""

@@ -45,11 +45,14 @@ class Genuine:
         Which of them are held out for testing, ascending.
     live
         Where further samples come from, None for data.
+    excerpt : (F, A, 2)
+        Positions in the beginning of a recording, see `Windows.excerpt`; None where there is none.
     """
 
     samples: np.ndarray
     held_out: np.ndarray
     live: LiveSource | None = None
+    excerpt: np.ndarray | None = None
 
     @property
     def learning(self) -> np.ndarray:
@@ -118,7 +121,8 @@ def read_genuine(
     if isinstance(genuine, SplitSamples):
         rule = "be left out for samples that are split already"
         require(held_out is None, "held_out", rule, brief(held_out))
-        return Genuine(samples, np.arange(len(genuine.learning), len(samples)))
+        excerpt = getattr(genuine, "excerpt", None)
+        return Genuine(samples, np.arange(len(genuine.learning), len(samples)), excerpt=excerpt)
     return Genuine(samples, _held_out(HELD_OUT if held_out is None else held_out, len(samples), rng))
 
 

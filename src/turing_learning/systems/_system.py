@@ -192,6 +192,14 @@ class Source:
         """Return samples (at most M, C, T, D) of models with parameters (M, P) in their units, without those that fail."""
         self._refuse_simulation()
 
+    def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
+        """Return where individuals are whose motion can be shown, in steps of `interval_s` (s), by name.
+
+        "replicas" (F, A, 2), who execute the model with these parameters (P,); "recorded" (F, A', 2) individuals, NaN
+        where somebody is absent; "tank" (2,) width and height. Without "replicas" there is nothing to show.
+        """
+        return {}
+
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return genuine samples (count or more, T, D), as they are observed, that no two trials share."""
         self._refuse_simulation()

@@ -12,7 +12,7 @@ from turing_learning.errors import RefusedError, Setting, brief, integer, refuse
 from ._problems import JUMP_FACTOR, Problems, counted, find_problems
 from ._signals import Signals, compute_signals
 from ._stretches import bridge, every
-from ._windows import Cut, Windows, cut_windows, join_windows
+from ._windows import EXCERPT_S, Cut, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -277,7 +277,11 @@ class Trajectories:
             jumps = np.zeros_like(usable.valid)
             for jump in self.check(jump_factor).jumps:
                 jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
-        return cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
+        first = slice(int(EXCERPT_S * self.fps) + 1)
+        excerpt = np.where(self.present[first, :, None], self.positions[first], np.nan)
+        return replace(
+            cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None), excerpt=excerpt
+        )
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.

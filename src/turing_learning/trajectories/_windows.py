@@ -10,6 +10,7 @@ from turing_learning.errors import integer, is_integer, refuse, require
 from ._signals import Signals
 
 MOST_PARTS = 5
+EXCERPT_S = 60.0
 LEAST_WINDOWS = 4
 """Windows that fit into a held-out block, one after the other, before there is a further one."""
 
@@ -64,6 +65,9 @@ class Windows:
         out" where only individuals are held out.
     recordings : (R, 2)
         Number of individuals and of rows of each recording.
+    excerpt : (F, A, 2)
+        Positions (cm) in the first `EXCERPT_S` of the first recording, a frame each step, NaN where somebody is absent;
+        None where there are none.
     """
 
     learning: np.ndarray
@@ -77,6 +81,7 @@ class Windows:
     steps_with_jump: int
     blocks: tuple[tuple[int, int, str], ...]
     recordings: np.ndarray
+    excerpt: np.ndarray | None = None
 
     @property
     def learning_recording(self) -> np.ndarray:

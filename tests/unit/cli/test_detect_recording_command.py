@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,10 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
     found = list(csv.DictReader(Path("found.csv").read_text().splitlines()))
     shares = [float(row["score"]) for row in found if row["individual"] == "2"]
     assert np.mean(shares) == pytest.approx(strange["score"])
+    page = Path("found.html").read_text()
+    assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>abnormal</td>', page)
+    for text in ("Scores over time", "Paths", content["remarks"][0], "2 (rank 1)", "1 of 6 individuals is abnormal"):
+        assert escape(text) in page
 
 
 def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial, call):
