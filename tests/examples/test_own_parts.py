@@ -120,6 +120,12 @@ def test_cma_is_built_in(tmp_path):
         ({"models": 5}, "`models` must have the methods and properties of an `Optimizer`|not callable"),
         ({"classifier": 5}, "`classifier` must have `parameters` and `judge`"),
         (
+            {"models": print},
+            "`models` must be a function that takes a dimension, size, seed, initial_low, initial_high",
+        ),
+        ({"models": int}, "`models` must be a function that takes a dimension"),
+        ({"classifier": print}, "`classifier` must be a function that takes inputs, scale; got <built-in function"),
+        (
             {"models": lambda dimension, **given: None},
             "`models` must have the methods and properties of an `Optimizer`",
         ),

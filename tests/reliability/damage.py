@@ -3,6 +3,7 @@
 By hand, for all cases; an interrupted call is resumed, and the table is printed at the end:
 
     python tests/reliability/damage.py table.csv
+    python tests/reliability/damage.py table.csv 7 7  # seed 7, 7 of the 20 ways for each file and door
 
 The rows are folder, file, damage, door, outcome. Outcomes: "same" (as without damage), "said" (the same or other numbers, and a
 warning), "refused" (exit code 1 or 2, and what is wrong), "WRONG" (other numbers in silence), "TRACEBACK" (any other exception).
@@ -246,10 +247,10 @@ def judge(found, reference):
     return kind or ("same" if numbers == reference[1] else "WRONG")
 
 
-def prepare(place, folders):
+def prepare(place, folders, seed=1):
     """Make folders and all references at a place, which is the working directory."""
-    make(place / "made", 1, folders)
-    make(place / "other", 2, folders)
+    make(place / "made", seed, folders)
+    make(place / "other", seed + 1, folders)
     references = {}
     for folder, doors in folders.items():
         for door in doors:
@@ -279,9 +280,9 @@ def files_of(place, folder):
     return [name for name in names if not name.endswith((".png", ".svg", ".html", "lock"))]
 
 
-def case(place, references, folder, name, how, door):
+def case(place, references, folder, name, how, door, seed=""):
     """Return the outcome of one case."""
-    rng = random.Random(f"{folder} {name} {how}")
+    rng = random.Random(f"{folder} {name} {how}{seed}")
     fresh(place, folder)
     files = [place / folder / each for each in files_of(place, folder)]
     if not damage(place / folder / name, how, files, place / "other" / folder / name, rng):
@@ -289,16 +290,16 @@ def case(place, references, folder, name, how, door):
     return judge(outcome(door, folder), references[folder, door])
 
 
-def all_cases(place):
-    """Yield folder, file, damage and door of each case."""
+def all_cases(place, seed=1, ways=20):
+    """Yield folder, file, damage and door of each case; of each file and door so many ways, drawn with a seed."""
     for folder, doors in OF.items():
         for name in files_of(place, folder):
-            for how in DAMAGES:
-                for door in doors:
+            for door in doors:
+                for how in random.Random(str((seed, *stable((folder, name, "", door))))).sample(DAMAGES, ways):
                     yield folder, name, how, door
 
 
-def main_by_hand(table):
+def main_by_hand(table, seed=1, ways=20):
     """Run all cases that are not in the table yet."""
     done = set()
     if table.exists():
@@ -310,12 +311,12 @@ def main_by_hand(table):
         os.chdir(place)
         os.environ["COLUMNS"] = "200"
         blank_pictures()
-        references = prepare(place, OF)
+        references = prepare(place, OF, seed)
         with table.open("a", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
-            for each in sorted(all_cases(place), key=lambda one: one[3] == "check"):  # which takes the longest
+            for each in sorted(all_cases(place, seed, ways), key=lambda one: one[3] == "check"):  # takes longest
                 if stable(each) not in done:
-                    writer.writerow([*stable(each), case(place, references, *each)])
+                    writer.writerow([*stable(each), case(place, references, *each, seed)])
                     file.flush()
         os.chdir("/")
     with table.open(newline="") as file:
@@ -331,4 +332,4 @@ def stable(each):
 
 
 if __name__ == "__main__":
-    main_by_hand(Path(sys.argv[1]))
+    main_by_hand(Path(sys.argv[1]), *map(int, sys.argv[2:]))

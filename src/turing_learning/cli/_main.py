@@ -109,7 +109,7 @@ def _failure(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno in _NO_ROOM:
         if error.filename is None:  # files have names
             what = f"what the command prints could not be written ({error.strerror})"
-            return f"{what}. What it has stored is complete. Print elsewhere."
+            return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
         return f"no room is left for {error.filename} ({error.strerror}). Make room, then give the same command again."
     if isinstance(error, OSError) and error.errno in _NO_WAY and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."

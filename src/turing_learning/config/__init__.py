@@ -8,7 +8,7 @@ message (`ConfigurationError`; `nearest` says what may have been meant); `to_tom
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
 are the same. `classifier_of` makes the classifiers' network, and
-`part_named`, `part_of`, `give_again` name and find optimizers (`OPTIMIZERS` are built in) and classifiers that a caller gives;
+`part_named`, `part_of`, `built`, `give_again` name, find and make optimizers (of which `OPTIMIZERS` are built in) and classifiers;
 `require_whole_cycles` refuses other durations, `require_seen` sensors that tell apart what is not there, `require_at_least` what
 is not an integer (`is_integer`) or too small.
 
@@ -20,7 +20,7 @@ from turing_learning.errors import is_integer, nearest
 from ._configuration import Configuration, classifier_of, require_seen, require_whole_cycles
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
 from ._load import PRESETS, load_configuration
-from ._parts import give_again, part_named, part_of
+from ._parts import built, give_again, part_named, part_of
 from ._sections import (
     LARGEST_SEED,
     OPTIMIZERS,
@@ -51,6 +51,7 @@ __all__ = [
     "RunSection",
     "Section",
     "Variant",
+    "built",
     "classifier_of",
     "dotted",
     "flat_settings",

@@ -14,7 +14,7 @@ from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, System, physics_steps, system_of
 
-from ._parts import part_of
+from ._parts import built, part_of
 from ._sections import (
     GIVEN,
     LARGEST_NEURONS,
@@ -179,7 +179,7 @@ def classifier_of(configuration: Configuration) -> Classifier:
         return ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
     found = part_of("classifier", name)
     if isinstance(found, type) or not isinstance(found, Classifier):
-        found = found(inputs=len(scale), scale=scale) if callable(found) else found
+        found = built("classifier", found, inputs=len(scale), scale=scale) if callable(found) else found
     rule, remedy = "have `parameters` and `judge`, or be a function that returns it", "See docs/your-own-parts.md."
     fits = isinstance(found, Classifier)
     require(fits, "classifier", rule, type(found).__name__, remedy, error=ConfigurationError)

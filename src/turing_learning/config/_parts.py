@@ -1,9 +1,11 @@
 """Optimizers and classifiers that are not built in: "module:function", or objects that only the calling process has."""
 
 import pickle
+from collections.abc import Callable
+from inspect import signature
 from typing import Any
 
-from turing_learning.errors import require
+from turing_learning.errors import brief, refuse, require
 from turing_learning.systems import importable_name, imported
 
 from ._sections import GIVEN, ConfigurationError
@@ -54,3 +56,13 @@ def part_of(argument: str, name: str) -> Any:
     remedy = f"Give `{argument}` to `turing_learning.resume` or `turing_learning.load_run`, as the run began with it."
     require(name in _objects, argument, rule, got, remedy, error=ConfigurationError)
     return _objects[name]
+
+
+def built(argument: str, maker: Callable[..., Any], *given: Any, **options: Any) -> Any:
+    """Return what a function makes of a part; reject one that does not take what it is given."""
+    try:
+        signature(maker).bind(*given, **options)
+    except (TypeError, ValueError):  # ValueError: a function in C that does not say what it takes
+        rule = f"be a function that takes {', '.join((*['a dimension'] * len(given), *options))}"
+        refuse(argument, rule, brief(maker), "See docs/your-own-parts.md.", error=ConfigurationError)
+    return maker(*given, **options)

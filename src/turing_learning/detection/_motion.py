@@ -79,6 +79,8 @@ def holds_motion(path: str | Path) -> bool:
     """
     path = Path(path)
     try:
+        if not path.is_file():  # nobody may ever write to a pipe
+            return False
         match path.suffix.lower():
             case ".npy":
                 return np.lib.format.open_memmap(path, mode="r").dtype.kind in "fiuc"
@@ -88,7 +90,7 @@ def holds_motion(path: str | Path) -> bool:
             case ".csv":
                 with path.open(encoding="utf-8-sig", newline="") as file:
                     return bool(_keys([name.strip() for name in next(csv.reader(file), [])]))
-    except (OSError, ValueError, zipfile.BadZipFile, csv.Error):
+    except Exception:  # a damaged file can raise anything
         return False
     return False
 
@@ -114,6 +116,8 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     suffix = path.suffix.lower()
     rule = f"be a file that ends with one of {', '.join(SUFFIXES)}"
     require(suffix in SUFFIXES, "motion", rule, str(path), error=ConfigurationError)
+    regular, remedy = path.is_file() or not path.exists() or path.is_dir(), "Write what comes out of it to a file."
+    require(regular, "motion", "be a file", f"{path}, a pipe or device", remedy, error=ConfigurationError)
     try:
         individuals, values = _read_csv(path, names) if suffix == ".csv" else _read_arrays(path)
     except OSError as error:
@@ -129,11 +133,19 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     return Motion(individuals, checked_motion("motion", values, signals=signals, steps=steps, where=where))
 
 
+def _unpacked(path: Path) -> int:
+    """Return to how many bytes a file may unpack: recordings do not compress by more, and bombs do."""
+    return max(1 << 26, 200 * path.stat().st_size)
+
+
 def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
     names = None
     try:
         if path.suffix.lower() == ".npz":
-            with path.open("rb") as file, zipfile.ZipFile(file):  # np.load takes other files, too
+            with path.open("rb") as file, zipfile.ZipFile(file) as members:  # np.load takes other files, too
+                most, size = _unpacked(path), sum(each.file_size for each in members.infolist())
+                rule = f"unpack to at most {most} bytes"
+                require(size <= most, "motion", rule, size, place=str(path), error=ConfigurationError)
                 file.seek(0)
                 with np.load(file, allow_pickle=False) as archive:
                     found = sorted(archive.files)
@@ -143,9 +155,9 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
                     names = archive["individuals"] if "individuals" in found else None
         else:  # mapped, so that a shape that the file is too short for is rejected before any memory is taken
             values = np.array(np.lib.format.open_memmap(path, mode="r"))
-    except ConfigurationError:
+    except (ConfigurationError, OSError, MemoryError):
         raise
-    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+    except Exception as error:  # a damaged header can raise anything
         rule = "be a file of numbers in NumPy's format"
         refuse("motion", rule, f"{path} ({error})", error=ConfigurationError)
     if names is None:

@@ -9,6 +9,7 @@ from ..errors import integer, require
 from ._checks import (
     Turns,
     check_fitness,
+    check_generation,
     check_range,
     check_state_array,
     check_vector,
@@ -28,10 +29,9 @@ class CMAEvolutionStrategy:
     The first population is normal, with the mean and the standard deviation of the uniform distribution between
     `initial_low` and `initial_high`. CMA-ES keeps a distribution, no parents: every candidate is new.
 
-    The state is the history of all fitness values, and `restore` replays it, so that nothing of the inside of `cma`
-    has to be stored; restoring takes as long as the generations' `ask` and `tell` did. Random numbers come from
-    this object alone: numpy's global random state is neither read nor changed. `cma` writes no files here and prints
-    nothing.
+    The state is the distribution: mean, covariances, paths and counts, a few arrays however long the run is. Random
+    numbers come from this object alone: numpy's global random state is neither read nor changed. `cma` writes no
+    files here and prints nothing.
 
     Parameters
     ----------
@@ -129,7 +129,7 @@ class CMAEvolutionStrategy:
         return fitness.copy()
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the fitness told in each generation (G, size) and the mean of the distribution (dimension,).
+        """Return the distribution before the next population is drawn, name -> array, and the number of generations.
 
         Raises
         ------
@@ -137,11 +137,10 @@ class CMAEvolutionStrategy:
             If a population has been asked for and not been told its fitness.
         """
         self._turns.pause()
-        history = np.array(self._distribution.history, dtype=np.float64).reshape(-1, self.size)
-        return {"history": history, "mean": self._mean(self._distribution)}
+        return self._distribution.state | {"generation": np.array(self._distribution.generation)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Tell a fresh distribution all that the stored one was told; allowed at any time.
+        """Return to a stored distribution; allowed at any time.
 
         Parameters
         ----------
@@ -151,15 +150,11 @@ class CMAEvolutionStrategy:
         Raises
         ------
         ValueError
-            If the state lacks an array or does not fit the settings, or if the replay ends elsewhere. The
-            strategy is then what it was before.
+            If the state lacks an array or does not fit the settings. The strategy is then what it was before.
         """
-        history = check_state_array(state, "history", (None, self.size))
-        mean = check_state_array(state, "mean", (self.dimension,))
-        distribution = self._new_distribution()
-        for fitness in history:
-            distribution.tell(fitness)
-        _check_replay(self._mean(distribution), mean)
+        generation, distribution = check_generation(state), self._new_distribution()
+        inside = {name: check_state_array(state, name, old.shape) for name, old in distribution.state.items()}
+        distribution.restore(inside, generation)
         self._distribution = distribution
         self._asked_steps = self._next_steps()
         self._turns.reset()
@@ -170,15 +165,20 @@ class CMAEvolutionStrategy:
     def _next_steps(self) -> np.ndarray:
         return np.tile(self._scale * self._distribution.standard_deviations, (self.size, 1))
 
-    def _mean(self, distribution: "_Distribution") -> np.ndarray:
-        return self._center + self._scale * distribution.mean
+
+_INSIDE = {
+    "": ("mean", "sigma", "pc", "countiter", "countevals", "itereigenupdated"),
+    "sm": ("C", "B", "D", "last_update", "count_tell", "count_eigen"),
+    "adapt_sigma": ("ps", "_ps_updated_iteration"),
+}
+"""What of `cma.CMAEvolutionStrategy` and of its parts one generation leaves for the next."""
 
 
 class _Distribution:
     """The distribution of `cma` in units of the initial one, and the population drawn from it."""
 
     def __init__(self, dimension: int, size: int, seed: Seed, minimum: np.ndarray) -> None:
-        self.history: list[np.ndarray] = []
+        self.generation = 0
         self._seed = seed
         self._minimum = np.minimum(minimum, SPREAD_LIMIT)
         self._strategy = _import_cma().CMAEvolutionStrategy(np.zeros(dimension), 1.0, self._options(size))
@@ -197,12 +197,21 @@ class _Distribution:
         return self._rng.standard_normal(shape)
 
     def _draw(self) -> None:
-        self._rng = generation_rng(self._seed, len(self.history))
+        self.state = {name: np.array(getattr(part, field)) for name, part, field in self._inside()}
+        self._rng = generation_rng(self._seed, self.generation)
         self.solutions: list[np.ndarray] = self._strategy.ask()
 
-    @property
-    def mean(self) -> np.ndarray:
-        return np.array(self._strategy.mean)
+    def _inside(self) -> list[tuple[str, Any, str]]:
+        parts = [(name, getattr(self._strategy, name) if name else self._strategy) for name in _INSIDE]
+        return [(f"{name}.{field}".lstrip("."), part, field) for name, part in parts for field in _INSIDE[name]]
+
+    def restore(self, state: Mapping[str, np.ndarray], generation: int) -> None:
+        self.generation = generation
+        for name, part, field in self._inside():
+            kind = type(getattr(part, field))
+            setattr(part, field, state[name] if kind is np.ndarray else kind(state[name]))
+        self._strategy.mean_old = self._strategy.mean  # which it reads before it writes
+        self._draw()
 
     @property
     def standard_deviations(self) -> np.ndarray:
@@ -212,7 +221,7 @@ class _Distribution:
         with np.errstate(over="ignore"):  # of a record that cma keeps of all past changes of the step size
             self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
         self._limit_spread()
-        self.history.append(fitness.copy())
+        self.generation += 1
         self._draw()
 
     def _limit_spread(self) -> None:
@@ -232,12 +241,3 @@ def _import_cma() -> Any:
             "Install it with: pip install 'turing-learning[optimizers]'"
         ) from error
     return cma
-
-
-def _check_replay(mean: np.ndarray, stored: np.ndarray) -> None:
-    if not np.array_equal(mean, stored):
-        k = int(np.argmax(mean != stored))
-        raise ValueError(
-            f"`state` must lead back to the mean it was stored with, {stored[k]} for parameter {k}; got {mean[k]}. "
-            "Restore it with the settings, the seed, and the versions of cma and numpy it was written with."
-        )

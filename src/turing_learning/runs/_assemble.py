@@ -14,6 +14,7 @@ from turing_learning.config import (
     Configuration,
     ConfigurationError,
     PopulationSection,
+    built,
     classifier_of,
     dotted,
     load_configuration,
@@ -139,7 +140,9 @@ def optimizer_of(
         found = part_of(argument, name)
         made = isinstance(found, Optimizer) and not isinstance(found, type)
         # a copy, so that the caller's begins every run as it is
-        optimizer = deepcopy(found) if made or not callable(found) else found(dimension, size=size, **begin)
+        optimizer = (
+            deepcopy(found) if made or not callable(found) else built(argument, found, dimension, size=size, **begin)
+        )
     rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
     fits = isinstance(optimizer, Optimizer)
     require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)

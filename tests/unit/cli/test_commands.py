@@ -206,7 +206,7 @@ def test_without_a_command_there_is_help_and_nothing_else(call):
     [
         (
             OSError(errno.ENOSPC, "No space left on device"),
-            "error: what the command prints could not be written (No space left on device). What it has stored is complete.",
+            "error: what the command prints could not be written (No space left on device). Print elsewhere.",
         ),
         (
             OSError(errno.ENOSPC, "No space left on device", "mine.csv"),

@@ -1,10 +1,12 @@
 import io
+import os
+import zipfile
 
 import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import cut_recordings, load_motion
+from turing_learning.detection import cut_recordings, holds_motion, load_motion
 
 SAMPLES = np.arange(2 * 3 * 4 * 2, dtype=float).reshape(2, 3, 4, 2)
 
@@ -113,8 +115,36 @@ def stored(array):
     return buffer.getvalue()
 
 
+def headed(header):
+    return b"\x93NUMPY\x01\x00" + (118).to_bytes(2, "little") + header.ljust(117) + b"\n"
+
+
+HEADERS = [b"{'descr': '<f8', 'fortran_order': False, 'shape': (-3, 4, 2), }", b"{'descr': '<f8', 'shape': (3, "]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes")
+@pytest.mark.parametrize("suffix", ["npy", "npz", "csv"])
+def test_nobody_waits_for_a_pipe(tmp_path, suffix):
+    path = tmp_path / f"motion.{suffix}"
+    os.mkfifo(path)
+    assert not holds_motion(path)
+    with pytest.raises(
+        ConfigurationError, match=r"^`motion` must be a file; got .*, a pipe or device. Write what comes"
+    ):
+        load(path)
+
+
+def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path):
+    with zipfile.ZipFile(tmp_path / "motion.npz", "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("samples.npy", bytes(100_000_000))
+    with pytest.raises(ConfigurationError, match=r"^`motion` must unpack to at most 67108864 bytes; got 100000000"):
+        load(tmp_path / "motion.npz")
+
+
 @pytest.mark.parametrize("name", ["motion.npy", "motion.npz"])
-@pytest.mark.parametrize("content", [b"", b"speed", pickled(), stored(SAMPLES)[:-8], b"PK\x03\x04rest"])
+@pytest.mark.parametrize(
+    "content", [b"", b"speed", pickled(), stored(SAMPLES)[:-8], b"PK\x03\x04rest", *map(headed, HEADERS)]
+)
 def test_a_file_that_is_no_array_is_refused(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ConfigurationError, match=r"^`motion` must be a file of numbers in NumPy's format; got "):

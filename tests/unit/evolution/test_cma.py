@@ -37,9 +37,9 @@ def test_fewer_than_four_candidates_are_refused():
 
 
 def test_the_first_distribution_has_the_standard_deviation_of_the_initial_range():
-    strategy = CMAEvolutionStrategy(2, initial_low=[0.0, 10.0], initial_high=[1.0, 22.0])
+    strategy = CMAEvolutionStrategy(2, size=1000, initial_low=[0.0, 10.0], initial_high=[1.0, 22.0])
     np.testing.assert_allclose(strategy.step_sizes[0], [1 / np.sqrt(12), np.sqrt(12)], rtol=1e-4)
-    np.testing.assert_allclose(strategy.state()["mean"], [0.5, 16.0])
+    np.testing.assert_allclose(strategy.ask().mean(axis=0), [0.5, 16.0], rtol=0.1)
 
 
 def test_all_candidates_share_their_step_sizes():
@@ -49,13 +49,22 @@ def test_all_candidates_share_their_step_sizes():
     assert (strategy.step_sizes == strategy.step_sizes[0]).all()
 
 
-def test_the_state_is_what_was_told():
-    strategy = CMAEvolutionStrategy(2, size=5)
-    fitness = np.random.default_rng(0).random((3, 5))
-    for row in fitness:
-        strategy.ask()
-        strategy.tell(row)
-    np.testing.assert_array_equal(strategy.state()["history"], fitness)
+def test_the_state_does_not_grow_and_leads_to_the_same_bits():
+    strategy, restored = (CMAEvolutionStrategy(5, size=10, seed=3, minimum_step_size=1e-3) for _ in range(2))
+    run(strategy, 2)
+    sizes = {name: array.shape for name, array in strategy.state().items()}
+    for generations in (1, 7, 40, 250):
+        run(strategy, generations)
+        state = strategy.state()
+        assert {name: array.shape for name, array in state.items()} == sizes
+        restored.restore(state)
+        run(restored, 30)
+        restored.restore(state)
+        for each in (strategy, restored):
+            run(each, 60)
+        np.testing.assert_array_equal(restored.ask(), strategy.ask())
+        for each in (strategy, restored):
+            each.tell(np.zeros(10))
 
 
 def test_the_distribution_does_not_collapse():
@@ -63,10 +72,3 @@ def test_the_distribution_does_not_collapse():
     run(strategy, 300)
     strategy.ask()
     assert strategy.step_sizes.max() >= 0.02 * (1 - 1e-12)
-
-
-def test_a_state_from_another_seed_is_refused():
-    strategy = CMAEvolutionStrategy(2, seed=1)
-    run(strategy, 2)
-    with pytest.raises(ValueError, match=r"`state` must lead back to the mean it was stored with, .* for parameter \d"):
-        CMAEvolutionStrategy(2, seed=2).restore(strategy.state())
