@@ -1,6 +1,6 @@
 """Measure detection: simulated swarms, planted individuals, recorded animals, and false alarms.
 
-``python experiments/detection/measure.py swarm|families|recordings|held-out|alarms --work FOLDER`` appends rows to a table beside
+``python experiments/detection/measure.py WHAT --work FOLDER`` (swarm, grid, families, ...) appends rows to a table beside
 this file, and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out.
 """
 
@@ -22,6 +22,7 @@ from turing_learning.detection import (
     RunClassifiers,
     classifiers_eye,
     detect,
+    grid_models,
     one_class_eye,
     plant,
     recorded_motion,
@@ -113,6 +114,63 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
         rows += [
             [rule, size, f"{area_under_curve(-detector.judge(motion), usual):.4f}"] for size, motion in others.items()
         ]
+    return rows
+
+
+GRID_TRIALS, GRID_BLOCK = 10, 500
+LEVELS = (0.01, 0.05)
+
+
+def grid(work: Path) -> Measured:
+    """Section 4.4 of the paper: who of 14,641 behaviors, observed in ten trials among agents, is told from the agents."""
+    for name in ("aggregation", "object-clustering"):
+        for seed in range(102, 105):
+            yield (name, str(seed)), lambda name=name, seed=seed: over_grid(work / f"{name}-{seed}", name, seed)
+
+
+def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
+    """Return rows (way, samples, level, decision accuracy, sensitivity, specificity)."""
+    result = run_on(path, scenario=name, seed=seed)
+    run, rng = run_classifiers(result), np.random.default_rng((33, seed))
+    scenario = run.simulated_scenario()
+    models, agents = grid_models(scenario, 11 if len(scenario.controller) == 4 else 5), scenario.agents
+    looks = eyes(run)
+
+    def observed(swarms: int) -> np.ndarray:
+        """Return samples (individuals, 10, T, D) of agents in swarms of their own."""
+        seen = Trials.draw(scenario, alone(scenario, swarms * GRID_TRIALS), rng).observe(None, 1)
+        return (
+            seen.reshape(swarms, GRID_TRIALS, *seen.shape[1:]).swapaxes(1, 2).reshape(-1, GRID_TRIALS, *seen.shape[2:])
+        )
+
+    normal, calibration, fresh = observed(100), observed(200), observed(200)
+    learned = {}
+    for eye in looks:
+        for count in (1, GRID_TRIALS):
+            seen = [[eye.see([each])[0] for each in normal[:, :count]]]
+            learned[eye.name, count] = eye, eye.learn(seen, [range(len(normal))], False)
+
+    def scores(samples: np.ndarray) -> dict[tuple[str, int], np.ndarray]:
+        return {
+            (way, count): np.array([each.mean() for each in score(eye.see(list(samples[:, :count])))])
+            for (way, count), (eye, score) in learned.items()
+        }
+
+    usual, new = scores(calibration), scores(fresh)
+    found: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in learned}
+    for start in range(0, len(models), GRID_BLOCK):
+        block = models[start : start + GRID_BLOCK]
+        trials = Trials.draw(scenario, mixed(scenario, len(block), GRID_TRIALS), rng)
+        moved = trials.observe(Behavior(block), 1)[:, agents].reshape(len(block), GRID_TRIALS, *fresh.shape[2:])
+        for key, each in scores(moved).items():
+            found[key].append(each)
+    rows: list[list[object]] = []
+    for (way, count), values in found.items():
+        for level in LEVELS:
+            limit = np.quantile(usual[way, count], 1 - level)
+            told = float(np.mean(np.concatenate(values) > limit))
+            spared = float(np.mean(new[way, count] <= limit))
+            rows.append([way, count, level, f"{(told + spared) / 2:.4f}", f"{told:.4f}", f"{spared:.4f}"])
     return rows
 
 
@@ -382,6 +440,7 @@ def alarms(work: Path) -> Measured:
 
 MEASURED: dict[str, tuple[list[str], Callable[[Path], Measured]]] = {
     "swarm": (["scenario", "seed", "way", "difference", "area"], swarm),
+    "grid": (["scenario", "seed", "way", "samples", "level", "accuracy", "sensitivity", "specificity"], grid),
     "families": (["case", "seed and recordings", "kind", "way", "area", "first"], families),
     "recordings": (["case", "part", "kind", "way", "area", "first"], recordings),
     "held-out": (["case", "seed", "kind", "way", "area", "first"], held_out),

@@ -1,6 +1,6 @@
 """Several runs of one configuration, told as one."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from ._result import Result, named
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray
 
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
@@ -73,6 +74,9 @@ class Pooled(Tabular):
         Name -> name and unit, for tables.
     trials
         That runs of trials were to spend; None for runs of generations.
+    chains
+        For each run what its estimate is made of (W, P): the typical models of its last generations; of runs of trials draws of
+        the matched estimate, of those alone that have settled.
     """
 
     scenario: str
@@ -87,6 +91,26 @@ class Pooled(Tabular):
     estimate_mae: float | None
     labels: dict[str, str] = field(default_factory=dict)
     trials: int | None = None
+    chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Return `chains` as ArviZ takes them (`arviz.summary`, `arviz.plot_pair`): a variable for each parameter, (chain, draw).
+
+        Chains are runs, named by their seeds. The models of a run of generations wander with its populations: they say how far
+        runs agree, and are no draws of a posterior.
+        """
+        import xarray
+
+        require(self.chains, "pool", "have a run that has settled", "none", "Resume them with more trials.")
+        values = np.stack(list(self.chains.values()))
+        dims, seeds = ("chain", "draw"), {"chain": list(self.chains)}
+        variables = {
+            name: (dims, values[..., k], {"long_name": self.labels.get(name, name)})
+            for k, name in enumerate(self.estimate)
+        }
+        return xarray.Dataset(
+            variables, coords=seeds | {"draw": np.arange(values.shape[1])}, attrs={"scenario": self.scenario}
+        )
 
     @property
     def verdict(self) -> dict[str, str]:
@@ -182,13 +206,13 @@ def pool(runs: Sequence[Result]) -> Pooled:
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     if configuration.run.trials:
         settled = [run for run in runs if run.covariance is not None]
+        chains = {run.seed: draws for run in settled if (draws := run.draws()) is not None}
         found = np.array([list(run.estimate.values()) for run in settled or runs])[:, None]
         estimate = configuration.system.on_scales(found, lambda values: np.median(values[:, 0], axis=0))
-        ends, agreement = _mixed(
-            [run.draws() for run in settled], [list(run.interval.values()) for run in settled], names
-        )
+        ends, agreement = _mixed(list(chains.values()), [list(run.interval.values()) for run in settled], names)
     else:
-        typical = np.stack([_typical_models(run, configuration) for run in runs])
+        chains = {run.seed: _typical_models(run, configuration) for run in runs}
+        typical = np.stack(list(chains.values()))
         estimate = configuration.system.on_scales(typical, pooled_estimate)
         ends = configuration.system.on_scales(typical, pooled_interval)
         agreement = r_hat(typical).tolist()
@@ -206,6 +230,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         estimate_mae=None if error is None else float(error.mean()),
         labels=runs[0].labels,
         trials=configuration.run.trials or None,
+        chains=chains,
     )
 
 

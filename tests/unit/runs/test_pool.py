@@ -59,6 +59,16 @@ def test_the_pool_is_told_of_the_generations_that_make_the_estimates(three):
     assert (pooled.scenario, pooled.seeds, pooled.generations) == ("aggregation", (1, 2, 3), LENGTH)
 
 
+def test_chains_are_runs_as_arviz_takes_them(three):
+    pooled = tl.pool(three)
+    data = pooled.to_xarray()
+    assert dict(data.sizes) == {"chain": 3, "draw": len(next(iter(pooled.chains.values())))}
+    assert data["chain"].values.tolist() == list(pooled.seeds)
+    for k, run in enumerate(three):
+        typical = run.history["typical_model"].to_numpy()[-data.sizes["draw"] :]
+        np.testing.assert_array_equal(np.stack([data[name].values[k] for name in pooled.estimate], axis=1), typical)
+
+
 def test_where_there_is_a_truth_the_errors_are_those_of_the_pool(three):
     pooled = tl.pool(three)
     assert pooled.truth == three[0].truth
