@@ -175,7 +175,7 @@ def _recording(path: Path, option: str, tracks: Tracks, learned: "RunClassifiers
 
     recording = tracks.read(path, option)
     with refusing_as(ConfigurationError, place=str(path)):
-        return recorded_motion(recording, learned, smooth_frames=1 if tracks.smooth is None else tracks.smooth)
+        return recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 
 
 def _sorted(motion: "Motion") -> "Motion":

@@ -58,7 +58,7 @@ class Tracks:
     bridge: Integer | None = None
     """Fill gaps of up to K frames by straight motion."""
     smooth: Integer | None = None
-    """Average positions over K frames, an odd number, before signals are measured; detect as the run was inferred."""
+    """Average positions over K frames, an odd number, before signals are measured; `detect` takes that of the run."""
 
     @property
     def given(self) -> dict[str, Any]:

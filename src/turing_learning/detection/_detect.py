@@ -124,8 +124,9 @@ def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int) -> tuple[
             for kind in TUNED:
                 if not (alone and kind in SOCIAL):
                     moved = plant(one.recording, k, kind, rng).windows(
-                        run.steps, signals=run.names, individuals=[one.individuals[k]], hold_out=0.0, jump_factor=None
-                    )
+                        run.steps, signals=run.names, individuals=[one.individuals[k]], hold_out=0.0, jump_factor=None,
+                        smooth_frames=run.smooth_frames,
+                    )  # fmt: skip
                     cases.append(Case(moved.learning, recording, k))
                     kinds.add(kind)
         else:

@@ -67,6 +67,8 @@ class RunClassifiers:
         The simulated swarm of the run; None where the computer cannot simulate its individuals.
     kind
         What the run is, in messages.
+    smooth_frames
+        Frames over which positions were averaged for the run.
     names
         Of the D signals.
     interval_s
@@ -95,6 +97,7 @@ class RunClassifiers:
     complete: bool = True
     in_laboratory: bool = False
     kind: str = "one on a custom system"
+    smooth_frames: int = 1
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -139,6 +142,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         complete=total == configuration.run.generations,
         in_laboratory=result.in_laboratory,
         kind=system.kind,
+        smooth_frames=system.smooth_frames,
     )
 
 
@@ -202,10 +206,13 @@ def _refuse_uncalibrated(run: RunClassifiers) -> None:
     refuse("genuine", rule, got, remedy, error=ConfigurationError)
 
 
-def recorded_motion(recording: Trajectories, run: RunClassifiers, *, smooth_frames: int = 1) -> RecordedMotion:
+def recorded_motion(
+    recording: Trajectories, run: RunClassifiers, *, smooth_frames: int | None = None
+) -> RecordedMotion:
     """Cut a recording, at the frame rate of a run, into windows of the length and the signals that its classifiers know.
 
-    For a run without headings, those of the recording are left out of account. `smooth_frames` is that of the run's windows.
+    For a run without headings, those of the recording are left out of account. `smooth_frames` is
+    by default that of the run.
     """
 
     check = partial(require, error=ConfigurationError)
@@ -225,8 +232,9 @@ def recorded_motion(recording: Trajectories, run: RunClassifiers, *, smooth_fram
     check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
     if run.headings == "without":
         recording = replace(recording, headings=None)
+    smooth = run.smooth_frames if smooth_frames is None else smooth_frames
     try:
-        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0, smooth_frames=smooth_frames)
+        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0, smooth_frames=smooth)
     except ValueError as error:
         if recording.every > 1:
             raise ConfigurationError(str(error)) from error

@@ -63,6 +63,8 @@ class CustomSystem:
         Duration of a time step (s); 0 if it is not known.
     headings
         Whether the signals are measured "with" headings or "without"; empty if that is not known, or makes no difference to them.
+    smooth_frames
+        Frames over which recorded positions were averaged; 1 for none.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -81,6 +83,7 @@ class CustomSystem:
     digest: str = ""
     interval_s: float = 0.0
     headings: Literal["", "with", "without"] = ""
+    smooth_frames: int = 1
 
     truth: ClassVar[None] = None
     trials_per_model: ClassVar[int] = 1
@@ -109,7 +112,13 @@ class CustomSystem:
         )
         different = len(set(self.signals)) == len(self.signals)
         require(different, "signals", "have different names", ", ".join(self.signals))
-        for name, least in (("steps", 1), ("samples", 0), ("samples_per_generation", 0), ("batches", 0)):
+        for name, least in (
+            ("steps", 1),
+            ("samples", 0),
+            ("samples_per_generation", 0),
+            ("batches", 0),
+            ("smooth_frames", 1),
+        ):
             if integer(name, getattr(self, name), least) > MOST:
                 refuse(name, f"be at most {MOST}", getattr(self, name))
         require(self.interval_s >= 0, "interval_s", "be at least 0", self.interval_s)

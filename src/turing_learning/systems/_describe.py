@@ -92,6 +92,7 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         digest=data.digest,
         interval_s=float(getattr(genuine, "interval_s", 0.0)),
         headings=headings_of(genuine) if set(DIRECTED) & set(signals) else "",
+        smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
     )
     constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in data.constant)
     if isinstance(genuine, SplitSamples) and len(data.constant) == len(signals):

@@ -75,6 +75,7 @@ class Swarm:
 
     signals = SPEEDS
     headings = "with"
+    smooth_frames = 1
     kind = "one on simulated robots"
     resuming: tuple[Setting, ...] = ()
 

@@ -111,6 +111,10 @@ class System(Protocol):
         """Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference."""
 
     @property
+    def smooth_frames(self) -> int:
+        """Frames over which recorded positions were averaged."""
+
+    @property
     def model(self) -> Representation:
         """From the optimizer's numbers to the parameters of models, and to those that results state."""
 

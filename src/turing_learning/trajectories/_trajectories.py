@@ -279,9 +279,8 @@ class Trajectories:
                 jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         first = slice(int(EXCERPT_S * self.fps) + 1)
         excerpt = np.where(self.present[first, :, None], self.positions[first], np.nan)
-        return replace(
-            cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None), excerpt=excerpt
-        )
+        found = cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
+        return replace(found, excerpt=excerpt, smooth_frames=smooth_frames)
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.

@@ -68,6 +68,8 @@ class Windows:
     excerpt : (F, A, 2)
         Positions (cm) in the first `EXCERPT_S` of the first recording, a frame each step, NaN where somebody is absent;
         None where there are none.
+    smooth_frames
+        Frames over which positions were averaged.
     """
 
     learning: np.ndarray
@@ -82,6 +84,7 @@ class Windows:
     blocks: tuple[tuple[int, int, str], ...]
     recordings: np.ndarray
     excerpt: np.ndarray | None = None
+    smooth_frames: int = 1
 
     @property
     def learning_recording(self) -> np.ndarray:
@@ -108,6 +111,7 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
             ("steps", first.learning.shape[1], part.learning.shape[1]),
             ("signals", first.names, part.names),
             ("headings", first.headings, part.headings),
+            ("smooth_frames", first.smooth_frames, part.smooth_frames),
             ("fps", f"{1 / first.interval_s:.6g}", f"{1 / part.interval_s:.6g}"),
         ):
             require(

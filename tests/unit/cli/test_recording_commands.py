@@ -114,7 +114,7 @@ def test_several_recordings_make_one_run(call):
     assert call("check", "run", *options, *quick)[0] == 0
     assert json.loads(Path("run/check/check.json").read_text())["test"]["grouping"] == "individuals"
     detect = ["detect", "run", "friday/fish.csv", "--genuine", "monday/fish.csv", "--genuine", "tuesday/fish.csv"]
-    code, out, _ = call(*detect, *given("", 10)[2:8], "--smooth", "3", "--json")
+    code, out, _ = call(*detect, *given("", 10)[2:8], "--json")
     assert code == 0
     found = json.loads(out)
     assert sorted(each["rank"] for each in found["individuals"]) == [1, 2, 3, 4]

@@ -54,6 +54,25 @@ def test_windows_of_each_individual_come_in_order_of_time(fish):
     assert motion.times[0][0, 0] == pytest.approx(0.1)  # the first turn needs a step before it
 
 
+def test_positions_are_smoothed_as_for_the_run_that_was_inferred(tmp_path):
+    smoothed = recording(400).windows(6, smooth_frames=3)
+    infer(
+        genuine=smoothed,
+        simulate=walks,
+        parameters={"speed": (0, 20)},
+        generations=2,
+        settings=SMALL,
+        out=tmp_path / "run",
+    )
+    run, given = run_classifiers(load_run(tmp_path / "run")), recording(60)
+    assert run.smooth_frames == 3
+    for frames, asked in ((3, None), (5, 5), (1, 1)):
+        found = recorded_motion(given, run, smooth_frames=asked)
+        expected = given.windows(6, hold_out=0, smooth_frames=frames)
+        assert sum(map(len, found.samples)) == len(expected.learning)
+        np.testing.assert_array_equal(found.samples[0], expected.learning[expected.learning_index[:, 0] == 0])
+
+
 def test_the_windows_are_those_that_learning_takes(fish):
     given = recording(60)
     expected = given.windows(6, hold_out=0)
