@@ -4,6 +4,9 @@ import os
 from collections import Counter
 from pathlib import Path
 
+# Threads of BLAS wait for each other in loops: two processes of the suite with two threads each take several times the time.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import pytest
 from filelock import FileLock
 from hypothesis import settings

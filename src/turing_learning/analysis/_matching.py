@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from turing_learning.arrays import array
 from turing_learning.errors import require
@@ -95,6 +96,7 @@ class Matched:
     moved: float
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # sums in one order; matrices are too small for threads
 def match(
     parameters: np.ndarray,
     counterfeit_outputs: np.ndarray,
