@@ -279,7 +279,7 @@ def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laborat
     from turing_learning.robots import as_emulated, real_equipment, rehearse
 
     if not (emulated or laboratory.setup.emulated):
-        yield laboratory, real_equipment(laboratory.setup)
+        yield laboratory, real_equipment(laboratory)
         return
     with as_emulated(laboratory) as rehearsed:
         asked = laboratory.setup.camera.calibration
@@ -292,11 +292,10 @@ def _inspected(
     console: "Console", laboratory: "Laboratory", equipment: "Equipment", picture: Path | None = None
 ) -> bool:
     """Print what a look at the laboratory shows; return whether a run can begin."""
-    from turing_learning.robots import inspect, laboratory_tracker
+    from turing_learning.robots import inspect
 
     fine = True
-    tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
-    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, tracker, picture):
+    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, picture):
         mark = "good" if finding.fine else "BAD "
         console.print(f"{mark}  {finding.what}: {finding.text}", soft_wrap=True)
         fine &= finding.fine

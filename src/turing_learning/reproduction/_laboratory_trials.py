@@ -269,13 +269,12 @@ def _filmed(
 
 def random_models(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
     """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
-    from turing_learning.robots import LaboratorySource, laboratory_tracker, load_laboratory, rehearse
+    from turing_learning.robots import LaboratorySource, load_laboratory, rehearse
 
     laboratory = load_laboratory(path)
     setup, configuration = laboratory.setup, laboratory.configuration
     rng = np.random.default_rng((ACCURACY_MODELS, sizes.seed))
     models = rng.uniform(-1, 1, (sizes.models, len(configuration.parameter_names)))
-    equipment, tracker = rehearse(laboratory, sizes.seed), laboratory_tracker(setup)
-    with LaboratorySource(setup, configuration.swarm.control_steps, equipment, tracker) as source:
+    with LaboratorySource(setup, configuration.swarm, rehearse(laboratory, sizes.seed)) as source:
         samples = source.observe(models, "random-models")
     return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

@@ -1,21 +1,23 @@
 """Runs in a laboratory: the same loop, with robots as the source of samples."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config import Configuration, ConfigurationError, give_again, part_named
 from turing_learning.robots import (
     Equipment,
     Event,
     Laboratory,
     LaboratorySetup,
     LaboratorySource,
+    PoseSource,
+    Replica,
     SimulatedLaboratory,
-    laboratory_tracker,
+    laboratory_calibration,
     read_setup,
     real_equipment,
     refuse_without_history,
@@ -38,6 +40,8 @@ def start_laboratory(
     laboratory: Laboratory,
     out: str | Path,
     *,
+    open_replica: Callable[[str], Replica] | str | None = None,
+    tracker: Callable[[LaboratorySetup], PoseSource] | str | None = None,
     equipment: Equipment | None = None,
     force: bool = False,
     observer: Observer | None = None,
@@ -52,6 +56,11 @@ def start_laboratory(
         See `robots.load_laboratory`.
     out, force, observer, should_stop
         As in `infer`.
+    open_replica
+        Address -> `robots.Replica`, for robots that are no e-pucks: a function, its name "module:function", or the name of an entry
+        point in the group "turing_learning.robots". In place of `open_replica` in the file.
+    tracker
+        Setup -> `robots.PoseSource`, for anything but a camera; likewise.
     equipment
         Its devices; the real ones by default.
     on_event
@@ -66,13 +75,17 @@ def start_laboratory(
     ------
     Paper, section 5.
     """
+    parts = {"open_replica": open_replica, "tracker": tracker}
+    named = {name: part_named(given) for name, given in parts.items() if given is not None}
+    laboratory = replace(laboratory, setup=laboratory.setup.model_copy(update=named))
     folder, setup = RunFolder(out), laboratory.setup
-    stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
-    with _source(setup, laboratory.configuration, folder, equipment, on_event) as source:
-        files = {
-            LABORATORY: (stored.model_dump_json(indent=1) + "\n").encode(),
-            CAMERA: Path(setup.camera.calibration).read_bytes(),
-        }
+    files, stored, calibration = {}, setup, setup.camera.calibration
+    with _source(laboratory, folder, equipment, on_event) as source:
+        if calibration:
+            laboratory_calibration(setup)
+            files[CAMERA] = Path(calibration).read_bytes()
+            stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
+        files[LABORATORY] = (stored.model_dump_json(indent=1) + "\n").encode()
         watch: dict[str, Any] = {"observer": observer, "should_stop": should_stop}
         result = start(laboratory.configuration, out, force=force, source=source, files=files, **watch)
         _evaluate(result, folder, setup, source, should_stop)
@@ -82,6 +95,8 @@ def start_laboratory(
 def resume_laboratory(
     path: str | Path,
     *,
+    open_replica: Callable[[str], Replica] | None = None,
+    tracker: Callable[[LaboratorySetup], PoseSource] | None = None,
     equipment: Equipment | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
@@ -90,7 +105,7 @@ def resume_laboratory(
     """Go on with a run in a laboratory; the generation that was not complete is started again. See `start_laboratory`.
 
     Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see `robots.as_emulated`) is refused
-    without `equipment`.
+    without `equipment`. Functions that have names need not be given again.
     """
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
@@ -100,7 +115,9 @@ def resume_laboratory(
             f"`equipment` must be given for a rehearsal, which must not meet real robots; got none [{folder.path}]. Give "
             "robots.rehearse(runs.stored_laboratory(path))."
         )
-    with _source(setup, configuration, folder, equipment, on_event) as source:
+    give_again("open_replica", setup.open_replica or "", open_replica)
+    give_again("tracker", setup.tracker or "", tracker)
+    with _source(Laboratory(setup, configuration), folder, equipment, on_event) as source:
         result = conduct(Run.open(path, lambda _configuration: source), observer, should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
@@ -195,6 +212,8 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
             setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
     except (UnicodeDecodeError, ConfigurationError) as error:
         raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
+    if not setup.camera.calibration:
+        return setup
     calibration = str(folder.path / setup.camera.calibration)
     return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": calibration})})
 
@@ -215,8 +234,7 @@ def awaits_robots(path: str | Path) -> bool:
 
 
 def _source(
-    setup: LaboratorySetup,
-    configuration: Configuration,
+    laboratory: Laboratory,
     folder: RunFolder,
     equipment: Equipment | None,
     on_event: "EventObserver | None",
@@ -232,10 +250,9 @@ def _source(
             on_event(event)
 
     return LaboratorySource(
-        setup,
-        configuration.swarm.control_steps,
-        equipment or real_equipment(setup),
-        laboratory_tracker(setup, configuration.swarm.robot),
+        laboratory.setup,
+        laboratory.configuration.swarm,
+        equipment or real_equipment(laboratory),
         watch=watch,
         last_attempt=store.last_attempt,
     )

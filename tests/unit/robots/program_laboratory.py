@@ -1,12 +1,15 @@
 """A small laboratory in virtual time for the PC program: real bytes, real images, scripted motion."""
 
 import math
+from functools import cache
 
 import numpy as np
 
 from turing_learning.robots import (
+    CameraPoses,
     EmulatedCamera,
     EmulatedRobot,
+    EPuck,
     Equipment,
     Link,
     Optics,
@@ -201,10 +204,16 @@ class ScriptedLaboratory:
     def open_camera(self):
         return self
 
-    def equipment(self):
-        return Equipment(self.clock, self.open_link, self.open_camera, self)
+    def equipment(self, tracker=None):
+        return Equipment(
+            self.clock,
+            lambda address: EPuck(self.open_link(address)),
+            lambda: CameraPoses(self.open_camera(), tracker or new_tracker(), self.clock),
+            self,
+        )
 
 
+@cache
 def new_tracker():
     return Tracker(TriangleMarkers(), CALIBRATION, LABELS)
 

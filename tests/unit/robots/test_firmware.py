@@ -66,13 +66,14 @@ def test_a_replica_signals_stop_in_r1_and_start_in_r4(replica):
     assert replica.signals == [("STOP", 0.0), ("START", 10.0), ("STOP", 18.0), ("START", 28.0)]
 
 
-def test_an_agent_goes_through_the_same_states_without_a_word():
+def test_an_agent_goes_through_the_same_states_and_signals_no_model():
     agent = Rig(AGENT)
     agent.firmware.start(0.0)
     for _ in range(300):
         agent.step()
     assert agent.entered == {"R1": 0.0, "R2": 1.0, "R3": 9.0, "R4": 10.0, "R5": 11.0}
-    assert agent.signals == []
+    assert [kind for kind, _ in agent.signals] == ["STOP", "START", "STOP", "START"]
+    assert agent.robot.signal("STOP").startswith(b"x,STOP,0,-1*")
 
 
 def test_a_robot_with_a_slow_clock_is_late_and_does_not_add_up_its_cycles():

@@ -31,9 +31,8 @@ class Run:
         self.actions = {}
         self.source = LaboratorySource(
             laboratory.setup,
-            laboratory.configuration.scenario.control_steps,
-            self.lab.equipment(),
-            tracker,
+            laboratory.configuration.scenario,
+            self.lab.equipment(tracker),
             watch=self._watch,
         )
 

@@ -31,7 +31,7 @@ def laboratory(tmp_path):
 def doors(monkeypatch):
     """Let the commands find a scripted laboratory where they look for the real one."""
     lab = ScriptedLaboratory(noise=2.0)
-    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda setup: lab.equipment())
+    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda laboratory: lab.equipment())
     return lab
 
 
@@ -90,7 +90,7 @@ def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory,
         ConfigurationError, match="`equipment` must be given for a rehearsal, which must not meet real robots"
     ):
         resume_laboratory("run")
-    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda setup: pytest.fail("real robots"))
+    monkeypatch.setattr("turing_learning.robots.real_equipment", lambda laboratory: pytest.fail("real robots"))
     assert call(*command)[0] == 0
 
 

@@ -28,7 +28,7 @@ def look(tracker, tmp_path):
 
     def look(lab=None, tracker=tracker):
         lab = lab or ScriptedLaboratory(noise=2.0)
-        found = inspect(laboratory.setup, laboratory.configuration.scenario, lab.equipment(), tracker)
+        found = inspect(laboratory.setup, laboratory.configuration.scenario, lab.equipment(tracker))
         return {finding.what: finding for finding in found}
 
     return look

@@ -252,7 +252,7 @@ def test_a_color_that_is_not_known_is_refused(true_camera):
 
 
 def test_an_identity_outside_the_dictionary_is_refused():
-    with pytest.raises(ValueError, match=r"`label` must be an ArUco identity, 0 to 49; got '50'"):
+    with pytest.raises(ValueError, match=r"`label` must be an identity of the dictionary 4X4_50, 0 to 49; got '50'"):
         ArucoMarkers().check_label("50")
 
 

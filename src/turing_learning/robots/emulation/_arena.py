@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -108,6 +108,8 @@ class EmulatedArena:
         Of places, noise, batteries and the robots' own choices.
     calibration
         Where the camera is, and its lens; by default above the arena's middle.
+    markers, labels
+        What the robots wear, agents first; by default triangles, blue ones, and one of another color for each replica.
     make_line
         Robot and its name -> the robot's end of a line; by default one in this process, in virtual time.
 
@@ -129,19 +131,20 @@ class EmulatedArena:
 
     def __init__(
         self, scenario: Scenario = LABORATORY, *, conditions: Conditions | None = None, seed: int = 0,
-        calibration: Calibration | None = None, make_line: Callable[[EmulatedRobot, str], Line] | None = None,
+        calibration: Calibration | None = None, markers: Markers | None = None, labels: Sequence[str] = (),
+        make_line: Callable[[EmulatedRobot, str], Line] | None = None,
     ) -> None:  # fmt: skip
         remedy = "Give its width_cm and height_cm."
         require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
         rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
-        require(scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
+        require(labels or scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
         self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
         self.clock, self.lock = VirtualClock(), threading.RLock()
         agents, replicas = scenario.agents, scenario.replicas
         roles = (("agent", agents), ("replica", replicas))
         self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
-        self.labels = ("blue",) * agents + _REPLICA_COLORS[:replicas]
-        self.markers: Markers = TriangleMarkers()
+        self.labels = tuple(labels) or ("blue",) * agents + _REPLICA_COLORS[:replicas]
+        self.markers: Markers = markers or TriangleMarkers()
         self.calibration = calibration or overhead_camera(*self.arena_cm)
         streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
         self._rng, self._air, places, batteries = (np.random.default_rng(stream) for stream in streams[:4])

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from turing_learning.errors import choice
 from turing_learning.robots.links._messages import (
+    GOES,
     HALTED,
     LARGEST_SEQUENCE,
     SIGNALS,
@@ -74,6 +75,8 @@ class EmulatedRobot:
         State of the replica's program, "R0" before it begins; see `enter`.
     executing
         The model that is executed.
+    called
+        Whether the PC wants it to begin its loop.
     lights
         State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
     """
@@ -88,7 +91,7 @@ class EmulatedRobot:
         self._speed, self.lights = (0, 0), [0] * 10
         self.executing: Model | None = None
         self._waiting: Model | None = None
-        self.state, self._entered, self._trial = "R0", self._clock(), 0
+        self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
         self._alive_at: float | None = None  # when a PC that keeps itself known was heard
         self._asked_at: float | None = None  # when the PC sent anything else
 
@@ -268,6 +271,9 @@ class EmulatedRobot:
         if fields == ["H"]:
             self._halt()
             return _line(HALTED)
+        if fields == ["G"]:
+            self.called = True
+            return _line(GOES)
         if fields == ["Q"]:
             return _line(sealed(self._describe()))
         numbers = whole_numbers(fields[1:])

@@ -56,7 +56,7 @@ class Firmware:
     """Lead a robot, which holds the state and the models, through its loop; `rng` is that of dispersal.
 
     An agent has a `controller`, wheel speeds (2 n) for each sensor state; without one this is a replica,
-    which executes the models that it receives, and calls `signal` with START and STOP.
+    which executes the models that it receives. Both call `signal` with START and STOP.
     """
 
     def __init__(
@@ -79,16 +79,18 @@ class Firmware:
         `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings, `manual` the wheel speeds
         that the PC has commanded, executed before the loop has begun.
         """
+        if self._robot.called:
+            self._robot.called = False
+            self.start(time_s)
         if self._robot.state not in LOOP:
             return manual
         while time_s >= self._until - _TICK:
             self._enter(_AFTER[self._robot.state], self._until)
-        if self._controller is None:
-            if self._robot.unasked_s > MOST_LOOPS * sum(LOOP.values()):
-                self._robot.halt()
-            if self._robot.alone_s > ALONE_S:
-                self._stood |= self._robot.state == "R5"
-                return STILL
+        if self._controller is None and self._robot.unasked_s > MOST_LOOPS * sum(LOOP.values()):
+            self._robot.halt()
+        if self._robot.alone_s > ALONE_S:
+            self._stood |= self._robot.state == "R5"
+            return STILL
         if self._robot.state == "R2":
             return self._disperse(time_s, proximity)
         return self._execute(sight, proximity) if self._robot.state == "R5" else STILL
@@ -98,7 +100,7 @@ class Firmware:
         self._until = time_s + LOOP[state]
         if state == "R2":
             self._turn(time_s, _ANYWHERE_S)
-        if state in _SIGNALS and self._controller is None and not self._stood:
+        if state in _SIGNALS and not self._stood:
             self._signal(_SIGNALS[state])
         self._stood &= state == "R5"
 

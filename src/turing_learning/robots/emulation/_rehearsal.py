@@ -10,10 +10,11 @@ import numpy as np
 
 from turing_learning.coevolution import Samples
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import refuse, refusing_as, require
+from turing_learning.errors import refusing_as, require
 from turing_learning.models import Behavior
 from turing_learning.purposes import REHEARSAL
-from turing_learning.robots.program._equipment import Equipment, laboratory_calibration
+from turing_learning.robots.links._epuck import EPuck
+from turing_learning.robots.program._equipment import CameraPoses, Equipment, laboratory_tracker
 from turing_learning.robots.program._setup import Laboratory
 from turing_learning.swarm import Scenario, Trials, alone
 from turing_learning.systems import Source
@@ -28,18 +29,21 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 
     It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which
     are not rendered. If the file of the calibration does not exist yet, it has the calibration of a camera
-    above the arena's middle, in a file that is removed at the end.
+    above the arena's middle, in a file that is removed at the end. Its robots are emulated e-pucks before a camera, whatever
+    the real ones are.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
     with TemporaryDirectory() as folder:
         width, height = scenario.arena.width_cm, scenario.arena.height_cm
-        if width is not None and height is not None and not Path(setup.camera.calibration).exists():
+        known = setup.camera.calibration is not None and Path(setup.camera.calibration).exists()
+        if width is not None and height is not None and not known:
             path = Path(folder) / "camera.json"
             overhead_camera(width, height).save(path)
             changes["calibration"] = str(path)
         camera = setup.camera.model_copy(update=changes)
-        yield replace(laboratory, setup=setup.model_copy(update={"camera": camera, "emulated": True}))
+        plain = {"camera": camera, "emulated": True, "open_replica": None, "tracker": None}
+        yield replace(laboratory, setup=setup.model_copy(update=plain))
 
 
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
@@ -47,22 +51,25 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 
     Its operator does whatever is asked. Time passes as fast as the computer can. The seed of places, noise and batteries is
     that of the run if None; a resumed run should not meet the same noise again. Raise ConfigurationError if the calibration
-    cannot be read, or the markers are not those that emulated robots wear.
+    cannot be read, or a robot cannot wear its marker.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
+    tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
         emulated = EmulatedLaboratory(
             configuration.swarm,
             seed=configuration.run.seed if seed is None else seed,
-            calibration=laboratory_calibration(setup),
+            calibration=tracker.calibration,
+            markers=tracker.markers,
+            labels=setup.labels,
         )
-    if setup.labels != emulated.labels or setup.camera.markers != "triangles":
-        rule = f"wear triangles in {', '.join(emulated.labels)} for a rehearsal"
-        refuse("robots", rule, ", ".join(setup.labels), error=ConfigurationError)
-    replicas = emulated.names[-len(setup.replicas) :]
-    names = {str(robot.address): name for robot, name in zip(setup.replicas, replicas, strict=True)}
+    robots = zip((*setup.agents, *setup.replicas), emulated.names, strict=True)
+    names = {str(robot.address): name for robot, name in robots if robot.address}
     return Equipment(
-        emulated.clock, lambda address: emulated.link(names[address]), lambda: emulated.camera, emulated.operator
+        emulated.clock,
+        lambda address: EPuck(emulated.link(names[address])),
+        lambda: CameraPoses(emulated.camera, tracker, emulated.clock),
+        emulated.operator,
     )
 
 

@@ -9,7 +9,20 @@ from typing import TypeVar
 from turing_learning.errors import choice, integer, number
 
 from ._link import Link, LinkError
-from ._messages import HALT, HALTED, SIGNALS, Model, Signal, Status, opened, sealed, whole_numbers, write_model
+from ._messages import (
+    GO,
+    GOES,
+    HALT,
+    HALTED,
+    SIGNALS,
+    Model,
+    Signal,
+    Status,
+    opened,
+    sealed,
+    whole_numbers,
+    write_model,
+)
 
 Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
@@ -21,8 +34,12 @@ RESYNCHRONIZE = b"\0" * 5 + b"\r"
 """Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line."""
 
 
+class _NotUnderstoodError(Exception):
+    """The robot answers that it does not know what arrived."""
+
+
 class EPuck:
-    """The driver of an e-puck.
+    """The driver of an e-puck, a `Replica`.
 
     A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All
     commands may be repeated without harm. Every method raises `LinkError` if the robot does not answer.
@@ -84,6 +101,14 @@ class EPuck:
         """Halt a replica: it stands, leaves its loop and waits for the remote control; its models are forgotten."""
         self._ask(HALT, lambda line: True if line == HALTED else None)
 
+    def start(self) -> None:
+        """Let a robot begin its loop, as the remote control does."""
+        self._ask(GO, lambda line: True if line == GOES else None)
+
+    def close(self) -> None:
+        """Close the line."""
+        self._link.close()
+
     def reset(self) -> None:
         """Start the robot's program anew; e-pucks do not answer this, so their version is asked for then."""
         if not self._link.is_open:
@@ -109,7 +134,7 @@ class EPuck:
         self._ask(write_model(model), lambda line: True if line == expected else None)
 
     def status(self) -> Status:
-        """Return where the replica is in its loop."""
+        """Return where the replica is in its loop; a LinkError tells one without a replica's firmware."""
 
         def read(line: str) -> Status | None:
             fields = (opened(line) or "").split(",")
@@ -156,14 +181,14 @@ class EPuck:
                     return answer
                 if line.startswith("z,"):  # the robot has not understood what arrived
                     self.garbled += 1
-                    return None
+                    raise _NotUnderstoodError
                 self._sort(line)
             return None
 
         return self._try(repr(command), exchange)
 
     def _try(self, what: str, exchange: Callable[[], Answer | None]) -> Answer:
-        trouble = "no answer that makes sense"
+        trouble, refused = "no answer that makes sense", 0
         for attempt in range(self._retries + 1):
             try:
                 if not self._link.is_open:
@@ -176,11 +201,17 @@ class EPuck:
                 else:
                     self._drain(0.0)
                 answer = exchange()
+            except _NotUnderstoodError:
+                refused, answer = refused + 1, None
             except LinkError as error:
                 trouble, answer = str(error), None
                 self._link.clock.sleep(min(self._timeout_s, 0.2))  # a port that has just gone may come back
             if answer is not None:
                 return answer
+        if refused > self._retries and what.startswith("'X,"):
+            trouble = (
+                "'Command not found', as of an ordinary e-puck without replica firmware (docs/robots/firmware.md),"
+            )
         raise LinkError(
             f"the robot at {self._link.port} must answer {what}; got {trouble} in {self._retries + 1} attempts."
         )

@@ -4,6 +4,7 @@ import math
 from binascii import crc_hqx
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from turing_learning.errors import integer, require
 
@@ -12,6 +13,8 @@ SIGNALS = ("START", "STOP")
 LARGEST_SEQUENCE = 65535
 ALIVE, HALT, HALTED = "X,A*209D", "X,H*B1B4", "x,H*3772"
 """The PC says that it is there, which has no answer; it halts a replica; the replica has halted."""
+GO, GOES = "X,G*405B", "x,G*C69D"
+"""The PC lets a robot begin its loop; the robot does."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,39 @@ class Status:
     waiting: int
     executing: int
     battery_ok: bool
+
+
+class Replica(Protocol):
+    """A robot in its loop of the states R1 to R5, whatever it is and speaks; `EPuck` is one. An agent with an address is one, too.
+
+    Every method raises `LinkError` if the robot cannot be reached. Each may be called again without harm.
+    """
+
+    reconnections: int  #: How often the connection was lost so far, and signals perhaps with it
+
+    def version(self) -> str:
+        """Return what it is, in words, for `robots check`."""
+
+    def status(self) -> Status:
+        """Return where it is in its loop."""
+
+    def start(self) -> None:
+        """Begin the loop with R1, also if it runs; what a remote control does."""
+
+    def halt(self) -> None:
+        """Stand, leave the loop (R0), and forget the models."""
+
+    def send_model(self, model: Model) -> None:
+        """Put a model into the buffer, to be executed from the next R5 on. Agents are never sent one."""
+
+    def wait_for(self, kind: str, timeout_s: float) -> Signal:
+        """Return the next signal of a kind, drop earlier ones of the other kind; raise TimeoutError if none arrives in time."""
+
+    def drop_signals(self) -> None:
+        """Drop the signals that have arrived."""
+
+    def close(self) -> None:
+        """Close the connection; the robot goes on."""
 
 
 def sealed(text: str) -> str:

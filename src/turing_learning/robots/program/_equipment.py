@@ -1,33 +1,42 @@
-"""What the PC program works with: a clock, links, a camera, and an operator."""
+"""What the PC program works with: a clock, replicas, what follows all robots, and an operator."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from importlib.metadata import entry_points
 from typing import Any, Protocol
 
-import numpy as np
-
-from turing_learning.config import ConfigurationError
+from turing_learning.config import ConfigurationError, part_of
 from turing_learning.errors import refuse, refusing_as
 from turing_learning.robots._clock import Clock, RealClock
-from turing_learning.robots.links._link import Link, open_link
+from turing_learning.robots.links._epuck import EPuck
+from turing_learning.robots.links._link import open_link
+from turing_learning.robots.links._messages import Replica
 from turing_learning.robots.tracking._calibration import Calibration
 from turing_learning.robots.tracking._images import Capture, LiveCapture
-from turing_learning.robots.tracking._markers import ArucoMarkers, TriangleMarkers
-from turing_learning.robots.tracking._tracker import Tracker
+from turing_learning.robots.tracking._markers import ArucoMarkers, Markers, TriangleMarkers
+from turing_learning.robots.tracking._tracker import IRREGULAR, Fault, Track, Tracker
 from turing_learning.swarm import Robot
 
-from ._setup import CAMERA_SETTINGS, LaboratoryError, LaboratorySetup
+from ._punctual import Camera, PunctualImages
+from ._setup import CAMERA_SETTINGS, Laboratory, LaboratoryError, LaboratorySetup
+
+ENTRY_POINTS = "turing_learning.robots"
+"""Group of the entry points by whose names a file may call for an `open_replica` or a `tracker`."""
 
 
-class Camera(Protocol):
-    """A camera that waits for its next image. Where it has `taken_s`, that is the time stamp of the last one, by the clock."""
+class PoseSource(Protocol):
+    """What follows all robots of a laboratory: a tracker with its camera, motion capture, a simulator."""
 
-    def take(self) -> np.ndarray:
-        """Return the next image (H, W, 3), blue, green, red; raise CameraError if there is none."""
+    def track(self, begin_s: float, images: int) -> Track:
+        """Return where everybody is at `images` moments, one each interval, the first at about `begin_s`, by the clock.
+
+        Individuals are in the order of `LaboratorySetup.labels`. What it is not sure of is not `present`, or a `Fault`. Raises
+        `CameraError` if it sees nothing at all.
+        """
 
     def close(self) -> None:
-        """Release the camera."""
+        """Release its devices."""
 
 
 class Operator(Protocol):
@@ -53,24 +62,67 @@ class Equipment:
     """The devices of a laboratory, real or emulated; the program cannot tell which."""
 
     clock: Clock  #: For all waiting
-    open_link: Callable[[str], Link]  #: Address -> line to the replica there; raises LinkError if nobody answers
-    open_camera: Callable[[], Camera]  #: Raises CameraError, or FileNotFoundError, if there is none
+    open_replica: Callable[[str], Replica]  #: Address -> robot there; raises LinkError if nobody answers
+    open_tracker: Callable[[], PoseSource]  #: Raises CameraError, or FileNotFoundError, if there is none
     operator: Operator  #: Helps when asked
 
 
-def real_equipment(setup: LaboratorySetup, operator: Operator | None = None) -> Equipment:
-    """Return the equipment that a setup names; nothing is opened yet."""
-    clock, operator = RealClock(), operator or TerminalOperator()
+class CameraPoses:
+    """A tracker with its camera: a `PoseSource` that rejects images that come late, or not at all."""
+
+    def __init__(self, camera: Camera, tracker: Tracker, clock: Clock) -> None:
+        self.camera, self.tracker, self.clock = camera, tracker, clock
+
+    def track(self, begin_s: float, images: int) -> Track:
+        """Return the track of a trial; see `PoseSource`."""
+        punctual = PunctualImages(self.camera, self.clock, begin_s, images, self.tracker.interval_s)
+        track = self.tracker.track(punctual)
+        irregular = [Fault(0, IRREGULAR, punctual.fault)] if punctual.fault else []
+        return replace(track, faults=(*irregular, *track.faults))
+
+    def close(self) -> None:
+        """Release the camera."""
+        self.camera.close()
+
+
+def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> Equipment:
+    """Return the equipment that a laboratory's file names; nothing is opened yet.
+
+    Raises
+    ------
+    ConfigurationError
+        If an `open_replica` or a `tracker` of the file cannot be imported.
+    """
+    setup, clock = laboratory.setup, RealClock()
+    tracker = None if setup.tracker else laboratory_tracker(setup, laboratory.configuration.swarm.robot)
+    alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
+
+    def open_epuck(address: str) -> EPuck:
+        return EPuck(open_link(address, clock=clock, alive_s=alive_s))
+
+    open_replica = _part("open_replica", setup.open_replica) if setup.open_replica else open_epuck
+    open_tracker = (
+        partial(_part("tracker", str(setup.tracker)), setup)
+        if tracker is None
+        else lambda: CameraPoses(_camera(setup, clock), tracker, clock)
+    )
+    return Equipment(clock, open_replica, open_tracker, operator or TerminalOperator())
+
+
+def _part(argument: str, name: str) -> Any:
+    """Return what a file names: an entry point of an installed package, "module:function", or an object that was given."""
+    found = list(entry_points(group=ENTRY_POINTS, name=name))
+    return found[0].load() if found else part_of(argument, name)
+
+
+def _camera(setup: LaboratorySetup, clock: Clock) -> Capture:
     camera = setup.camera
-    file = isinstance(camera.source, str) and "://" not in camera.source
+    if isinstance(camera.source, str) and "://" not in camera.source:
+        return Capture(camera.source)
     settings = {name: getattr(camera, name) for name in CAMERA_SETTINGS}
     if any(value is not None for value in settings.values()):
         settings["fps"] = camera.fps
-    open_camera = (
-        partial(Capture, camera.source) if file else partial(LiveCapture, camera.source, settings, clock=clock)
-    )
-    alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
-    return Equipment(clock, partial(open_link, clock=clock, alive_s=alive_s), open_camera, operator)
+    return LiveCapture(camera.source, settings, clock=clock)
 
 
 def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tracker:
@@ -82,21 +134,39 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tr
         If the calibration cannot be read, or a robot cannot wear its marker.
     """
     camera = setup.camera
-    kind = TriangleMarkers if camera.markers == "triangles" else ArucoMarkers
+    robot = robot or Robot()
     with refusing_as(ConfigurationError):
-        markers = kind(height_cm=camera.marker_height_cm)
-        robot = robot or Robot()
-        speed, turn = robot.maximum_speed_cm_s, 2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm
-        limits: dict[str, Any] = {"maximum_speed_cm_s": speed, "maximum_turn_rad_s": turn}
-        return Tracker(markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps, **limits)
+        return Tracker(
+            laboratory_markers(setup),
+            laboratory_calibration(setup),
+            setup.labels,
+            interval_s=1 / camera.fps,
+            maximum_speed_cm_s=robot.maximum_speed_cm_s,
+            maximum_turn_rad_s=fastest_turn(robot),
+        )
+
+
+def laboratory_markers(setup: LaboratorySetup) -> Markers:
+    """Return the markers that the robots wear."""
+    camera = setup.camera
+    if camera.markers == "aruco":
+        return ArucoMarkers(camera.marker_cm or 4.8, height_cm=camera.marker_height_cm, dictionary=camera.dictionary)
+    share = (camera.marker_cm or 4.5) / 4.5  # of the usual triangle
+    tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
+    return TriangleMarkers(tip, base, half, disk, camera.marker_height_cm)
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
     """Return the calibration of the camera; raise ConfigurationError if it cannot be read."""
-    path = setup.camera.calibration
+    path = setup.camera.calibration or ""
     try:
         with refusing_as(ConfigurationError):
             return Calibration.load(path)
     except OSError as error:
         got = f"{path} ({error.strerror or error})"
         refuse("camera.calibration", "be a readable file", got, "Calibrate the camera first.", error=ConfigurationError)
+
+
+def fastest_turn(robot: Robot) -> float:
+    """Return how fast a robot turns in place (rad/s)."""
+    return 2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm

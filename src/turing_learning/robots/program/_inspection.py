@@ -9,14 +9,13 @@ import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.errors import require
-from turing_learning.robots.links._epuck import EPuck
 from turing_learning.robots.links._link import LinkError
 from turing_learning.robots.tracking._calibration import find_landmarks
 from turing_learning.robots.tracking._images import CameraError, vision
-from turing_learning.robots.tracking._tracker import Tracker, compare_labels
+from turing_learning.robots.tracking._tracker import Tracker, compare_labels, impossible
 from turing_learning.swarm import Scenario
 
-from ._equipment import Camera, Equipment
+from ._equipment import CameraPoses, Equipment, PoseSource, fastest_turn
 from ._punctual import drop_old_images, take_stamped
 from ._setup import LaboratorySetup, RobotSection
 
@@ -35,11 +34,11 @@ class Finding:
 
 
 def inspect(
-    setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, tracker: Tracker, picture: Path | None = None
+    setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, picture: Path | None = None
 ) -> Iterator[Finding]:
-    """Yield what is found: links, versions and batteries of the replicas; images and rate; calibration; markers.
+    """Yield what is found: links, versions and batteries of the robots; images and rate; calibration; markers.
 
-    No robot moves.
+    No robot moves. Of a tracker that is not the camera's: whether it sees everybody.
 
     Parameters
     ----------
@@ -47,20 +46,23 @@ def inspect(
         The laboratory, and its arena.
     equipment
         Its devices; what is opened is closed again.
-    tracker
-        Of all robots.
     picture
         File for an image from the camera, in which the markers that were found are circled.
     """
-    for replica in setup.replicas:
-        yield _look(f"replica {replica.name}", partial(_replica, replica, equipment))
+    for robot in setup.linked:
+        yield _look(f"{robot.role} {robot.name}", partial(_replica, robot, equipment))
     try:
-        camera = equipment.open_camera()
+        poses = equipment.open_tracker()
     except (CameraError, FileNotFoundError) as error:
         yield Finding("camera", str(error), False)
         return
     try:
-        rate = _look("camera", partial(_rate, camera, setup, equipment, tracker))
+        if setup.tracker:
+            yield _look("tracker", partial(_poses, poses, scenario, equipment))
+            return
+        assert isinstance(poses, CameraPoses)
+        camera, tracker = poses.camera, poses.tracker
+        rate = _look("camera", partial(_rate, poses, setup))
         yield rate
         if rate.fine:
             image = camera.take()
@@ -69,7 +71,7 @@ def inspect(
             if picture is not None:
                 yield _look("picture", partial(_picture, image, tracker, picture))
     finally:
-        camera.close()
+        poses.close()
 
 
 def _look(what: str, find: Callable[[], str]) -> Finding:
@@ -80,24 +82,31 @@ def _look(what: str, find: Callable[[], str]) -> Finding:
 
 
 def _replica(replica: RobotSection, equipment: Equipment) -> str:
-    link = equipment.open_link(str(replica.address))
+    robot = equipment.open_replica(str(replica.address))
     try:
-        robot = EPuck(link)
         version, status = robot.version(), robot.status()
     finally:
-        link.close()
+        robot.close()
     if not status.battery_ok:
         raise ValueError(f"the battery of {replica.name} must be charged; got a low one. Change it.")
     return f"{version}; battery good; state {status.state}"
 
 
-def _rate(camera: Camera, setup: LaboratorySetup, equipment: Equipment, tracker: Tracker) -> str:
+def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
+    track, robot = poses.track(equipment.clock.now(), IMAGES), scenario.robot
+    wrong = [fault.text for fault in (*track.faults, *impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot)))]
+    require(not wrong, "tracker", "see all robots", "; ".join(wrong))
+    return f"all {len(track.labels)} seen, {IMAGES} times"
+
+
+def _rate(poses: CameraPoses, setup: LaboratorySetup) -> str:
+    camera, clock, tracker = poses.camera, poses.clock, poses.tracker
     first = camera.take()
     expected = (tracker.image_size[1], tracker.image_size[0], 3)
     rule, remedy = f"give images {expected}, as its calibration says", "Calibrate it again, or set it to that size."
     require(first.shape == expected, "camera", rule, str(first.shape), remedy)
-    begun = drop_old_images(camera, equipment.clock, 1 / setup.camera.fps)
-    images, stamps = zip(*(take_stamped(camera, equipment.clock) for _ in range(IMAGES)), strict=True)
+    begun = drop_old_images(camera, clock, 1 / setup.camera.fps)
+    images, stamps = zip(*(take_stamped(camera, clock) for _ in range(IMAGES)), strict=True)
     rate = IMAGES / max(stamps[-1] - begun, 1e-9)
     got = f"{setup.camera.fps:g}, and images at {rate:.2f} per second"
     require(abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE, "camera.fps", "be the camera's rate", got)

@@ -1,16 +1,25 @@
 """Images at the right moments: regular in time, and none left out."""
 
 from collections.abc import Iterator
+from typing import Protocol
 
 import numpy as np
 
 from turing_learning.robots._clock import Clock
 from turing_learning.robots.tracking._images import CameraError
 
-from ._equipment import Camera
-
 _MOST_OLD = 200  # images that a camera may have kept for later
 _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
+
+
+class Camera(Protocol):
+    """A camera that waits for its next image. Where it has `taken_s`, that is the time stamp of the last one, by the clock."""
+
+    def take(self) -> np.ndarray:
+        """Return the next image (H, W, 3), blue, green, red; raise CameraError if there is none."""
+
+    def close(self) -> None:
+        """Release the camera."""
 
 
 class PunctualImages:

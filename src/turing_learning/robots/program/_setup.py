@@ -68,7 +68,7 @@ CAMERA_SETTINGS = ("fourcc", "width", "height", "exposure", "white_balance")
 
 
 class RobotSection(Section):
-    """A robot: an agent, which the PC does not control, or a replica at an address."""
+    """A robot: a replica at an address, or an agent, which the PC starts and halts if it has one, and controls no further."""
 
     name: Name
     role: Literal["agent", "replica"]
@@ -80,9 +80,6 @@ class RobotSection(Section):
         if self.role == "replica":
             remedy = "Name a serial device or socket://host:port."
             require(self.address, "address", "be given for a replica", "nothing", remedy)
-        else:
-            rule = "be left out for an agent, which the PC does not control"
-            require(self.address is None, "address", rule, repr(self.address))
         return self
 
 
@@ -90,7 +87,9 @@ class CameraSection(Section):
     """The camera: its number, a video file or a URL; images per second; its calibration; what the robots wear.
 
     It is asked for `width`, `height` (pixels), `fourcc` (its format), `exposure` and `white_balance` (units of the driver).
-    `landmarks` are printed markers that stay on the floor: identity -> x, y (cm). They must not be among the robots' markers.
+    `marker_cm` is the side of a square marker, or the length of a triangle; square ones are of an OpenCV `dictionary`, for example
+    4X4_50 or APRILTAG_36h11. `landmarks` are printed markers (4X4_50) that stay on the floor: identity -> x, y (cm). They must not
+    be among the robots' markers. Of another `tracker`, only `fps` is used: how often it says where everybody is.
     """
 
     source: int | str = 0
@@ -100,8 +99,10 @@ class CameraSection(Section):
     fourcc: Annotated[str, Field(pattern=r"^[\x20-\x7e]{4}$")] | None = None
     exposure: float | None = None
     white_balance: float | None = None
-    calibration: str
+    calibration: str | None = None
     markers: Literal["triangles", "aruco"] = "triangles"
+    dictionary: str = "4X4_50"
+    marker_cm: Positive | None = None
     marker_height_cm: Positive = 6.0
     landmarks: dict[str, tuple[float, float]] = Field(default_factory=dict)
 
@@ -152,11 +153,17 @@ class EvaluationSection(Section):
 
 
 class LaboratorySetup(Section):
-    """The laboratory itself. With `emulated`, its runs are rehearsals, which never meet the real robots."""
+    """The laboratory itself. With `emulated`, its runs are rehearsals, which never meet the real robots.
+
+    `open_replica` and `tracker` are for other robots than e-pucks, and other trackers than that of a camera: "module:function", or
+    the name of an entry point. See `runs.start_laboratory`.
+    """
 
     emulated: bool = False
+    open_replica: str | None = None
+    tracker: str | None = None
     robots: tuple[RobotSection, ...]
-    camera: CameraSection
+    camera: CameraSection = CameraSection()
     timing: TimingSection = TimingSection()
     interventions: InterventionsSection = InterventionsSection()
     evaluation: EvaluationSection = EvaluationSection()
@@ -172,6 +179,11 @@ class LaboratorySetup(Section):
         return tuple(robot for robot in self.robots if robot.role == "replica")
 
     @property
+    def linked(self) -> tuple[RobotSection, ...]:
+        """Robots with an address, agents first: all replicas, and agents that the PC starts and halts."""
+        return tuple(robot for robot in (*self.agents, *self.replicas) if robot.address)
+
+    @property
     def labels(self) -> tuple[str, ...]:
         """Markers of all robots, agents first, in the order of a tracker."""
         return tuple(robot.marker for robot in (*self.agents, *self.replicas))
@@ -181,14 +193,16 @@ class LaboratorySetup(Section):
         for role, found in (("agent", self.agents), ("replica", self.replicas)):
             require(found, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
         _require_different("name", [robot.name for robot in self.robots], "robots")
-        _require_different("address", [str(robot.address) for robot in self.replicas], "replicas")
+        _require_different("address", [str(robot.address) for robot in self.linked], "robots")
+        name = "camera.calibration"
+        require(self.camera.calibration or self.tracker, name, "be given", "nothing", "Calibrate the camera first.")
         for replica in self.replicas:
             others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
             got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
             require(not others, "marker", "be a replica's alone", got)
         if self.camera.markers == "aruco":
             _require_different("marker", [robot.marker for robot in self.robots], "robots with ArUco markers")
-            both = sorted(self.camera.landmarks.keys() & set(self.labels))
+            both = sorted(self.camera.landmarks.keys() & set(self.labels)) if self.camera.dictionary == "4X4_50" else []
             require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
         return self
 
@@ -267,8 +281,9 @@ def load_laboratory(
     except ValidationError as error:
         key, why = _complaint(error)
         raise ConfigurationError(replace(why, place=file.where(key))) from error
-    camera = {"calibration": str((path.parent / setup.camera.calibration).absolute())}
-    setup = setup.model_copy(update={"camera": setup.camera.model_copy(update=camera)})
+    if setup.camera.calibration:
+        camera = {"calibration": str((path.parent / setup.camera.calibration).absolute())}
+        setup = setup.model_copy(update={"camera": setup.camera.model_copy(update=camera)})
     configuration = _configuration(setup, file, overrides or {})
     _check_together(setup, configuration, file)
     return Laboratory(setup, configuration)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turing_learning.coevolution import Samples
-from turing_learning.robots.tracking._tracker import Tracker
+from turing_learning.swarm import Scenario
 from turing_learning.systems import Source
 
 from ._equipment import Equipment
@@ -46,12 +46,10 @@ class LaboratorySource(Source):
     ----------
     setup
         The laboratory.
-    steps
-        Samples T of a trial.
+    scenario
+        Of the trials: their length, the robots.
     equipment
         Its devices.
-    tracker
-        Of all robots, agents first.
     watch
         Called with every event.
     last_attempt
@@ -68,14 +66,14 @@ class LaboratorySource(Source):
     generation: int = 0
 
     def __init__(
-        self, setup: LaboratorySetup, steps: int, equipment: Equipment, tracker: Tracker, *,
+        self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, *,
         watch: Callable[[Event], None] = lambda event: None,
         last_attempt: Callable[[str], int] = lambda stage: 0,
     ) -> None:  # fmt: skip
         self._setup, self._equipment, self._watch, self._last_attempt = setup, equipment, watch, last_attempt
         self._stage, self._attempt = "", 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh
-        self._program = PcProgram(setup, steps, equipment, tracker, self._follow)
+        self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
         """Halt the replicas, if they were to be reached in this session, and close links and camera.

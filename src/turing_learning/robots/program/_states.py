@@ -3,20 +3,20 @@
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
 import numpy as np
 
-from turing_learning.robots.links._epuck import EPuck
-from turing_learning.robots.links._link import Link, LinkError
-from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Signal
+from turing_learning.errors import require
+from turing_learning.robots.links._link import LinkError
+from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Replica, Signal
 from turing_learning.robots.tracking._images import CameraError
-from turing_learning.robots.tracking._tracker import CARRIED, MISSING, SURPLUS, Fault, Track, Tracker
+from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
+from turing_learning.swarm import Scenario
 
-from ._equipment import Camera, Equipment
-from ._punctual import PunctualImages
+from ._equipment import Equipment, PoseSource, fastest_turn
 from ._setup import LaboratorySetup, RobotSection
 
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
@@ -79,7 +79,7 @@ class PcProgram:
 
     Parameters
     ----------
-    setup, steps, equipment, tracker
+    setup, scenario, equipment
         As of `LaboratorySource`.
     watch
         Called with the name of every state that is entered, and with every trial that is observed, disturbed ones too.
@@ -87,18 +87,19 @@ class PcProgram:
     Attributes
     ----------
     moving
-        Names of the replicas that were to be reached in this session, and have not been halted since.
+        Names of the robots with an address that were to be reached in this session, and have not been halted since.
     """
 
     def __init__(
-        self, setup: LaboratorySetup, steps: int, equipment: Equipment, tracker: Tracker,
+        self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment,
         watch: Callable[[str | ObservedTrial], None] = lambda what: None,
     ) -> None:  # fmt: skip
-        self._setup, self._timing, self._steps = setup, setup.timing, steps
-        self._equipment, self._clock, self._tracker, self._watch = equipment, equipment.clock, tracker, watch
-        self._links: dict[str, Link] = {}
-        self._robots: dict[str, EPuck] = {}
-        self._camera: Camera | None = None
+        self._setup, self._timing, self._scenario = setup, setup.timing, scenario
+        self._equipment, self._clock, self._watch = equipment, equipment.clock, watch
+        self._robots: dict[str, Replica] = {}
+        self._poses: PoseSource | None = None
+        self._starts_all = all(robot.address for robot in setup.robots)  # so that nobody has to press a remote control
+        self._in_step = True
         self._sequence = 0
         self.state = BEGIN
         self.moving: set[str] = set()
@@ -115,49 +116,54 @@ class PcProgram:
     @property
     def connected(self) -> bool:
         """Whether links and camera are open."""
-        return self._camera is not None
+        return self._poses is not None
 
     def connect(self) -> None:
-        """Open links and camera; raise `Disturbance` if one does not open, or a replica does not answer or has not begun."""
+        """Open links and tracker, and start the robots if all have addresses and one has not begun, or is out of step.
+
+        Raises `Disturbance` if something does not open, or a robot does not answer, or has not begun.
+        """
         self._enter(BEGIN)
-        self.moving = {replica.name for replica in self._setup.replicas}
-        for replica in self._setup.replicas:
-            self._connect_replica(replica)
+        self.moving = {robot.name for robot in self._setup.linked}
+        for robot in self._setup.linked:
+            self._connect_robot(robot)
         try:
-            self._camera = self._equipment.open_camera()
+            self._poses = self._equipment.open_tracker()
         except (CameraError, FileNotFoundError) as error:
             raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
+        if not self._in_step:
+            for name, opened in self._robots.items():
+                self._guard(name, opened.start)
+            self._in_step = True
 
-    def _connect_replica(self, replica: RobotSection) -> None:
+    def _connect_robot(self, robot: RobotSection) -> None:
         try:
-            link = self._equipment.open_link(str(replica.address))
-            self._links[replica.name] = link
-            robot = self._robots[replica.name] = EPuck(link)
-            status = robot.status()
+            opened = self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+            status = opened.status()
         except LinkError as error:
-            raise self._lost(replica.name, str(error)) from error
-        if status.state == "R0":
-            raise Disturbance(BEGIN, f"replica {replica.name} has not begun", REMOTE.capitalize())
+            raise self._lost(robot.name, str(error)) from error
+        if status.state == "R0" and not self._starts_all:
+            raise Disturbance(BEGIN, f"{robot.role} {robot.name} has not begun", REMOTE.capitalize())
+        self._in_step &= status.state != "R0"
         self._sequence = max(self._sequence, status.waiting + 1, status.executing + 1)
 
     def halt(self) -> None:
-        """Halt all replicas that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
-        for replica in self._setup.replicas:
-            if replica.name in self.moving:
+        """Halt all robots that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
+        for robot in self._setup.linked:
+            if robot.name in self.moving:
                 with suppress(LinkError):
-                    if replica.name not in self._robots:
-                        link = self._links[replica.name] = self._equipment.open_link(str(replica.address))
-                        self._robots[replica.name] = EPuck(link)
-                    self._robots[replica.name].halt()
-                    self.moving.remove(replica.name)
+                    if robot.name not in self._robots:
+                        self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
+                    self._robots[robot.name].halt()
+                    self.moving.remove(robot.name)
 
     def disconnect(self) -> None:
-        """Close links and camera, and forget the trials that were not returned."""
-        for link in self._links.values():
-            link.close()
-        if self._camera is not None:
-            self._camera.close()
-        self._links, self._robots, self._camera = {}, {}, None
+        """Close links and tracker, and forget the trials that were not returned."""
+        for robot in self._robots.values():
+            robot.close()
+        if self._poses is not None:
+            self._poses.close()
+        self._robots, self._poses = {}, None
         self._forget_all()
 
     def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
@@ -168,7 +174,7 @@ class PcProgram:
         """
         self._done = [] if done is None else done
         self._confirmed = len(self._done)
-        self._queue = deque(models.reshape(-1, len(self._robots), models.shape[1])[len(self._done) :])
+        self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
         state: State | None = self._wait_for_stop
         while state is not None:
             state = state()
@@ -206,15 +212,16 @@ class PcProgram:
     def _send_models(self) -> State:
         """P2: put a model into the buffer of each replica."""
         self._enter("P2")
-        for (name, robot), parameters in zip(self._robots.items(), self._queue[0], strict=True):
-            model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(parameters, 4).tolist()))
-            self._sequence = model.sequence + 1
-            self._guard(name, partial(robot.send_model, model))
-            status = self._guard(name, robot.status)
-            if not status.battery_ok:
-                remedy = f"Change the battery of replica {name}; then {REMOTE}"
-                raise Disturbance("P2", f"replica {name} has a low battery", remedy)
-            self._sent[name] = model
+        models = dict(zip([replica.name for replica in self._setup.replicas], self._queue[0], strict=True))
+        for name, robot in self._robots.items():
+            if name in models:
+                model = Model(self._sequence % (LARGEST_SEQUENCE + 1), tuple(np.round(models[name], 4).tolist()))
+                self._sequence = model.sequence + 1
+                self._guard(name, partial(robot.send_model, model))
+                self._sent[name] = model
+            if not self._guard(name, robot.status).battery_ok:
+                remedy = f"Change the battery of {self._called(name)}; then {REMOTE}"
+                raise Disturbance("P2", f"{self._called(name)} has a low battery", remedy)
         return self._wait_for_start
 
     def _wait_for_start(self) -> State:
@@ -228,34 +235,45 @@ class PcProgram:
         return self._track_robots
 
     def _track_robots(self) -> State:
-        """P4: take the images of the middle of the trial, and follow everybody."""
+        """P4: follow everybody in the middle of the trial."""
         self._enter("P4")
-        assert self._camera is not None
-        interval_s, timing = self._tracker.interval_s, self._timing
+        assert self._poses is not None
+        timing, length_s = self._timing, self._scenario.trial.duration_s
         started_s = max(start.received_s for start in self._starts.values())
-        begin_s = started_s + timing.wait_s + (timing.execute_s - self._steps * interval_s) / 2
-        images = PunctualImages(self._camera, self._clock, begin_s, self._steps + 1, interval_s)
+        begin_s = started_s + timing.wait_s + (timing.execute_s - length_s) / 2
         try:
-            track = self._tracker.track(images)
+            track = self._poses.track(begin_s, self._scenario.control_steps + 1)
         except CameraError as error:
             raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
-        return partial(self._update, track, started_s, images.fault)
+        return partial(self._update, self._checked(track), started_s)
 
-    def _update(self, track: Track, started_s: float, irregular: str) -> State:
+    def _checked(self, track: Track) -> Track:
+        """Reject a track of another trial or other robots; note where a robot is not seen, or moves as it cannot."""
+        expected = (self._scenario.control_steps + 1, len(self._setup.labels), 3)
+        fits = track.poses.shape == expected and np.isfinite(track.poses).all() and track.present.shape == expected[:2]
+        got = f"{track.poses.shape} and present {track.present.shape}"
+        require(fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got)
+        if track.faults:
+            return track
+        robot = self._scenario.robot
+        return replace(track, faults=impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot)))
+
+    def _update(self, track: Track, started_s: float) -> State:
         """P5: report the trial, and continue unless it was disturbed. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
-        full = self._tracker.maximum_turn_rad_s / 2  # for a difference of 1 between the wheel speeds
+        full = fastest_turn(self._scenario.robot) / 2  # for a difference of 1 between the wheel speeds
         stuck = () if track.faults else stuck_robots(track, models, self._setup.interventions.stuck_cm, full)
         trial = ObservedTrial(
             number=len(self._done),
             models=models,
             sequences=tuple(model.sequence for model in self._sent.values()),
-            counts=tuple(start.trial for start in self._starts.values()),
+            counts=tuple(self._starts[name].trial for name in self._sent),
             started_s=started_s,
             track=track,
-            faults=(*([irregular] if irregular else []), *(fault.text for fault in (*track.faults, *stuck))),
+            faults=tuple(fault.text for fault in (*track.faults, *stuck)),
         )
+        irregular = any(fault.kind == IRREGULAR for fault in track.faults)
         self._watch(trial)
         if trial.faults:
             listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
@@ -289,7 +307,10 @@ class PcProgram:
                 raise self._missed(f"{kind} has not come from {', '.join(silent)}")
         times = [signal.received_s for signal in found.values()]
         if (apart := max(times) - min(times)) > self._timing.tolerance_s:
-            raise Disturbance(self.state, f"the replicas are {apart:.1f} s out of step", REMOTE.capitalize())
+            self._in_step, tries = not self._starts_all, ALONE if self._starts_all else 0
+            raise Disturbance(
+                self.state, f"the replicas are {apart:.1f} s out of step", REMOTE.capitalize(), tries=tries
+            )
         return {name: found[name] for name in self._robots}
 
     def _compare(self, kind: str, signals: Mapping[str, Signal], counts: Mapping[str, int]) -> None:
@@ -298,8 +319,8 @@ class PcProgram:
             if signal.trial != counts[name]:
                 came = f"{kind} of trial {signal.trial} has come from {name}"
                 raise self._missed(f"{came}, {counts[name]} was expected: one was missed")
-            if signal.sequence != self._sent[name].sequence:
-                model = self._sent[name].sequence
+            model = self._sent[name].sequence if name in self._sent else signal.sequence
+            if signal.sequence != model:
                 raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
 
     def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
@@ -315,9 +336,13 @@ class PcProgram:
         return answer
 
     def _lost(self, name: str, how: str) -> Disturbance:
-        fault = f"the link to replica {name} is lost ({how.rstrip('.')})"
-        remedy = f"Switch replica {name} on, and see to its link; then {REMOTE}"
+        fault = f"the link to {self._called(name)} is lost ({how.rstrip('.')})"
+        remedy = f"Switch {self._called(name)} on, and see to its link; then {REMOTE}"
         return Disturbance(self.state, fault, remedy, tries=ALONE, patience_s=RECONNECT_S)
+
+    def _called(self, name: str) -> str:
+        """Return "replica NAME" or "agent NAME"."""
+        return next(f"{robot.role} {name}" for robot in self._setup.robots if robot.name == name)
 
     def _missed(self, fault: str) -> Disturbance:
         return Disturbance(self.state, fault, f"See to the replicas and their links; then {REMOTE}", tries=ALONE)

@@ -237,27 +237,38 @@ class RoundMarkers(_ColoredMarkers):
 
 @dataclass(frozen=True)
 class ArucoMarkers:
-    """Square ArUco markers (`DICT_4X4_50`), each with an identity; their upper edge is the robot's front."""
+    """Square markers of an OpenCV dictionary, ArUco's or AprilTag's, each with an identity; the upper edge is the front."""
 
     side_cm: float = 4.8  #: Side of the black square
     disk_radius_cm: float = 3.7
     height_cm: float = 6.0  #: Height of the marker above the floor
+    dictionary: str = "4X4_50"  #: OpenCV's name of it without DICT_, for example 5X5_100 or APRILTAG_36h11
     has_heading = True
 
     def check_label(self, label: str) -> None:
         """Reject what is not an identity of the dictionary."""
-        require(label.isdecimal() and int(label) < 50, "label", "be an ArUco identity, 0 to 49", repr(label))
+        most = len(self._words.bytesList) - 1
+        fits = label.isdecimal() and int(label) <= most
+        require(fits, "label", f"be an identity of the dictionary {self.dictionary}, 0 to {most}", repr(label))
+
+    @cached_property
+    def _words(self) -> Any:
+        aruco = vision().aruco
+        known = [name.removeprefix("DICT_") for name in dir(aruco) if name.startswith("DICT_")]
+        return aruco.getPredefinedDictionary(
+            getattr(aruco, f"DICT_{choice('camera.dictionary', self.dictionary, known, noun='dictionary')}")
+        )
 
     def shapes(self, label: str) -> Shapes:
         """Return the black square and its white cells; see `Markers`."""
-        aruco = vision().aruco
-        cells = aruco.getPredefinedDictionary(aruco.DICT_4X4_50).generateImageMarker(int(label), 6)
+        count = self._words.markerSize + 2  # cells along a side, with the black edge
+        cells = self._words.generateImageMarker(int(label), count)
         square = self.side_cm * np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
-        step = self.side_cm / 6
+        step = self.side_cm / count
         shapes: Shapes = [(square, (20, 20, 20))]
         for row, column in np.argwhere(cells > 0):
-            center = np.array([2.5 - row, 2.5 - column]) * step
-            shapes.append((center + square / 6, (235, 235, 235)))
+            center = ((count - 1) / 2 - np.array([row, column])) * step
+            shapes.append((center + square / count, (235, 235, 235)))
         return shapes
 
     @cached_property
@@ -271,7 +282,7 @@ class ArucoMarkers:
         settings.polygonalApproxAccuracyRate = 0.08  # a cell is four pixels wide, and corners are blurred
         settings.perspectiveRemovePixelPerCell = 8
         settings.perspectiveRemoveIgnoredMarginPerCell = 0.25
-        return aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_4X4_50), settings)
+        return aruco.ArucoDetector(self._words, settings)
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all ArUco markers in an image (H, W, 3); see `Markers`."""

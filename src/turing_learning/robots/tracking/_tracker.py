@@ -19,6 +19,7 @@ from ._images import require_image
 from ._markers import Detections, Markers
 
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
+IRREGULAR = "irregular images"
 """Kinds of faults."""
 PUSH_CM, PUSH_RAD = 1.0, 0.7
 """How much farther than by its wheels a robot may move and turn between two images: others push it, and headings have errors."""
@@ -30,7 +31,7 @@ class Fault:
 
     frame: int  #: Where it began, counted from 0
     #: "frozen camera", "marker missing", "lost" (missing for too long), "carried away" (farther than the robot can
-    #: have moved, or turned) or "surplus marker"
+    #: have moved, or turned), "surplus marker" or "irregular images" (late, or left out)
     kind: str
     text: str  #: What happened, for the operator
 
@@ -74,6 +75,23 @@ class Track:
             gap = f"no sight of individual {individual} ({self.labels[individual]}) at frame {frame}"
             require(False, "track", "be complete", gap, "Repeat the trial.")
         return signed_speeds(self.poses, self.interval_s)
+
+
+def impossible(track: Track, speed_cm_s: float, turn_rad_s: float) -> tuple[Fault, ...]:
+    """Return a fault for each individual of a track that is not always seen, or that moves or turns faster than the robot can."""
+    faults = []
+    for who, label in enumerate(track.labels):
+        seen, name = np.nonzero(track.present[:, who])[0], f"individual {who} ({label})"
+        if len(seen) < len(track.poses):
+            frame = int(np.argmin(track.present[:, who]))
+            faults.append(Fault(frame, MISSING, f"{name} is out of sight. Look after it."))
+        steps, times = np.diff(track.poses[seen, who], axis=0), np.diff(seen) * track.interval_s
+        turned = np.abs((steps[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+        far = np.hypot(steps[:, 0], steps[:, 1]) > speed_cm_s * times + PUSH_CM
+        if (wrong := far | (turned > turn_rad_s * times + PUSH_RAD)).any():
+            frame = int(seen[1:][np.argmax(wrong)])
+            faults.append(Fault(frame, CARRIED, f"{name} cannot have moved so far: it was carried, or turned by hand"))
+    return tuple(faults)
 
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
@@ -167,7 +185,7 @@ class Tracker:
         self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
         self.interval_s = number("interval_s", interval_s, above=0)
         self._step = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0) * interval_s
-        self.maximum_turn_rad_s = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
+        self._turn = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
         self._maximum_gap = integer("maximum_gap", maximum_gap)
         self._places = calibration.map_pixels(markers.height_cm)
         self.start()
@@ -210,7 +228,7 @@ class Tracker:
         faults = self._report(detections, present, free)
         if detections.headings is not None:
             turned = np.abs((self._poses[:, 2] - before + np.pi) % (2 * np.pi) - np.pi)
-            too_far = present & (gap >= 0) & (turned > self.maximum_turn_rad_s * self.interval_s * (gap + 1) + PUSH_RAD)
+            too_far = present & (gap >= 0) & (turned > self._turn * self.interval_s * (gap + 1) + PUSH_RAD)
             for who in np.nonzero(too_far)[0].tolist():
                 angle = f"{np.degrees(turned[who]):.0f} degrees"
                 text = f"{self._name(who)} cannot have turned {angle}: it was turned by hand"
