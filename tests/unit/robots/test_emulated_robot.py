@@ -32,33 +32,38 @@ def client(request, robot):
     else:
         with serve_terminal(robot) as server:
             descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
-            yield PublicClient(descriptor)
+            client = PublicClient(descriptor)
+            assert [client.line()[-6:] for _ in range(2)] == ["e-Puck", "r help"]
+            yield client
             os.close(descriptor)
 
 
-def greeted(client):
-    assert client.line().endswith("WELCOME to the SerCom protocol on e-Puck")
-    assert client.line() == 'the EPFL education robot type "H" for help'
-    return client
+def test_a_public_client_is_told_the_version_in_two_lines(client):
+    assert client.ask("V").endswith("v,Version 1.2.2 emulated")
+    assert client.line() == "HW version: 102"
 
 
-def test_a_public_client_is_greeted_and_told_the_version(client):
-    assert greeted(client).ask("V").startswith("v,")
+def test_a_robot_greets_when_it_is_switched_on_and_not_when_somebody_connects(robot):
+    with serve_terminal(robot) as server:
+        clients = [PublicClient(os.open(server.port, os.O_RDWR | os.O_NOCTTY)) for _ in range(2)]
+        assert clients[0].line().endswith("WELCOME to the SerCom protocol on e-Puck")
+        assert clients[0].line() == 'the EPFL education robot type "H" for help'
+        assert clients[1].ask("E") == "e,0,0"
+        for each in clients:
+            os.close(each.descriptor)
 
 
 def test_a_public_client_sets_and_reads_speeds(client, body):
-    greeted(client)
     assert client.ask("D,-700,1000") == "d"
     assert client.ask("E") == "e,-700,1000"
     assert body.speeds == (-700, 1000)
 
 
 def test_a_public_client_reads_proximity(client):
-    assert greeted(client).ask("N") == "n,10,200,-3,4,5,6,7,3000"
+    assert client.ask("N") == "n,10,200,-3,4,5,6,7,3000"
 
 
 def test_a_public_client_chains_binary_requests(client, body):
-    greeted(client)
     request = bytes([256 - ord("D")]) + struct.pack("<hh", -5, 300) + bytes([256 - ord("E"), 256 - ord("N"), 0])
     answer = client.binary(request, 20)
     assert struct.unpack("<10h", answer) == (-5, 300, 10, 200, -3, 4, 5, 6, 7, 3000)
@@ -66,7 +71,7 @@ def test_a_public_client_chains_binary_requests(client, body):
 
 
 def test_unknown_commands_are_answered_with_an_error_line(client):
-    assert greeted(client).ask("Z?") == "z,Command not found"
+    assert client.ask("?") == "z,Command not found"
 
 
 def answers(robot, text):
@@ -90,7 +95,7 @@ def test_commands_have_the_answers_of_the_table(robot, command, answer):
 
 
 def test_help_lists_the_commands(robot):
-    assert '"D,#,#" set wheel speeds' in answers(robot, b"H\r")
+    assert {'"D,#,#"', '"I"', '"X"'} < set(answers(robot, b"H\r"))
 
 
 def test_lights_are_switched_on_off_and_over(robot):
@@ -98,12 +103,20 @@ def test_lights_are_switched_on_off_and_over(robot):
     assert robot.lights == [0, 0, 1, 0, 0, 0, 0, 0, 1, 1]
     robot.receive(b"F,2\rL,8,1\r")
     assert robot.lights == [1] * 9 + [0]
+    robot.receive(bytes([256 - ord("L"), 9, 1, 256 - ord("L"), 8, 0, 256 - ord("L"), 77, 0, 0]))
+    assert robot.lights == [0] * 9 + [1]
 
 
 def test_a_low_battery_is_told_in_both_modes(robot, body):
     body.battery = False
     assert answers(robot, b"b\r") == ["b,0"]
     assert robot.receive(bytes([256 - ord("b"), 0])) == b"\0\0"
+
+
+def test_after_an_end_of_line_a_binary_request_is_taken_for_text(robot):
+    request = bytes([256 - ord("E"), 0])
+    assert robot.receive(b"E\r" + request) == b"e,0,0\r\n\0\0\0\0"
+    assert robot.receive(b"E\r\n" + request + b"\r") == b"e,0,0\r\nz,Command not found\r\n"
 
 
 def test_speeds_beyond_the_maximum_are_cut(robot, body):
@@ -125,7 +138,9 @@ def test_stop_stops_the_wheels_and_the_lights(robot, body):
 def test_reset_stops_forgets_and_greets_again(robot, body):
     robot.receive(b"D,5,5\r")
     robot.enter("R4")
-    assert answers(robot, b"R\r")[0].endswith("WELCOME to the SerCom protocol on e-Puck")
+    assert answers(robot, b"R\r")[:1] == ["r"]
+    robot.enter("R4")
+    assert answers(robot, b"R\r")[1].endswith("WELCOME to the SerCom protocol on e-Puck")
     assert body.speeds == (0, 0)
     assert robot.state == "R0"
 
@@ -187,7 +202,7 @@ def test_the_status_tells_state_time_and_models(body):
 
 
 def test_a_line_without_end_does_not_fill_the_memory(robot):
-    assert robot.receive(b"Q" * 100_000 + b"\r") == b"z,Command not found\r\n"
+    assert robot.receive(b"?" * 100_000 + b"\r") == b"z,Command not found\r\n"
 
 
 def test_the_pseudo_terminal_is_a_terminal(robot):
@@ -203,7 +218,7 @@ def test_a_client_that_says_nothing_gives_way_to_the_next(robot, monkeypatch):
         host, port = server.port.removeprefix("socket://").split(":")
         for _ in range(2):  # each is left as it is
             line = socket.create_connection((host, int(port)), timeout=60)
-            assert greeted(PublicClient(line.fileno())).ask("V").startswith("v,")
+            assert PublicClient(line.fileno()).ask("V").startswith("v,")
             line.detach()
 
 
@@ -211,7 +226,9 @@ def test_a_client_that_speaks_is_not_disturbed_by_another(robot):
     with serve_tcp(robot) as server:
         host, port = server.port.removeprefix("socket://").split(":")
         with socket.create_connection((host, int(port)), timeout=60) as line:
-            first = greeted(PublicClient(line.fileno()))
+            first = PublicClient(line.fileno())
+            assert first.ask("V").startswith("v,")
+            assert first.line().startswith("HW version")
             with socket.create_connection((host, int(port)), timeout=60):
-                assert first.ask("V").startswith("v,")
+                assert first.ask("C") == "c,3"
                 assert first.ask("E") == "e,0,0"

@@ -37,7 +37,7 @@ def epuck(served):
 
 
 def test_the_driver_speaks_with_a_robot_over_tcp_and_serial(epuck, body):
-    assert epuck.version() == "Version 1.1.3 emulated"
+    assert epuck.version() == "Version 1.2.2 emulated"
     epuck.set_speed(-300, 450)
     assert body.speeds == (-300, 450)
     assert epuck.speed() == (-300, 450)

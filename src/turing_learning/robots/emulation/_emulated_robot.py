@@ -22,22 +22,20 @@ from turing_learning.robots.links._messages import (
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
 LONGEST_COMMAND = 256
-_HELP = {
-    "B,#": "body light",
-    "b": "battery",
-    "C": "selector",
-    "D,#,#": "set wheel speeds",
-    "E": "get wheel speeds",
-    "F,#": "front light",
-    "H": "this help",
-    "L,#,#": "ring light",
-    "N": "proximity",
-    "R": "reset",
-    "S": "stop",
-    "V": "version",
-    "X": "models and signals of Turing Learning",
+_VERSIONS = {"e-puck": "Version 1.2.2", "e-puck2": "Version 2.0"}
+_HELP = "A B,# b C D,#,# E F,# G g H I J,#,#,#,# K L,#,# M N O P,#,# Q R S T,# U V W,#,#,# X Y,#,#"
+_SENSED = {"A": (12, -9, 812), "g": (3, -2, 1), "M": (890, 874, 901, 512, 498), "O": (3400,) * 8, "U": (10, 12, 9)}
+"""Readings of sensors that the laboratory does not emulate: acceleration, rotation, floor, light, sound."""
+_ANSWERS = {
+    "B": "b",
+    "F": "f",
+    "J": "j",
+    "K": "k, Starting calibration\r\nk, Calibration finished",
+    "L": "l",
+    "P": "p",
+    "T": "t",
 }
-_BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3}
+_BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "Y": 2}
 Listener = Generator[None, int, None]
 
 
@@ -58,7 +56,7 @@ class EmulatedRobot:
     """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
 
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
-    binary request that ends with a zero.
+    binary request that ends with a zero; after an end of line whatever comes next begins a text.
 
     Parameters
     ----------
@@ -68,6 +66,8 @@ class EmulatedRobot:
         Time (s).
     selector
         Position of the robot's switch, 0 to 15.
+    kind
+        "e-puck" or "e-puck2", whose firmware answers some commands otherwise.
 
     Attributes
     ----------
@@ -81,14 +81,20 @@ class EmulatedRobot:
         State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
     """
 
-    def __init__(self, body: Body, *, clock: Callable[[], float] = time.monotonic, selector: int = 0) -> None:
-        self._body, self._clock, self._selector = body, clock, selector
+    def __init__(
+        self, body: Body, *, clock: Callable[[], float] = time.monotonic, selector: int = 0, kind: str = "e-puck"
+    ) -> None:
+        self._body, self._clock, self._selector, self._second = body, clock, selector, kind == "e-puck2"
+        self._kind = choice("kind", kind, _VERSIONS)
         self._answer = bytearray()
         self._lock = threading.Lock()
         self._begin()
 
     def _forget(self) -> None:
-        self._speed, self.lights = (0, 0), [0] * 10
+        self.lights = [0] * 10
+        self._speed: tuple[int, ...] = (0, 0)
+        self._steps: tuple[int, ...] = (0, 0)
+        self._image: tuple[int, ...] = (1, 40, 40, 8)  # mode (color), width, height, zoom
         self.executing: Model | None = None
         self._waiting: Model | None = None
         self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
@@ -155,7 +161,9 @@ class EmulatedRobot:
             first = yield
             if first >= 128:
                 yield from self._read_binary(first)
-            elif first not in b"\0\r\n":
+            elif first:
+                while first in b"\r\n":
+                    first = yield
                 yield from self._read_line(first)
 
     def _read_line(self, first: int) -> Listener:
@@ -163,7 +171,7 @@ class EmulatedRobot:
         while (byte := (yield)) not in b"\r\n":
             if len(line) < LONGEST_COMMAND:
                 line.append(byte)
-        self._answer += self._obey(line.decode("latin-1"))
+        self._answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
 
     def _read_binary(self, command: int) -> Listener:
         """Read requests until a zero, then answer all of them at once; unknown ones are ignored."""
@@ -178,82 +186,119 @@ class EmulatedRobot:
         self._answer += answer
 
     def _obey_binary(self, letter: str, arguments: bytes) -> bytes:
-        if letter == "D":
-            self._drive(*struct.unpack("<hh", arguments))
-        elif letter == "L":
-            self._light(min(arguments[0], 8), arguments[1])
-        elif letter == "E":
-            return struct.pack("<hh", *self._speed)
-        elif letter == "N":
-            return struct.pack("<8h", *self._body.proximity())
-        elif letter == "b":
-            return struct.pack("<h", self._body.battery_ok())
+        mode, width, height, _ = self._image
+        match letter:
+            case "D":
+                self._drive(*struct.unpack("<hh", arguments))
+            case "P":
+                self._steps = struct.unpack("<hh", arguments)
+            case "L":
+                self._light(arguments[0], arguments[1])
+            case "A":
+                return struct.pack("<3f", 812.0, 37.0, 1.0)
+            case "I":
+                return bytes([mode, width, height]) + bytes(self._size)
+            case "U":
+                return b"" if self._second else bytes(601)
+            case "t" | "Y":
+                return b"\0"
+            case "b":
+                return struct.pack("<h", self._charge if self._second else self._body.battery_ok())
+            case "M":
+                return struct.pack("<4h" if self._second else "<5h", *self._numbers("M")[: 4 if self._second else 5])
+            case "a" | "E" | "g" | "N" | "O" | "Q" | "u":
+                numbers = self._numbers(letter if letter == "g" else letter.upper())
+                return struct.pack(f"<{len(numbers)}h", *numbers)
         return b""
 
     def _obey(self, line: str) -> bytes:
         """Return the answer to a line. Lower case means upper case, except where both exist."""
-        letter = line[0] if line[0] in "bg" else line[0].upper()
-        answers: dict[str, Callable[[list[str]], bytes]] = {
-            "B": lambda fields: self._set_light(8, fields, b"b\r\n"),
-            "b": lambda _: _line(f"b,{int(self._body.battery_ok())}"),
-            "C": lambda _: _line(f"c,{self._selector}"),
-            "D": self._set_speed,
-            "E": lambda _: _line(f"e,{self._speed[0]},{self._speed[1]}"),
-            "F": lambda fields: self._set_light(9, fields, b"f\r\n"),
-            "H": lambda _: b"".join(_line(f'"{command}" {meaning}') for command, meaning in _HELP.items()),
-            "L": self._set_ring_light,
-            "N": lambda _: _line("n," + ",".join(map(str, self._body.proximity()))),
-            "R": self._reset,
-            "S": self._stop,
-            "V": lambda _: _line("v,Version 1.1.3 emulated"),
-            "X": lambda _: self._converse(line),
-        }
-        return answers[letter](line.split(",")[1:]) if letter in answers else NOT_FOUND
+        letter = line[:1] if line[:1] in ("b", "g") else line[:1].upper()
+        fields = line.split(",")[1:]
+        match letter:
+            case "A" | "E" | "g" | "M" | "N" | "O" | "Q" | "U":
+                return _line(f"{letter.lower()},{','.join(map(str, self._numbers(letter)))}")
+            case "b":
+                return _line(f"b,{self._charge} (87%)" if self._second else f"b,{int(self._body.battery_ok())}")
+            case "C":
+                return _line(f"c,{self._selector}")
+            case "D":
+                self._drive(*self._scanned(fields, self._speed))
+                return _line("d")
+            case "G":
+                return _line("g IR check : 0x0, address : 0x0, data : 0x0")
+            case "H":
+                return b"\n" + b"".join(_line(f'"{command}"') for command in _HELP.split())
+            case "I":
+                return _line(f"i,{','.join(map(str, (*self._image, self._size)))}")
+            case "R":
+                return b"" if self._second else self._reset()
+            case "S":
+                self._body.set_speed(0, 0)  # what is answered to E stays
+                self.lights[:8] = [0] * 8
+                return _line("s")
+            case "V":
+                return _line(f"v,{_VERSIONS[self._kind]} emulated") + _line("HW version: 102")
+            case "W":
+                return _line("w")
+            case "X":
+                return self._converse(line)
+            case "Y":
+                return _line("y," + ",".join(map(str, self._scanned(fields, (0, 0))))) + _line("y,0")
+            case "Z":
+                return b""  # no device answers
+        if letter not in _ANSWERS:
+            return NOT_FOUND
+        numbers = whole_numbers(fields[:2])
+        if letter in "BF" and numbers:
+            self._light(8 if letter == "B" else 9, numbers[0])
+        elif letter == "L" and numbers is not None and len(numbers) == 2:
+            self._light(numbers[0] if 0 <= numbers[0] < 8 else -1, numbers[1])
+        elif letter == "P":
+            self._steps = self._scanned(fields, self._steps)
+        elif letter == "J":
+            self._image = self._scanned(fields, self._image)
+        return _line(_ANSWERS[letter])
+
+    def _numbers(self, letter: str) -> Sequence[int]:
+        own = {"E": lambda: self._speed, "N": self._body.proximity, "Q": lambda: self._steps}
+        return own[letter]() if letter in own else _SENSED[letter]
+
+    @property
+    def _charge(self) -> int:
+        """Raw reading of an e-puck2's battery."""
+        return 1034 if self._body.battery_ok() else 860
+
+    @property
+    def _size(self) -> int:
+        """Bytes of an image; a color takes two."""
+        return self._image[1] * self._image[2] * (2 if self._image[0] else 1)
+
+    def _scanned(self, fields: list[str], before: tuple[int, ...]) -> tuple[int, ...]:
+        """Replace the numbers that can be parsed, up to the first that cannot, as the firmware's scanner does."""
+        numbers = list(before)
+        for k, field in enumerate(fields[: len(numbers)]):
+            number = whole_numbers([field])
+            if number is None:
+                break
+            numbers[k] = number[0]
+        return tuple(numbers)
 
     def _drive(self, left: int, right: int) -> None:
         self._speed = (max(-1000, min(left, 1000)), max(-1000, min(right, 1000)))
         self._body.set_speed(*self._speed)
 
-    def _set_speed(self, fields: list[str]) -> bytes:
-        """Set those of the two speeds that can be parsed, as the firmware's scanner does."""
-        speeds = list(self._speed)
-        for k, field in enumerate(fields[:2]):
-            number = whole_numbers([field])
-            if number is None:
-                break
-            speeds[k] = number[0]
-        self._drive(*speeds)
-        return b"d\r\n"
-
     def _light(self, light: int, action: int) -> None:
-        self.lights[light] = 1 - self.lights[light] if action == 2 else int(action == 1)
-
-    def _set_light(self, light: int, fields: list[str], answer: bytes) -> bytes:
-        numbers = whole_numbers(fields[:1])
-        if numbers:
-            self._light(light, numbers[0])
-        return answer
-
-    def _set_ring_light(self, fields: list[str]) -> bytes:
-        numbers = whole_numbers(fields[:2])
-        if numbers is not None and len(numbers) == 2:
-            chosen = range(8) if not 0 <= numbers[0] < 8 else [numbers[0]]
-            for light in chosen:
-                self._light(light, numbers[1])
-        return b"l\r\n"
-
-    def _stop(self, _: list[str]) -> bytes:
-        self._drive(0, 0)
-        self.lights = [0] * 10
-        return b"s\r\n"
+        for one in [light] if 0 <= light < 10 else range(8):
+            self.lights[one] = 1 - self.lights[one] if action == 2 else int(action == 1)
 
     def _halt(self) -> None:
         self._drive(0, 0)
         self._forget()
 
-    def _reset(self, _: list[str]) -> bytes:
+    def _reset(self) -> bytes:
         self._halt()
-        return self.greeting
+        return _line("r") + self.greeting
 
     def _converse(self, line: str) -> bytes:
         """Answer a message of the replica's protocol."""

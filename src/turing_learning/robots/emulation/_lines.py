@@ -219,7 +219,7 @@ class RobotServer(Line):
 
 
 class _TcpServer(RobotServer):
-    """One client at a time; each is greeted. One that has been silent gives way to the next."""
+    """One client at a time. One that has been silent gives way to the next."""
 
     def __init__(self, robot: EmulatedRobot, spoil: Spoil, address: tuple[str, int]) -> None:
         self._address = address
@@ -255,7 +255,6 @@ class _TcpServer(RobotServer):
                 self._client, _ = self._listening.accept()
                 self._client.settimeout(_WRITING_S)
                 self._heard_s = time.monotonic()
-                self._send(self.robot.greeting)
             if client is None or client not in ready or client is not self._client:
                 return b""
             self._heard_s, data = time.monotonic(), client.recv(4096)

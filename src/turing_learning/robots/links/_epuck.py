@@ -27,11 +27,21 @@ from ._messages import (
 Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
 SENSORS = 8
-_GREETINGS = ("WELCOME", "the EPFL education robot", "HW version")
+_EXPECTED = (
+    "WELCOME",
+    "the EPFL education robot",
+    "HW version",
+    "s",
+    "r",
+)  # of greetings, versions, and the stop above
 LEAST_CHARGE = 15  #: Percent
 _BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
-RESYNCHRONIZE = b"\0" * 5 + b"\r"
-"""Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line."""
+RESYNCHRONIZE = b"\0" * 5 + b"\rS\r"
+"""Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line.
+
+Whatever the robot made of it, it stops; and the line makes it wait for a command of either kind: after an end of line alone it
+would take a binary request for text.
+"""
 
 
 class _NotUnderstoodError(Exception):
@@ -110,7 +120,7 @@ class EPuck:
         self._link.close()
 
     def reset(self) -> None:
-        """Start the robot's program anew; e-pucks do not answer this, so their version is asked for then."""
+        """Start the robot's program anew; an e-puck2 ignores that. No answer is certain, so the version is asked for then."""
         if not self._link.is_open:
             self._link.open()
         self._link.send(RESYNCHRONIZE + b"R\r")
@@ -232,7 +242,7 @@ class EPuck:
         numbers = whole_numbers(fields[2:])
         if fields[0] == "x" and fields[1] in SIGNALS and numbers is not None and len(numbers) == 2:
             self._signals.append(Signal(fields[1], numbers[0], numbers[1], self._link.clock.now()))
-        elif not line.startswith(_GREETINGS):
+        elif not line.startswith(_EXPECTED):
             self.garbled += 1
 
 
