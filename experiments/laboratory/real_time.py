@@ -18,7 +18,7 @@ import numpy as np
 ARENA = """
 import os, sys, time
 from pathlib import Path
-os.nice(-5)  # robots and a camera do not wait for the PC; needs root
+os.nice(-15)  # robots and a camera do not wait for the PC; needs root
 import numpy as np
 from turing_learning.robots import ArenaService
 folder = Path(sys.argv[1])

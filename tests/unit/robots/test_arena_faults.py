@@ -46,7 +46,7 @@ def test_a_lost_link_is_an_error_until_the_operator_resets_it(laboratory, robot)
     with pytest.raises(LinkError, match="got 'replica-1' \\(no connection\\)"):
         laboratory.link("replica-1")
     laboratory.operator.reset_link("replica-1")
-    assert robot.version() == "Version 1.1.3 emulated"
+    assert robot.version() == "Version 1.2.2 emulated"
     assert robot.reconnections == 1
 
 
