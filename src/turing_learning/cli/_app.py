@@ -5,12 +5,12 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _detect, _reproduce, _robots, _runs, _study
+from . import _beside, _detect, _reproduce, _robots, _runs, _study
 
 app = App(
     name="turing-learning",
     help="Infer the rules that individuals follow from nothing but their motion, without a metric.",
-    help_epilogue="Begin with: turing-learning infer aggregation",
+    help_epilogue="Begin with: turing-learning infer aggregation. Documentation: turing-learning docs",
     help_format="plaintext",
     version=lambda: f"turing-learning {version('turing-learning')}",
     default_parameter=Parameter(negative="", show_default=False),
@@ -32,6 +32,9 @@ _ORDER: tuple[Callable[..., object], ...] = (
     _detect.detect,
     _reproduce.reproduce,
     _robots.arena,
+    _beside.sample,
+    _beside.docs,
+    _beside.warm_up,
 )
 for place, command in enumerate(_ORDER):
     app.command(command, sort_key=place, help_epilogue="")

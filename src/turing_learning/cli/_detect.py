@@ -51,7 +51,7 @@ def detect(
 ) -> None:
     """Say from motion which individuals behave abnormally, by the classifiers of a run.
 
-    What a file holds is described in docs/detection.md.
+    What a file holds is described in `turing-learning docs detection`.
 
     Examples:
 

@@ -43,7 +43,7 @@ def watching(console: Console) -> Iterator[View]:
         yield LineView(console)
         return
     waiting = Text("getting ready; the first run of an installation compiles for some seconds", style="dim")
-    with Live(waiting, console=console, auto_refresh=False, transient=True) as live:
+    with Live(waiting, console=console, auto_refresh=False) as live:
         yield LiveView(live)
 
 
@@ -99,6 +99,7 @@ class LiveView:
         if now < self._next and progress.completed != progress.total:
             return
         self._next = now + INTERVAL_S
+        self._live.transient = progress.completed == progress.total  # the result's table follows
         self._live.update(picture(progress, self._stops.take()), refresh=True)
 
 
@@ -121,7 +122,7 @@ def _outlook(progress: "Progress") -> str:
 
 def picture(progress: "Progress", alarm: str = "") -> Group:
     """Return the live view of a generation, with an alarm in red below it."""
-    parts: list[Table | Text] = [_header(progress), _parameters(progress), _fitness(progress)]
+    parts: list[Table | Text] = [_parameters(progress), _header(progress), _fitness(progress)]
     if outlook := _outlook(progress):
         parts.append(Text(outlook, style="dim"))
     if alarm:
@@ -145,8 +146,9 @@ def _parameters(progress: "Progress") -> Table:
     table.add_column("")
     for name in progress.parameter_names:
         table.add_column(name, justify="right")
+    typical = [Text(short_number(value), style="bold") for value in progress.shown(progress.generation.typical_model)]
+    table.add_row("estimate so far", *typical)
     table.add_row("best model", *map(short_number, progress.shown(progress.generation.best_model)))
-    table.add_row("typical model", *map(short_number, progress.shown(progress.generation.typical_model)))
     if progress.truth is not None:
         table.add_row("truth", *map(short_number, progress.truth), style="dim")
     return table

@@ -50,7 +50,7 @@ class Tracks:
     y_axis: str | None = None
     """Where y points in a file that does not say so: down, as in images, or up."""
     format: str | None = None
-    """Of a file that could be of several, see docs/trajectories.md."""
+    """Of a file that could be of several, see `turing-learning docs trajectories`."""
     keypoint: str | None = None
     """Point of the body that stands for the animal, in a file with several."""
     every: Integer | None = None
@@ -105,7 +105,7 @@ class Recording(Tracks):
     trajectories: Annotated[list[Path] | None, Parameter(negative="")] = None
     """File of a tracker; several times for several recordings, each with individuals of its own."""
     model: str | None = None
-    """Family of models, see docs/families.md."""
+    """Family of models, see `turing-learning docs families`."""
     window: Real | None = None
     """Length of the samples (s); by default 4, or that of the run."""
     signals: str | None = None

@@ -40,7 +40,7 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Pa
     Parameters
     ----------
     config
-        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
     emulated
         Rehearse with emulated robots, as fast as the computer can.
     picture
@@ -85,7 +85,7 @@ def run(
     Parameters
     ----------
     config
-        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
     generations
         Number of generations; 100 by default.
     seed
@@ -154,7 +154,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     video
         A video from the laboratory's camera.
     config
-        The laboratory's file, see docs/robots/laboratory.md; lab.toml by default.
+        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
     out
         The table; the video's name with .csv by default.
     force
@@ -197,7 +197,7 @@ def arena(
     """Run an emulated laboratory: robots on serial lines and a camera, for `robots run` or a program of your own.
 
     Type `help` while it runs for what may be done to the robots; `remote` lets them begin. Ctrl-C ends it. See
-    docs/robots/arena.md.
+    `turing-learning docs robots/arena`.
 
     Example:
 

@@ -55,13 +55,13 @@ def infer(
     scenario
         Name of a scenario, see `scenarios`; or in the file.
     config
-        TOML file with any setting, see docs/scenarios.md.
+        TOML file with any setting, see `turing-learning docs scenarios`.
     preset
         "default", or "paper" to keep to the text of the paper.
     generations
         Number of generations; 1000 by default.
     trials
-        Budget in simulated trials, instead of generations: the estimate from few trials, see docs/few-trials.md.
+        Budget in simulated trials, instead of generations: the estimate from few trials, see `turing-learning docs few-trials`.
     tolerance
         Beside --trials: stop before they are spent once the interval of every parameter that can be
         identified is at most this share of its range to either side.
@@ -198,9 +198,10 @@ def show(run: Path, /) -> None:
 
 
 def simulate(
-    scenario: str,
+    scenario: str | None = None,
     /,
     *,
+    config: Path | None = None,
     controller: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     robots: Integer | None = None,
     duration: Real = 180.0,
@@ -208,6 +209,7 @@ def simulate(
     threads: Threads = None,
     out: Path | None = None,
     force: bool = False,
+    settings: Settings = None,
 ) -> None:
     """Simulate one trial and write it as a page, a GIF, or a film.
 
@@ -219,10 +221,14 @@ def simulate(
 
       turing-learning simulate aggregation --controller=-0.7,-1,1,-1 --out agents.mp4
 
+      turing-learning simulate --config my.toml --set scenario.sensor.field_of_view=0.5
+
     Parameters
     ----------
     scenario
-        Name of a scenario, see `scenarios`.
+        Name of a scenario, see `scenarios`; or in the file.
+    config
+        TOML file with any setting, as for `infer`.
     controller
         Wheel speeds for each sensor state, with commas between them; the agents' by default.
     robots
@@ -237,11 +243,21 @@ def simulate(
         Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default.
     force
         Replace a file that exists.
+    settings
+        Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
+    from turing_learning.config import load_configuration
     from turing_learning.runs import refuse_film_path, scenario_named, trial_replay, write_trial
+    from turing_learning.swarm import SCENARIOS
 
-    chosen = scenario_named(scenario)
-    path = out or Path(f"{scenario}.html")
+    require_scenario(scenario, config, SCENARIOS)
+    overrides, labels = settings_of(settings, {})
+    named = None if scenario is None else scenario_named(scenario)
+    system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
+    chosen = system.simulated
+    if chosen is None:
+        refuse("SCENARIO", "be a swarm of robots", system.name)
+    path = out or Path(f"{chosen.name}.html")
     refuse_film_path(path, force=force)
     try:
         speeds = None if controller is None else [float(part) for part in controller.split(",")]
@@ -300,7 +316,7 @@ def check(
     """Say whether the estimate of a run can be believed: can fresh classifiers tell it from the genuine motion?
 
     A run on recorded motion knows its recording. Results are stored in RUN/check; after Ctrl-C the same
-    command resumes. See docs/identifiability.md.
+    command resumes. See `turing-learning docs identifiability`.
 
     Examples:
 

@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+import turing_learning
 from turing_learning.cli import main
 from turing_learning.runs import RunFolder
 from turing_learning.systems import CustomSystemError
@@ -46,7 +47,7 @@ def test_every_command_explains_itself(command, call):
 
 
 def test_the_version_is_printed(call):
-    assert call("--version")[:2] == (0, "turing-learning 0.1.0\n")
+    assert call("--version")[:2] == (0, f"turing-learning {turing_learning.__version__}\n")
 
 
 def test_scenarios_lists_the_presets(call):
@@ -160,6 +161,10 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
         ),
         (["simulate", "aggregation", "--robots", "0"], "`robots` must be an integer from 1 to 1000; got 0."),
         (["simulate", "aggregation", "--duration", "nan"], "`duration` must be a finite number above 0"),
+        (["simulate", "aggregation", "--set", "scenario.agent=3"], "Did you mean `scenario.agents`?"),
+        (["simulate"], "`SCENARIO` must be given, or a file with --config; got neither."),
+        (["docs", "scenario"], "`page` must be one of "),
+        (["sample", "birds"], "`sample` must be one of fish, swarm; got 'birds'."),
         (["simulate", "aggregation", "--out", "a.txt"], "`out` must end with one of .html, .gif, .mp4; got a.txt."),
         (
             ["simulate", "aggregation", "--robots", "2.5"],
@@ -173,7 +178,6 @@ def test_infer_takes_the_scenario_from_a_file(call, tmp_path):
             "`models.parents` must be smaller, as keeping the history between two checkpoints needs",
         ),
         (["nonsense"], 'Unknown command "nonsense".'),
-        (["simulate"], "parameter SCENARIO requires an argument."),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line_with_exit_code_2(arguments, message, refused):

@@ -1,0 +1,129 @@
+"""The commands beside runs: sample, warm-up, docs."""
+
+import gzip
+import shlex
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from turing_learning.errors import choice, refuse
+
+FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
+SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
+SWARM_S = 120.0
+PARTS = ("*.md", "examples/*.md", "robots/*.md")  # of the documentation, which the wheel has, too
+
+
+def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> None:
+    """Bring a recording to try, and say what to do with it: fish or swarm.
+
+    `fish`: five zebrafish for a minute, as idTracker wrote them. `swarm`: eleven robots that gather, simulated.
+
+    Examples:
+
+      turing-learning sample fish
+
+      turing-learning sample swarm --out mine.csv
+
+    Parameters
+    ----------
+    what
+        fish or swarm.
+    out
+        File to write; fish.txt or swarm.csv by default.
+    force
+        Replace a file that exists.
+    """
+    from turing_learning._files import write_atomically
+    from turing_learning.config import ConfigurationError
+
+    choice("sample", what, ("fish", "swarm"), error=ConfigurationError)
+    path = out or Path("fish.txt" if what == "fish" else "swarm.csv")
+    if path.exists() and not force:
+        refuse("out", "be a file that does not exist", str(path), "Choose another, or give --force.")
+    if what == "fish":
+        packed = files(__package__).joinpath("samples/zebrafish.txt.gz").read_bytes()
+        write_atomically(path, gzip.decompress(packed))
+        print("Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence).")
+        print("Frame rate and scale are not stated: 30 frames/s and 20 pixels/cm are assumptions.")
+    else:
+        write_atomically(path, _swarm().encode())
+        print("Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1.")
+        print("They drive backwards, as `infer` will remark.")
+    options = shlex.join(FISH if what == "fish" else SWARM)
+    print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options} --generations 300")
+
+
+def _swarm() -> str:
+    """Return a table frame, id, x, y (cm), heading (rad) of a simulated swarm."""
+    import numpy as np
+
+    from turing_learning.swarm import AGGREGATION, initial_poses, simulate
+
+    poses = initial_poses(AGGREGATION, 1, np.random.default_rng(1))
+    controllers = np.broadcast_to(AGGREGATION.controller, (*poses.shape[:2], 4))
+    steps = round(SWARM_S / AGGREGATION.trial.control_interval_s)
+    moved = simulate(AGGREGATION, controllers, poses, control_steps=steps, seed=1).poses[0]
+    rows = (
+        f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}"
+        for t, all_ in enumerate(moved)
+        for who, (x, y, angle) in enumerate(all_)
+    )
+    return "\n".join(("frame,id,x,y,heading", *rows)) + "\n"
+
+
+def warm_up() -> None:
+    """Compile everything now, once on this machine, so that no later run waits for it. Takes a few minutes."""
+    from turing_learning import infer
+    from turing_learning.swarm import SCENARIOS
+
+    few: dict[str, float] = {
+        "models.parents": 4,
+        "models.offspring": 4,
+        "classifiers.parents": 4,
+        "classifiers.offspring": 4,
+    }
+    few |= {"scenario.trial.duration_s": 1.0}
+    with TemporaryDirectory() as folder:
+        for name in SCENARIOS:
+            print(name, flush=True)
+            infer(name, generations=1, settings=few, out=Path(folder) / name)
+        print("a budget in trials", flush=True)
+        infer("aggregation", trials=20, settings={"scenario.trial.duration_s": 1.0}, out=Path(folder) / "trials")
+    print("ready")
+
+
+def docs(page: str | None = None, /) -> None:
+    """Print a page of the documentation, or the list of pages.
+
+    Examples:
+
+      turing-learning docs
+
+      turing-learning docs scenarios
+
+    Parameters
+    ----------
+    page
+        Name of a page, as scenarios or docs/scenarios.md.
+    """
+    from rich.markdown import Markdown
+
+    from turing_learning.config import ConfigurationError
+
+    from ._tables import plain_console
+
+    top = Path(str(files("turing_learning") / "_docs"))
+    top = top if top.is_dir() else Path(__file__).parents[3] / "docs"  # beside the code in a repository
+    pages = {str(path.relative_to(top).with_suffix("")): path for part in PARTS for path in sorted(top.glob(part))}
+    if not pages:
+        refuse("docs", "be installed with the package", f"nothing in {top}", "Install the package again.")
+    if page is None:
+        for name, path in pages.items():
+            title = next((line[2:] for line in path.read_text("utf-8").splitlines() if line.startswith("# ")), "")
+            print(f"{name:28} {title}")
+        return
+    name = page.removeprefix("docs/").removesuffix(".md")
+    text = pages[choice("page", name, pages, error=ConfigurationError)].read_text("utf-8")
+    console = plain_console()
+    console.print(Markdown(text)) if console.is_terminal else print(text, end="")
