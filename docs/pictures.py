@@ -1,6 +1,7 @@
-"""Draw the pictures of README.md: a swarm of agents beside its inferred twin.
+"""Draw the pictures of README.md: a swarm of agents beside its inferred twin, still and moving.
 
-Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation``.
+Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation``. It writes
+``images/twins.png`` for the site and ``images/twins.gif``, 180 s in 15 s, for the README.
 """
 
 import sys
@@ -10,31 +11,39 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import turing_learning as tl
+from turing_learning.report import Replay, Swarm, write_gif
 
 ROBOTS = 25
+ROBOT_RADIUS_CM = 5.5  # larger than they are
 TIMES_S = (0, 60, 120, 180)
 IMAGES = Path(__file__).parent / "images"
 
 
-def draw_twins(run: tl.Result) -> Figure:
-    """Return a figure of agents (top) and replicas of the inferred model (bottom) from the same initial configuration."""
+def simulate_twins(run: tl.Result) -> tuple[np.ndarray, float]:
+    """Return poses (2, steps + 1, robots, 3) of agents and of replicas from the same start, and the time between steps (s)."""
     scenario = tl.swarm.SCENARIOS[run.scenario]
     model = [run.estimate[name] for name in scenario.parameter_names]
     controllers = np.repeat([[scenario.controller], [model]], ROBOTS, axis=1)
     poses = np.repeat(tl.swarm.initial_poses(scenario, 1, np.random.default_rng(4), robots=ROBOTS), 2, axis=0)
-    steps = round(TIMES_S[-1] / scenario.trial.control_interval_s)
-    moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses
+    interval = scenario.trial.control_interval_s
+    return tl.swarm.simulate(
+        scenario, controllers, poses, control_steps=round(TIMES_S[-1] / interval), seed=1
+    ).poses, interval
+
+
+def draw_twins(moved: np.ndarray, interval: float) -> Figure:
+    """Return a figure of agents (top) and replicas of the inferred model (bottom)."""
     figure = Figure(figsize=(9.6, 5.0), layout="constrained")
     axes = figure.subplots(2, len(TIMES_S))
     low, high = moved[..., :2].min(axis=(0, 1, 2)) - 10, moved[..., :2].max(axis=(0, 1, 2)) + 10
     for row, label in enumerate(("agents", "replicas of the inferred model")):
         for column, time in enumerate(TIMES_S):
             panel = axes[row, column]
-            step = round(time / scenario.trial.control_interval_s)
+            step = round(time / interval)
             replicas = np.full(ROBOTS, row == 1)
             trail = moved[row, max(0, step - 100) : step + 1]
             tl.figures.swarm_frame(
-                panel, moved[row, step], robots=ROBOTS, replicas=replicas, trail=trail, robot_radius_cm=5.5
+                panel, moved[row, step], robots=ROBOTS, replicas=replicas, trail=trail, robot_radius_cm=ROBOT_RADIUS_CM
             )
             panel.set_axis_on()
             panel.spines[:].set_color("0.8")
@@ -45,11 +54,19 @@ def draw_twins(run: tl.Result) -> Figure:
     return figure
 
 
+def write_moving_twins(moved: np.ndarray, interval: float, path: Path) -> None:
+    """Write the two swarms as an animation that repeats."""
+    labels = ("Agents", "Replicas of the inferred model")
+    swarms = tuple(Swarm(labels[k], moved[k], ROBOTS, np.full(ROBOTS, k == 1)) for k in (0, 1))
+    write_gif(Replay("Twins", ROBOT_RADIUS_CM, 1.0, interval, swarms), path, speed=12.0, frames_per_second=10)
+
+
 def main() -> None:
     """Draw the pictures of the run named on the command line."""
     IMAGES.mkdir(exist_ok=True)
-    figure = draw_twins(tl.load_run(sys.argv[1]))
-    figure.savefig(IMAGES / "twins.png", dpi=130)
+    moved, interval = simulate_twins(tl.load_run(sys.argv[1]))
+    draw_twins(moved, interval).savefig(IMAGES / "twins.png", dpi=130)
+    write_moving_twins(moved, interval, IMAGES / "twins.gif")
 
 
 if __name__ == "__main__":
