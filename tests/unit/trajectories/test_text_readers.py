@@ -275,12 +275,12 @@ def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
 @pytest.mark.parametrize("block", [7, 64, 1 << 24])
 def test_large_files_are_looked_at_in_blocks(block, tmp_path, monkeypatch):
     monkeypatch.setattr(_text, "BLOCK", block)
-    rows = [f"{k},a,{k}.5,{-k}.25" for k in range(50)]
+    rows = [f"{k},a,{k}.5,{-k}.25" for k in range(1, 51)]
     path = tmp_path / "long.csv"
     path.write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
     assert _text._is_even(path, ",", 4, 1)
     found = load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up")
-    np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(50)])
+    np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)])
     for change in ("3,a,1", '3,"a",1,2', "3,a,1,2,", "3,a,1,\udcff"):
         path.write_bytes("\n".join(["frame,id,x,y", *rows[:3], change, *rows[4:], ""]).encode(errors="surrogateescape"))
         assert not _text._is_even(path, ",", 4, 1)
