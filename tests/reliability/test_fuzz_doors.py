@@ -104,6 +104,7 @@ def finished(place):
 @given(options=options_of(tl.infer, "should_stop", "observer"))
 @example(options={"settings": {"run.seed": 10**400}})
 @example(options={"out": 5})
+@example(options={"models": print})
 def test_infer(options):
     base = {"scenario": "aggregation", "settings": SMALL, "threads": 1, "force": True, "should_stop": lambda: True}
     accepted(tl.infer, **(base | options))
@@ -181,6 +182,8 @@ def test_check(options, finished):
 
 @fuzzed
 @given(options=options_of(Detector.from_run, "result"), motion=odd)
+@example(options={"rule": "unanimous"}, motion=[b"\x9e", "a"])
+@example(options={"rule": "unanimous"}, motion=np.ma.masked_all((1, 3, 4)))
 def test_detect(options, motion, finished):
     base = {"behaviors": 2, "trials": 1, "threads": 1, "rule": "unanimous"}
     detector = Detector.from_run(finished, **base)

@@ -25,8 +25,8 @@ def checked_motion(
     require(not np.ma.is_masked(motion), name, "have no masked values", "a masked array", error=ConfigurationError)
     try:
         motion = np.asarray(motion)
-    except ValueError:  # of different lengths
-        refuse(name, "be an array", f"a {type(motion).__name__} of different lengths", error=ConfigurationError)
+    except (ValueError, OverflowError):  # of different lengths, or bytes that are no text
+        refuse(name, "be an array", f"a {type(motion).__name__} that is none", error=ConfigurationError)
     fits = motion.ndim == 4 and motion.size and motion.shape[3] == signals and steps in (None, motion.shape[2])
     rule = f"be real numbers of shape (individuals, samples, T, D) = (any, any, {steps or 'any'}, {signals}), not empty"
     got = f"{motion.dtype} of shape {motion.shape}"

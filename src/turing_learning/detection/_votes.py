@@ -204,7 +204,7 @@ class Detector:
 
     def judge(self, samples: np.ndarray) -> np.ndarray:
         """Return the weighted shares (S,) of the votes that say genuine, 0 to 1, of samples (S, T, D)."""
-        return self._judge_all(np.asarray(samples)[None], "samples")[0]
+        return self._judge_all(samples[None] if isinstance(samples, np.ndarray) else [samples], "samples")[0]
 
     def p_values(self, motion: np.ndarray) -> np.ndarray:
         """Return for each individual of motion (individuals, S, T, D) how often chance makes its mean score as low as it is.
@@ -216,7 +216,7 @@ class Detector:
 
     def abnormal(self, samples: np.ndarray) -> bool:
         """Return whether the individual that moves as in samples (S, T, D) behaves abnormally; see `verdicts`."""
-        return bool(self._called(self._judge_all(np.asarray(samples)[None], "samples"))[1][0])
+        return bool(self._called(self.judge(samples)[None])[1][0])
 
     def called_abnormal(self, motion: np.ndarray) -> np.ndarray:
         """Return whether each individual (individuals,) of motion (individuals, S, T, D) behaves abnormally; see `verdicts`."""
