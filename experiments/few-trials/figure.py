@@ -45,7 +45,7 @@ def main() -> None:
             ]
     figure = budget_figure(panels)
     save_figure(figure, HERE.parents[1] / "docs" / "images", "error-over-trials")
-    print(pd.DataFrame(rows).to_string(index=False, float_format="{:.4f}".format))  # noqa: T201
+    print(pd.DataFrame(rows).to_string(index=False, float_format="{:.4f}".format))
 
 
 if __name__ == "__main__":

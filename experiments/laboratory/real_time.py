@@ -8,6 +8,7 @@ one would end the run. Then every pose of every trial that was used is compared 
 
 import argparse
 import csv
+import os
 import subprocess
 import sys
 import time
@@ -18,7 +19,7 @@ import numpy as np
 ARENA = """
 import os, sys, time
 from pathlib import Path
-os.nice(-15)  # robots and a camera do not wait for the PC; needs root
+os.sched_setscheduler(0, os.SCHED_RR, os.sched_param(10))  # robots and a camera do not wait for the PC; needs root
 import numpy as np
 from turing_learning.robots import ArenaService
 folder = Path(sys.argv[1])
@@ -67,6 +68,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--load", type=int, default=4, help="busy processes beside both programs")
     parser.add_argument("--nice", type=int, default=0, help="of the busy processes")
+    parser.add_argument("--priority", type=int, default=0, help="nice value of the PC program")
     parser.add_argument("--generations", type=int, default=10)
     given = parser.parse_args()
     folder = given.folder
@@ -79,10 +81,25 @@ def main() -> None:
     busy = f"import os; os.nice({given.nice})\nwhile True: pass"
     load = [subprocess.Popen([sys.executable, "-c", busy]) for _ in range(given.load)]
     begun_s = time.monotonic()
-    command = [sys.executable, "-m", "turing_learning", "robots", "run", "--config", str(folder / "lab.toml")]
+    command = [
+        "nice",
+        "-n",
+        str(given.priority),
+        sys.executable,
+        "-m",
+        "turing_learning",
+        "robots",
+        "run",
+        "--config",
+        str(folder / "lab.toml"),
+    ]
     command += ["--generations", str(given.generations), "--out", str(folder / "run")]
     with (folder / "run.log").open("w") as log:
-        ended = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT).returncode
+        program = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT)
+        averages = []
+        while (ended := program.poll()) is None:
+            time.sleep(10)
+            averages.append(os.getloadavg()[0])
     minutes = (time.monotonic() - begun_s) / 60
     for process in load:
         process.kill()
@@ -93,8 +110,9 @@ def main() -> None:
     rejected = len(list((folder / "run/trials").glob("generation-*/attempt-*/rejected-*.npz")))
     worst = np.array([errors(trial, truth, 1.0, 7.0) for trial in used])
     row = {
-        "load": given.load, "generations": given.generations, "exit": ended, "minutes": round(minutes, 1),
-        "trials_used": len(used), "trials_rejected": rejected, "largest_cm": round(float(worst[:, 0].max()), 2),
+        "busy_processes": given.load, "priority": given.priority, "load_average": round(sum(averages) / len(averages), 1),
+        "generations": given.generations, "exit": ended, "minutes": round(minutes, 1), "trials_used": len(used),
+        "trials_rejected": rejected, "largest_cm": round(float(worst[:, 0].max()), 2),
         "largest_degrees": round(float(worst[:, 1].max()), 1),
     }  # fmt: skip
     with (folder / "row.csv").open("w", newline="") as file:

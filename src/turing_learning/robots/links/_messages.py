@@ -67,7 +67,7 @@ class Status:
 class Replica(Protocol):
     """A robot in its loop of the states R1 to R5, whatever it is and speaks; `EPuck` is one. An agent with an address is one, too.
 
-    Every method raises `LinkError` if the robot cannot be reached. Each may be called again without harm.
+    Every method raises `LinkError`, or another OSError, if the robot cannot be reached. Each may be called again without harm.
     """
 
     reconnections: int  #: How often the connection was lost so far, and signals perhaps with it

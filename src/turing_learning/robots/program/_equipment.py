@@ -32,7 +32,7 @@ class PoseSource(Protocol):
         """Return where everybody is at `images` moments, one each interval, the first at about `begin_s`, by the clock.
 
         Individuals are in the order of `LaboratorySetup.labels`. What it is not sure of is not `present`, or a `Fault`. Raises
-        `CameraError` if it sees nothing at all.
+        `CameraError`, or another OSError, if it sees nothing at all.
         """
 
     def close(self) -> None:

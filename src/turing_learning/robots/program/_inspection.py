@@ -9,9 +9,8 @@ import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.errors import require
-from turing_learning.robots.links._link import LinkError
 from turing_learning.robots.tracking._calibration import find_landmarks
-from turing_learning.robots.tracking._images import CameraError, vision
+from turing_learning.robots.tracking._images import vision
 from turing_learning.robots.tracking._tracker import Tracker, compare_labels, impossible
 from turing_learning.swarm import Scenario
 
@@ -53,7 +52,7 @@ def inspect(
         yield _look(f"{robot.role} {robot.name}", partial(_replica, robot, equipment))
     try:
         poses = equipment.open_tracker()
-    except (CameraError, FileNotFoundError) as error:
+    except OSError as error:
         yield Finding("camera", str(error), False)
         return
     try:
@@ -77,7 +76,7 @@ def inspect(
 def _look(what: str, find: Callable[[], str]) -> Finding:
     try:
         return Finding(what, find(), True)
-    except (LinkError, CameraError, ValueError) as error:
+    except (OSError, ValueError) as error:
         return Finding(what, str(error), False)
 
 

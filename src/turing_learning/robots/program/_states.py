@@ -10,9 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from turing_learning.errors import require
-from turing_learning.robots.links._link import LinkError
 from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Replica, Signal
-from turing_learning.robots.tracking._images import CameraError
 from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
 from turing_learning.swarm import Scenario
 
@@ -129,7 +127,7 @@ class PcProgram:
             self._connect_robot(robot)
         try:
             self._poses = self._equipment.open_tracker()
-        except (CameraError, FileNotFoundError) as error:
+        except OSError as error:
             raise Disturbance(BEGIN, str(error), "Connect the camera", tries=ALONE) from error
         if not self._in_step:
             for name, opened in self._robots.items():
@@ -140,7 +138,7 @@ class PcProgram:
         try:
             opened = self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
             status = opened.status()
-        except LinkError as error:
+        except OSError as error:
             raise self._lost(robot.name, str(error)) from error
         if status.state == "R0" and not self._starts_all:
             raise Disturbance(BEGIN, f"{robot.role} {robot.name} has not begun", REMOTE.capitalize())
@@ -151,7 +149,7 @@ class PcProgram:
         """Halt all robots that are `moving`, as far as is known; a lost link is reopened. Those that do not answer stay there."""
         for robot in self._setup.linked:
             if robot.name in self.moving:
-                with suppress(LinkError):
+                with suppress(OSError):
                     if robot.name not in self._robots:
                         self._robots[robot.name] = self._equipment.open_replica(str(robot.address))
                     self._robots[robot.name].halt()
@@ -243,7 +241,7 @@ class PcProgram:
         begin_s = started_s + timing.wait_s + (timing.execute_s - length_s) / 2
         try:
             track = self._poses.track(begin_s, self._scenario.control_steps + 1)
-        except CameraError as error:
+        except OSError as error:
             raise Disturbance("P4", str(error), "Look after the camera", tries=ALONE) from error
         return partial(self._update, self._checked(track), started_s)
 
@@ -300,7 +298,7 @@ class PcProgram:
                     found[name] = self._robots[name].wait_for(kind, _POLL_S)
                 except TimeoutError:
                     continue
-                except LinkError as error:
+                except OSError as error:
                     raise self._lost(name, str(error)) from error
             if self._clock.now() > deadline and len(found) < len(self._robots):
                 silent = [name for name in silent if name not in found]
@@ -329,7 +327,7 @@ class PcProgram:
         before = robot.reconnections
         try:
             answer = use()
-        except LinkError as error:
+        except OSError as error:
             raise self._lost(name, str(error)) from error
         if robot.reconnections > before:
             raise self._lost(name, "it has come back")

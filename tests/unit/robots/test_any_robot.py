@@ -1,0 +1,194 @@
+"""Robots that are no e-pucks before no camera: the page's robot, which speaks JSON, and poses that come as datagrams."""
+
+import json
+import socket
+import sys
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from turing_learning.config import ConfigurationError
+from turing_learning.robots import EmulatedLaboratory, Fault, Model, Track, inspect, load_laboratory, real_equipment
+from turing_learning.robots.emulation._lines import Line
+from turing_learning.robots.links._messages import opened, sealed, write_model
+from turing_learning.robots.tracking._tracker import impossible
+from turing_learning.runs import read_events, read_post_evaluation, read_trials, resume_laboratory, start_laboratory
+from turing_learning.swarm import Robot
+
+SPEED = 6.0
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+
+class JsonLine(Line):
+    """The robot's end of the page's protocol."""
+
+    def __init__(self, robot):
+        super().__init__(robot)
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self.port = f"127.0.0.1:{self._listening.getsockname()[1]}"
+        self._client = None
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
+
+    def _serve(self):
+        while True:
+            try:
+                self._client, _ = self._listening.accept()
+            except OSError:  # closed
+                return
+            with suppress(OSError), self._client, self._client.makefile() as lines:
+                for line in lines:
+                    self._say(self._answer(json.loads(line)))
+
+    def _answer(self, message):
+        did, told = message["do"], {}
+        if did == "model":
+            self._tell(write_model(Model(message["sequence"], tuple(message["parameters"]))))
+        elif did == "status":
+            _, _, state, ms, waiting, executing, battery = opened(self._tell(sealed("X,Q"))).split(",")
+            told = {"state": state, "in_state_s": int(ms) / 1000, "waiting": int(waiting), "executing": int(executing)}
+            told["battery_ok"] = battery == "1"
+        elif did in ("start", "halt"):
+            self._tell(sealed("X,G" if did == "start" else "X,H"))
+        return {"did": did, "text": "JSON robot 1", **told}
+
+    def _tell(self, text):
+        return self.robot.receive(text.encode() + b"\r").decode().strip()
+
+    def signal(self, kind):
+        _, kind, trial, sequence = opened(self.robot.signal(kind).decode().strip()).split(",")
+        self._say({"signal": kind, "trial": int(trial), "sequence": int(sequence)})
+
+    def _say(self, message):
+        with suppress(OSError):
+            if self._client is not None:
+                self._client.sendall(json.dumps(message).encode() + b"\n")
+
+    def link(self):
+        raise NotImplementedError
+
+    drop = restore = link
+
+    def _send(self, data):
+        raise NotImplementedError
+
+    def close(self):
+        self._listening.shutdown(socket.SHUT_RDWR)
+        self._thread.join()
+        self._listening.close()
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
+        one.bind(("127.0.0.1", 0))
+        return one.getsockname()[1]
+
+
+@pytest.fixture
+def laboratory(tmp_path, monkeypatch):
+    """Serve four robots and their poses, and write the laboratory's file and module; return the robots and the file."""
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    from dataclasses import replace
+
+    from turing_learning.robots import LABORATORY
+
+    port, done = free_port(), threading.Event()
+    (tmp_path / "my_laboratory.py").write_text(
+        f"from any_robot import JsonRobot, UdpPoses\ndef open_poses(setup):\n    return UdpPoses(setup, {port})\n"
+    )
+    served = EmulatedLaboratory(replace(LABORATORY, agents=2), seed=3, make_line=lambda robot, _: JsonLine(robot))
+
+    def go():
+        ahead = -SPEED * time.monotonic()
+        while not done.is_set():
+            with served.lock:
+                served.clock.sleep_until(served.clock.now() + 0.05)
+                poses = dict(zip(served.names, served.poses().tolist(), strict=True))
+                now = served.clock.now()
+            sender.sendto(json.dumps({"time": now / SPEED, "poses": poses}).encode(), ("127.0.0.1", port))
+            time.sleep(max(0.0, (now - ahead) / SPEED - time.monotonic()))
+
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    thread = threading.Thread(target=go, daemon=True)
+    thread.start()
+    timing = {"wait_s": 1 / SPEED, "disperse_s": 8 / SPEED, "execute_s": 7 / SPEED}
+    text = 'open_replica = "my_laboratory:JsonRobot"\ntracker = "my_laboratory:open_poses"\n'
+    text += f"[camera]\nfps = {10 * SPEED}\n[interventions]\nbatteries_every = 0\n[evaluation]\nrepeats = 1\n"
+    text += "[timing]\n" + "".join(f"{name} = {value}\n" for name, value in timing.items()) + "tolerance_s = 1.0\n"
+    for name in served.names:
+        role = name.partition("-")[0]
+        text += (
+            f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{served.line(name).port}"\n'
+        )
+    text += f"[scenario.robot]\nmaximum_speed_cm_s = {12.8 * SPEED}\n[scenario.trial]\nduration_s = {1 / SPEED}\n"
+    text += "[models]\npopulation = 4\n[classifiers]\npopulation = 8\n[run]\ngenerations = 2\nthreads = 1\n"
+    (tmp_path / "lab.toml").write_text(text)
+    yield served, tmp_path / "lab.toml"
+    done.set()
+    thread.join()
+    sender.close()
+    served.close()
+    for name in ("my_laboratory", "any_robot"):
+        sys.modules.pop(name, None)
+
+
+def test_robots_that_speak_json_are_started_observed_halted_and_resumed_like_epucks(laboratory, tmp_path):
+    served, file = laboratory
+    loaded, out = load_laboratory(file), tmp_path / "run"
+    found = {each.what: each for each in inspect(loaded.setup, loaded.configuration.swarm, real_equipment(loaded))}
+    assert list(found) == ["agent agent-1", "agent agent-2", "replica replica-1", "replica replica-2", "tracker"]
+    assert all(each.fine for each in found.values()), found
+    assert found["agent agent-1"].text == "JSON robot 1; battery good; state R0"
+    result = start_laboratory(loaded, out, should_stop=lambda: True)
+    assert result.generations == 1
+    assert {served.robot(name).emulated.state for name in served.names} == {"R0"}
+    assert resume_laboratory(out).complete  # by the names in the folder
+    assert read_post_evaluation(out).complete
+    assert not [event for event in read_events(out) if event["asked"]]
+    trials = read_trials(out, "generation-0001")
+    assert trials.poses.shape == (2, 11, 4, 3)
+    assert np.ptp(trials.poses[:, :, :2, 2], axis=1).min() > 0.2  # agents turn
+
+
+def test_functions_that_have_no_name_are_asked_for_when_the_run_is_resumed(laboratory, tmp_path, monkeypatch):
+    from any_robot import JsonRobot
+
+    _, file = laboratory
+    out = tmp_path / "run"
+    start_laboratory(
+        load_laboratory(file), out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True
+    )
+    monkeypatch.setattr("turing_learning.config._parts._objects", {})  # as in another process
+    with pytest.raises(ConfigurationError, match="`open_replica` must be given again"):
+        resume_laboratory(out)
+    resume_laboratory(out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True)
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        (
+            lambda poses, present: poses.__setitem__((slice(6, None), 1, 0), 7.0),
+            "individual 1 (b) cannot have moved so far",
+        ),
+        (
+            lambda poses, present: poses.__setitem__((slice(6, None), 0, 2), 3.1),
+            "individual 0 (a) cannot have moved so far",
+        ),
+        (lambda poses, present: present.__setitem__((3, 1), False), "individual 1 (b) is out of sight"),
+    ],
+)
+def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, text):
+    poses, present = np.zeros((11, 2, 3)), np.ones((11, 2), bool)
+    robot = Robot()
+    assert impossible(Track(poses, present, ("a", "b"), 0.1), robot.maximum_speed_cm_s, 5.0) == ()
+    change(poses, present)
+    (fault,) = impossible(Track(poses, present, ("a", "b"), 0.1), robot.maximum_speed_cm_s, 5.0)
+    assert isinstance(fault, Fault)
+    assert text in fault.text
+    assert impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), 100.0, 40.0) == ()  # a faster robot
