@@ -322,7 +322,7 @@ class EmulatedRobot:
         if fields == ["Q"]:
             return _line(sealed(self._describe()))
         numbers = whole_numbers(fields[1:])
-        model = read_model(numbers) if fields[0] == "M" and numbers is not None else None
+        model = read_model(numbers) if fields[:1] == ["M"] and numbers is not None else None
         if model is None:
             return _line(sealed("x,E,message"))
         self._waiting = model

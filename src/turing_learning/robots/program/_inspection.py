@@ -20,6 +20,7 @@ from ._setup import LaboratorySetup, RobotSection
 
 IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
+RATE_TRIES = 5  #: A PC that is busy for a moment takes images late, and then many at once
 LANDMARK_CM = 1.0  #: Largest distance between where a landmark lies by the file and where it is seen
 
 
@@ -104,9 +105,12 @@ def _rate(poses: CameraPoses, setup: LaboratorySetup) -> str:
     expected = (tracker.image_size[1], tracker.image_size[0], 3)
     rule, remedy = f"give images {expected}, as its calibration says", "Calibrate it again, or set it to that size."
     require(first.shape == expected, "camera", rule, str(first.shape), remedy)
-    begun = drop_old_images(camera, clock, 1 / setup.camera.fps)
-    images, stamps = zip(*(take_stamped(camera, clock) for _ in range(IMAGES)), strict=True)
-    rate = IMAGES / max(stamps[-1] - begun, 1e-9)
+    for _ in range(RATE_TRIES):
+        begun = drop_old_images(camera, clock, 1 / setup.camera.fps)
+        images, stamps = zip(*(take_stamped(camera, clock) for _ in range(IMAGES)), strict=True)
+        rate = IMAGES / max(stamps[-1] - begun, 1e-9)
+        if abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE:
+            break
     got = f"{setup.camera.fps:g}, and images at {rate:.2f} per second"
     require(abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE, "camera.fps", "be the camera's rate", got)
     frozen = all(np.array_equal(first, image) for image in images)

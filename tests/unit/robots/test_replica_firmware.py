@@ -1,0 +1,173 @@
+"""The firmware in C, compiled for this computer, against the emulated robot: the same bytes, the same wheels, at every moment."""
+
+import ctypes
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from robot_bodies import Body, Clock
+
+from turing_learning.robots import EmulatedRobot
+from turing_learning.robots.emulation._firmware import Firmware
+from turing_learning.robots.links._messages import sealed
+
+FOLDER = Path(__file__).parents[3] / "firmware"
+AGENT = (-0.7, -1.0, 1.0, -1.0)
+BOARD = """
+#include "replica.h"
+static void (*wheels)(int, int); static void (*send)(const char *); static int (*battery)(void); static int (*pick)(int, int);
+void board(void *a, void *b, void *c, void *d) {
+    wheels = (void (*)(int, int))a, send = (void (*)(const char *))b, battery = (int (*)(void))c, pick = (int (*)(int, int))d;
+}
+void board_wheels(int left, int right) { wheels(left, right); }
+void board_send(const char *text) { send(text); }
+int board_battery_ok(void) { return battery(); }
+int board_random(int low, int high) { return pick(low, high); }
+"""
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("there is no C compiler")
+    folder = tmp_path_factory.mktemp("firmware")
+    (folder / "board.c").write_text(BOARD)
+    command = [compiler, "-std=c99", "-Wall", "-Wextra", "-Werror", "-fsanitize=undefined", "-fno-sanitize-recover"]
+    command += ["-shared", "-fPIC", "-I", str(FOLDER), str(FOLDER / "replica.c"), str(folder / "board.c")]
+    subprocess.run([*command, "-o", str(folder / "replica.so")], check=True)
+    return ctypes.CDLL(str(folder / "replica.so"))
+
+
+class Choices:
+    """Turns of an odd number of milliseconds, so that none ends with a cycle; the same for both robots."""
+
+    def __init__(self, seed):
+        self._rng = np.random.default_rng(seed)
+
+    def pick(self, low, high):
+        if high == 1:
+            return int(self._rng.integers(0, 2))
+        return low + 10 * int(self._rng.integers(0, (high - low) // 10)) + 7
+
+    def uniform(self, low, high):
+        return self.pick(round(1000 * low), round(1000 * high)) / 1000
+
+    def choice(self, sides):
+        return sides[self.pick(0, 1)]
+
+
+class Both:
+    """The firmware in C and the emulated robot, which hear and see the same."""
+
+    def __init__(self, library, controller, seed):
+        self.c, self.clock, self.body = library, Clock(), Body()
+        self.sent, self.wheels, self.said = b"", (0, 0), b""
+        choices = Choices(seed)
+        self._kept = [
+            ctypes.CFUNCTYPE(None, ctypes.c_int, ctypes.c_int)(lambda *wheels: setattr(self, "wheels", wheels)),
+            ctypes.CFUNCTYPE(None, ctypes.c_char_p)(lambda text: setattr(self, "sent", self.sent + text)),
+            ctypes.CFUNCTYPE(ctypes.c_int)(lambda: int(self.body.battery)),
+            ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.c_int)(choices.pick),
+        ]
+        library.board(*(ctypes.cast(one, ctypes.c_void_p) for one in self._kept))
+        speeds = [round(10_000 * speed) for speed in controller]
+        library.replica_begin((ctypes.c_int * max(len(speeds), 1))(*speeds), len(speeds), 0)
+        self.manual = (0, 0)
+        self.body.set_speed = lambda *wheels: setattr(self, "manual", wheels)
+        self.robot = EmulatedRobot(self.body, clock=self.clock)
+        self.python = Firmware(self.robot, Choices(seed), controller=controller or None, signal=self._signal)
+
+    def _signal(self, kind):
+        self.said += self.robot.signal(kind)
+
+    @property
+    def now_ms(self):
+        return round(1000 * self.clock.now)
+
+    def hear(self, data):
+        for byte in data:
+            self.c.replica_receive(byte, self.now_ms)
+        self.said += self.robot.receive(data)
+        assert self.sent == self.said, data
+
+    def step(self, sight, proximity):
+        self.c.replica_step(self.now_ms, sight, (ctypes.c_int * 8)(*proximity))
+        wheels = self.python.step(self.clock.now, sight, proximity, tuple(speed / 1000 for speed in self.manual))
+        assert self.wheels == tuple(round(10_000 * wheel) for wheel in wheels), (self.clock.now, self.robot.state)
+        assert self.sent == self.said
+
+    def go(self, cycles, rng, hear=lambda cycle: b""):
+        for cycle in range(cycles):
+            self.hear(hear(cycle))
+            self.step(int(rng.integers(2)), (rng.integers(0, 700, 8) * (rng.random() < 0.3)).tolist())
+            self.clock.now = round(self.clock.now + 0.1, 3)
+
+
+def line(text):
+    return (sealed(text) + "\r").encode()
+
+
+def some_line(rng):
+    """A message, sound or spoilt, of either protocol."""
+    numbers = ",".join(str(rng.integers(-10_500, 10_500)) for _ in range(rng.integers(0, 19)))
+    texts = [
+        "X,A",
+        "X,Q",
+        "X,Q",
+        "X,G",
+        "X,H",
+        f"X,M,{rng.integers(-5, 70_000)},{numbers}",
+        "X,M,7,5000,-3000,-10000,10000",
+    ]
+    texts += [
+        "X,M, 8 ,1,2",
+        "X,M,8,--1",
+        "X,M,8,",
+        "X,",
+        "X,Y",
+        "XM,3,4",
+        "X",
+        "X,M,9,12345678901234567890",
+        "X,M,9,1,",
+    ]
+    data = bytearray(line(str(rng.choice(texts))))
+    plain = [b"S\r", b"D,100,-200\r", b"D,7\r", b"d,5,x\n", b"E\r\n", b"b\r", b"?\r", b"\0\0", b"\xbc\x2c\x01\x9c\xff\0",
+             b"\xb4\x01\x02\0", b"D,1\0,2\r", b"\r\n\xbc\r", b"X" * 300 + b"\r"]  # fmt: skip
+    if rng.random() < 0.4:
+        return plain[rng.integers(len(plain))]
+    if rng.random() < 0.2:
+        data[rng.integers(1, len(data) - 1)] = rng.integers(33, 127)
+    return bytes(data)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("controller", [(), AGENT], ids=["replica", "agent"])
+def test_noise_messages_and_loops_have_the_same_bytes_and_wheels(library, controller, seed):
+    rng, both = np.random.default_rng(seed), Both(library, controller, seed)
+    both.go(2500, rng, lambda cycle: some_line(rng) if rng.random() < 0.15 else b"")
+    for part in (b"x,START,", b"x,STOP,", b"x,E,checksum*", b"x,E,message*", b"x,Q,R5,", b"x,M,7*", b"e,100,-200"):
+        assert part in both.sent
+    for byte in b"\0\0\0\0\0\rV\r":
+        library.replica_receive(byte, both.now_ms)
+    assert both.sent.endswith(b"v,Version 1 replica\r\nHW version: 0\r\n")
+
+
+def test_a_replica_loses_its_pc_stands_goes_on_and_halts_after_five_loops(library):
+    rng, both = np.random.default_rng(1), Both(library, (), 1)
+    alive = line("X,A")
+    both.hear(line("X,M,1,5000,4000,5000,4000") + alive + line("X,G"))
+    both.go(115, rng, lambda cycle: alive if cycle % 5 == 0 else b"")
+    both.go(40, rng)
+    assert both.wheels == (0, 0)
+    assert both.robot.state == "R5"
+    both.go(210, rng, lambda cycle: alive if cycle % 5 == 0 else b"")
+    assert both.sent.count(b"STOP") == 1 + 1  # not after the trial in which it stood
+    both.go(1000, rng, lambda cycle: alive if cycle % 5 == 0 else b"")
+    assert both.robot.state == "R0"
+    both.hear(line("X,Q"))
+    both.body.battery = False
+    both.hear(line("X,Q"))
+    assert b",-1,-1,0*" in both.sent
