@@ -6,13 +6,15 @@ Camera
     `Detections`. A `Tracker` turns images (`Sighting`) into a `Track`, whose `speeds` are motion samples and whose `Fault`s
     say what went wrong. `Capture` opens a video, `LiveCapture` a `Camera`, whose images it stamps.
 Robots
-    `open_link` opens a `Link`, a serial line or a TCP port; an `EPuck` sends a `Model` over it and receives a `Signal` or
-    `Status`. docs/robots/protocol.md describes the messages.
+    A `Replica` takes a `Model`, says its `Status` and each `Signal`. An `EPuck` is one, over a `Link`, a serial line or a TCP
+    port that `open_link` opens (docs/robots/protocol.md); others are yours (docs/robots/any-robot.md). `live` is the program of
+    a robot with a `RobotBody`.
 Laboratory
     `load_laboratory` reads a file: a `Laboratory` is a `LaboratorySetup` and the configuration of its run. `PcProgram` goes
     through the states P1 to P5 in step with the replicas and returns each `ObservedTrial`; `LaboratorySource` makes samples of
-    them, repeats a trial after a `Disturbance`, and reports every `Event`. Both use an `Equipment`: the
-    `real_equipment` with an `Operator`, or that of `rehearse`. `inspect` looks at everything before anything moves.
+    them, repeats a trial after a `Disturbance`, and reports every `Event`. Both use an `Equipment`, whose `PoseSource` says where
+    everybody is (`CameraPoses`, by default): the `real_equipment` with an `Operator`, or that of `rehearse`. `inspect` looks at
+    everything before anything moves.
 Emulation
     `EmulatedLaboratory` has robots (`EmulatedRobot`), an arena, a camera (`EmulatedCamera`), an operator and faults on demand,
     in virtual time (`VirtualClock`), under `Conditions`; `ArenaService` serves it in real time. `SimulatedLaboratory` gives

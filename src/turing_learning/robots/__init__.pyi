@@ -18,6 +18,8 @@ from .emulation._physics import move_alone as move_alone
 from .emulation._rehearsal import SimulatedLaboratory as SimulatedLaboratory
 from .emulation._rehearsal import as_emulated as as_emulated
 from .emulation._rehearsal import rehearse as rehearse
+from .emulation._robot import RobotBody as RobotBody
+from .emulation._robot import live as live
 from .emulation._service import ArenaService as ArenaService
 from .links._epuck import EPuck as EPuck
 from .links._link import Link as Link

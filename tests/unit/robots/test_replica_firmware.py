@@ -1,15 +1,22 @@
 """The firmware in C, compiled for this computer, against the emulated robot: the same bytes, the same wheels, at every moment."""
 
+import contextlib
 import ctypes
 import shutil
+import socket
+import struct
 import subprocess
+import threading
+import time
+from functools import reduce
+from operator import xor
 from pathlib import Path
 
 import numpy as np
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot
+from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, RealClock, live, open_link
 from turing_learning.robots.emulation._firmware import Firmware
 from turing_learning.robots.links._messages import sealed
 
@@ -171,3 +178,89 @@ def test_a_replica_loses_its_pc_stands_goes_on_and_halts_after_five_loops(librar
     both.body.battery = False
     both.hear(line("X,Q"))
     assert b",-1,-1,0*" in both.sent
+
+
+STUBS = {
+    "hal.h": """#include <stdint.h>
+        #include <stddef.h>
+        typedef int mutex_t; typedef int condition_variable_t; typedef uint32_t systime_t; typedef int msg_t;
+        #define MUTEX_DECL(name) mutex_t name
+        #define CONDVAR_DECL(name) condition_variable_t name
+        #define THD_WORKING_AREA(name, size) char name[size]
+        #define THD_FUNCTION(name, argument) void name(void *argument)
+        #define ST2MS(ticks) (ticks)
+        #define MS2ST(ms) (ms)
+        #define NORMALPRIO 64
+        extern int SD3;
+        uint32_t chVTGetSystemTime(void); void halInit(void); void chSysInit(void); void chMtxLock(mutex_t *);
+        void chMtxUnlock(mutex_t *); void chThdSleepMilliseconds(int); void chThdSleepUntil(systime_t);
+        void chThdCreateStatic(void *, size_t, int, void (*)(void *), void *);
+        size_t chSequentialStreamRead(int *, uint8_t *, size_t); size_t chSequentialStreamWrite(int *, const uint8_t *, size_t);""",
+    "camera/camera.h": "typedef enum { SIZE_QQVGA = 2 } image_size_t; typedef enum { FORMAT_GREYSCALE } format_t;"
+        "void cam_start(void); int8_t cam_config(format_t, image_size_t);",
+    "camera/dcmi_camera.h": "typedef enum { CAPTURE_CONTINUOUS = 1 } capture_mode_t; int8_t dcmi_start(void);"
+        "int8_t dcmi_prepare(void); void dcmi_set_capture_mode(capture_mode_t); void dcmi_capture_start(void);"
+        "uint8_t *dcmi_get_last_image_ptr(void);",
+    "ir_remote.h": "void ir_remote_start(void); uint8_t ir_remote_get_toggle(void);",
+    "motors.h": "void left_motor_set_speed(int); void right_motor_set_speed(int); void motors_init(void);",
+    "msgbus/messagebus.h": "typedef int messagebus_t; void messagebus_init(messagebus_t *, mutex_t *, condition_variable_t *);",
+    "selector.h": "int get_selector(void);",
+    "sensors/battery_level.h": "void battery_level_start(void); float get_battery_percentage(void);",
+    "sensors/proximity.h": "enum { FAST_UPDATE }; void proximity_start(uint8_t); void calibrate_ir(void);"
+        "int get_calibrated_prox(unsigned int);",
+    "serial_comm.h": "void serial_start(void);",
+}  # fmt: skip
+"""What the main program takes from e-puck2_main-processor (d2e0dbb), by its signatures."""
+
+
+def test_the_main_program_of_the_epuck2_fits_the_functions_of_its_board(tmp_path):
+    compiler = shutil.which("cc")
+    if compiler is None:
+        pytest.skip("there is no C compiler")
+    for name, text in STUBS.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text + "\n")
+    command = [compiler, "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", str(tmp_path)]
+    subprocess.run([*command, str(FOLDER / "e-puck2" / "main.c")], check=True)
+
+
+def test_a_pi_puck_executes_a_model_that_its_pc_sends_and_stands_at_the_end(monkeypatch):
+    monkeypatch.syspath_prepend(str(FOLDER))
+    from pi_puck import PiPuck
+
+    speeds, done = [], threading.Event()
+
+    def exchange(data):
+        assert len(data) == 20
+        assert reduce(xor, data) == 0
+        speeds.append(struct.unpack_from("<hh", data))
+        return struct.pack("<8h", *range(8)) + bytes(30) + bytes([reduce(xor, struct.pack("<8h", *range(8)))])
+
+    class Eye:
+        def take(self):
+            return np.full((120, 160, 3), 20, np.uint8)
+
+    pi_puck, clock = PiPuck(exchange, Eye()), RealClock(speed=20.0)
+    assert pi_puck.sight() == 1
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port = one.getsockname()[1]
+    options = {"host": "127.0.0.1", "port": port, "clock": clock, "ended": done.is_set}
+    thread = threading.Thread(target=live, args=(pi_puck,), kwargs=options)
+    thread.start()
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        with contextlib.suppress(LinkError):
+            pc = EPuck(open_link(f"socket://127.0.0.1:{port}"), timeout_s=20.0)
+            break
+    pc.send_model(Model(3, (0.1, 0.2, -0.3, 0.4)))
+    pc.start()
+    assert pc.wait_for("START", 60.0).sequence == 3
+    while (-300, 400) not in speeds:  # I = 1
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    done.set()
+    thread.join()
+    pc.close()
+    assert speeds[-1] == (0, 0)
+    assert pi_puck.proximity() == tuple(range(8))

@@ -1,12 +1,15 @@
-"""One robot of the emulated laboratory: battery, wheels and sensors around the program that runs on it."""
+"""One robot, emulated or real: battery, wheels and sensors around the program that runs on it."""
 
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 
-from ._emulated_robot import EmulatedRobot
+from turing_learning.robots._clock import Clock, RealClock
+
+from ._emulated_robot import Body, EmulatedRobot
 from ._firmware import STILL, Firmware, Wheels
-from ._lines import Line
+from ._lines import Line, serve_tcp
 
 FULL_SPEED = 1000
 LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights
@@ -81,3 +84,44 @@ class ArenaRobot:
     def _signal(self, kind: str) -> None:
         if not self.silent and self.line is not None:
             self.line.signal(kind)
+
+
+class RobotBody(Body, Protocol):
+    """The hardware of a real robot on whose computer Python runs."""
+
+    def sight(self) -> int:
+        """Return the reading I of the line-of-sight sensor: 1 if a robot is ahead."""
+
+
+class _Held:
+    """A body whose wheels the loop turns: what the PC commands is kept for the loop, which obeys it until it has begun."""
+
+    def __init__(self, body: RobotBody) -> None:
+        self.proximity, self.battery_ok, self.manual = body.proximity, body.battery_ok, STILL
+
+    def set_speed(self, left: int, right: int) -> None:
+        self.manual = (left / FULL_SPEED, right / FULL_SPEED)
+
+
+def live(
+    body: RobotBody, *, controller: tuple[float, ...] | None = None, host: str = "0.0.0.0", port: int = 5000,
+    clock: Clock | None = None, interval_s: float = 0.1, ended: Callable[[], bool] = lambda: False,
+) -> None:  # fmt: skip
+    """Be a replica on a robot's own computer, or with a `controller` an agent, at a TCP port: docs/robots/firmware.md.
+
+    Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true. Then, and after an
+    error, it stands. The PC must have an address of it, and starts it.
+    """
+    clock, held = clock or RealClock(), _Held(body)
+    robot = EmulatedRobot(held, clock=clock.now)
+    try:
+        with serve_tcp(robot, host=host, port=port) as line:
+            firmware = Firmware(robot, np.random.default_rng(), controller=controller, signal=line.signal)
+            due = clock.now()
+            while not ended():
+                left, right = firmware.step(clock.now(), body.sight(), body.proximity(), held.manual)
+                body.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
+                due = max(due + interval_s, clock.now())
+                clock.sleep(due - clock.now())
+    finally:
+        body.set_speed(0, 0)
