@@ -12,7 +12,18 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots import EmulatedLaboratory, Fault, Model, Track, inspect, load_laboratory, real_equipment
+from turing_learning.robots import (
+    ArucoMarkers,
+    EmulatedLaboratory,
+    Fault,
+    Model,
+    Track,
+    as_emulated,
+    inspect,
+    load_laboratory,
+    real_equipment,
+    rehearse,
+)
 from turing_learning.robots.emulation._lines import Line
 from turing_learning.robots.links._messages import opened, sealed, write_model
 from turing_learning.robots.tracking._tracker import impossible
@@ -192,3 +203,35 @@ def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, tex
     assert isinstance(fault, Fault)
     assert text in fault.text
     assert impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), 100.0, 40.0) == ()  # a faster robot
+
+
+@pytest.mark.parametrize(
+    ("markers", "labels"),
+    [
+        ('markers = "aruco"\nmarker_cm = 5.0', ("3", "17", "49", "5")),
+        ('markers = "aruco"\ndictionary = "5X5_250"\nmarker_cm = 5.0', ("3", "17", "249", "5")),
+        ('markers = "aruco"\ndictionary = "APRILTAG_16h5"\nmarker_cm = 5.0', ("3", "17", "29", "5")),
+        ('markers = "triangles"\nmarker_cm = 4.2', ("green", "green", "red", "blue")),
+    ],
+)
+def test_a_rehearsal_wears_the_markers_of_the_file(markers, labels, tmp_path):
+    robots = [
+        ("agent", "a1", ""),
+        ("agent", "a2", ""),
+        ("replica", "r1", 'address = "x"'),
+        ("replica", "r2", 'address = "y"'),
+    ]
+    text = f'[camera]\ncalibration = "camera.json"\n{markers}\n[scenario.arena]\nwidth_cm = 80.0\nheight_cm = 90.0\n'
+    for (role, name, address), label in zip(robots, labels, strict=True):
+        text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{label}"\n{address}\n'
+    (tmp_path / "lab.toml").write_text(text)
+    with as_emulated(load_laboratory(tmp_path / "lab.toml")) as laboratory:
+        track = rehearse(laboratory).open_tracker().track(0.0, 3)
+    assert track.labels == labels
+    assert track.complete
+    assert track.faults == ()
+
+
+def test_a_dictionary_that_does_not_exist_is_named():
+    with pytest.raises(ValueError, match=r"`camera\.dictionary` must be a known dictionary; got '4X4_5'.*Did you mean"):
+        ArucoMarkers(dictionary="4X4_5").check_label("1")

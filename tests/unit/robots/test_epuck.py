@@ -1,3 +1,5 @@
+import struct
+
 import pytest
 from robot_bodies import Body, Clock
 
@@ -12,6 +14,7 @@ from turing_learning.robots import (
     serve_tcp,
     serve_terminal,
 )
+from turing_learning.robots.links._epuck import RESYNCHRONIZE
 
 
 @pytest.fixture
@@ -224,3 +227,20 @@ def test_a_reset_that_no_robot_answers_is_followed_by_its_version():
     assert line.sent.endswith(b"R\rV\r")
     assert robot.version().startswith("Version 1.1.3")
     assert robot.garbled == 0
+
+
+@pytest.mark.parametrize("broken", [b"D,900,9", b"\xbc\x2c\x01", b"\xbc\x2c\x01\x2c\x01", b"V\r\n", b"", b"\xff"])
+def test_a_broken_command_is_ended_stopped_and_followed_by_any_other(robot, body, broken):
+    robot.receive(b"D,300,300\r" + broken)
+    robot.receive(RESYNCHRONIZE)
+    assert body.speeds == (0, 0)
+    assert robot.receive(b"\xb2\0") == struct.pack("<8h", *body.readings)
+
+
+def test_an_epuck_without_the_firmware_of_a_replica_is_named(robot, monkeypatch):
+    monkeypatch.setattr(robot, "_converse", lambda line: b"z,Command not found\r\n")
+    with serve_tcp(robot) as server, open_link(server.port) as link:
+        epuck = EPuck(link, timeout_s=20.0, retries=1)
+        assert epuck.version().startswith("Version")
+        with pytest.raises(LinkError, match="an ordinary e-puck without replica firmware"):
+            epuck.status()
