@@ -36,3 +36,4 @@ BUFFER = 20  # which genuine samples a bounded pool keeps
 DESIGN = 21  # where the next trials are spent
 MATCHING = 22  # draws and bootstrap of the read-out
 """Purposes of an estimate from few trials."""
+DIALOGUE = 23  # what the best interrogators do, in a report

@@ -4,10 +4,10 @@ In the order of the data:
 
 =============================================  ================================================================
 `SampleSource`, `Classifier`, `Interrogation`  Protocols: what systems, simulations and judges have to offer.
-`InteractiveSampleSource`                      A source that each classifier influences.
+`InteractiveSource`                            A source that each classifier influences.
 `Samples`                                      Genuine and counterfeit samples of one generation.
 `PassiveInterrogation`                         Collect once, let every classifier judge the same samples.
-`InteractiveInterrogation`                     Collect separate samples for each classifier.
+`InteractiveInterrogation`                     Let each classifier meet the system and some models alone.
 `Judgments`, `THRESHOLD`                       All classifiers' outputs for all samples, and the decisions.
 `model_reward`, `classifier_reward`            Equations 1 and 2 of the paper: functions of `Judgments`.
 `specificity`, `sensitivity`                   Equations 3 and 4.
@@ -32,7 +32,7 @@ from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import THRESHOLD, Judgments
 from ._loop import Coevolution
 from ._moments import Moments, train_moments
-from ._protocols import Classifier, InteractiveSampleSource, Interrogation, SampleSource
+from ._protocols import Classifier, InteractiveSource, Interrogation, SampleSource
 from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
 from ._samples import Samples
 
@@ -45,7 +45,7 @@ __all__ = [
     "FewTrials",
     "Generation",
     "InteractiveInterrogation",
-    "InteractiveSampleSource",
+    "InteractiveSource",
     "Interrogation",
     "Judgments",
     "Moments",

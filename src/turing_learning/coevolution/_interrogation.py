@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from ..errors import integer
 from ._judgments import Judgments
-from ._protocols import Classifier, InteractiveSampleSource, SampleSource
+from ._protocols import Classifier, InteractiveSource, SampleSource
 from ._samples import Samples
 
 
@@ -46,24 +47,23 @@ class PassiveInterrogation:
 
 
 class InteractiveInterrogation:
-    """Each classifier judges samples of its own, and may influence them.
+    """Each classifier meets the system and some models alone, and influences what it sees of them.
 
     Parameters
     ----------
     source
-        Yields the samples, once for each classifier. Where it is an `InteractiveSampleSource`, each classifier
-        meets ``source.facing(classifier)``; any other source yields independent samples for each.
-    classifier
-        Judges them.
+        Lets classifiers meet the system and models.
+    opponents
+        Models that each classifier meets in a generation, and as many genuine samples; all models if there are fewer. Every
+        model is met by as many classifiers, or by one more. The trials are (N + B) x opponents of models, N x opponents genuine.
 
     Source
     ------
-    Paper, section 3.1, footnote 1.
+    Paper, section 3.1, footnote 1; docs/decisions/0032-interaction.md.
     """
 
-    def __init__(self, source: SampleSource, classifier: Classifier) -> None:
-        self.source = source
-        self.classifier = classifier
+    def __init__(self, source: InteractiveSource, opponents: int) -> None:
+        self.source, self.opponents = source, integer("opponents", opponents, 1)
 
     def __call__(
         self,
@@ -72,32 +72,52 @@ class InteractiveInterrogation:
         rng: np.random.Generator,
         referees: np.ndarray | None = None,
     ) -> Judgments:
-        """Collect samples of the M models (M, P) for each of the N classifiers (N, Q); return the judgments.
+        """Return the judgments of the N classifiers (N, Q) on those of the M models (M, P) that they have met.
 
-        Referees (B, Q) judge samples of their own, too.
+        Referees (B, Q) meet models, too, and no genuine samples.
 
         Raises
         ------
         ValueError
-            If the source or the classifier returns another number of samples or outputs than it was asked
-            for, or the source not the same number for every classifier.
+            If the source returns another number of outputs than it was asked for.
         """
-        parts = [self._interrogate(models, genome, rng) for genome in classifiers]
-        shapes = sorted({(*p.genuine_outputs.shape[1:], *p.counterfeit_outputs.shape[1:]) for p in parts})
-        if len(shapes) > 1:
-            raise ValueError(
-                f"`source` must yield the same numbers of samples (K, M, C) for every classifier; got {shapes}."
-            )
-        referee_parts = [self._interrogate(models, genome, rng) for genome in ([] if referees is None else referees)]
-        return Judgments(
-            np.concatenate([p.genuine_outputs for p in parts]),
-            np.concatenate([p.counterfeit_outputs for p in parts]),
-            np.concatenate([p.counterfeit_outputs for p in referee_parts]) if referee_parts else None,
-        )
+        met = self._opponents(len(models), len(classifiers), rng)
+        genuine, counterfeit = self._confronted(models, classifiers, met, met.shape[1], rng)
+        own = _spread(counterfeit, met, len(models))
+        if referees is None or len(referees) == 0:
+            return Judgments(genuine, own[0], met=own[1])
+        refereed = self._opponents(len(models), len(referees), rng)
+        _, outputs = self._confronted(models, referees, refereed, 0, rng)
+        theirs = _spread(outputs, refereed, len(models))
+        return Judgments(genuine, own[0], theirs[0], met=own[1], referees_met=theirs[1])
 
-    def _interrogate(self, models: np.ndarray, genome: np.ndarray, rng: np.random.Generator) -> Judgments:
-        source = self.source.facing(genome) if isinstance(self.source, InteractiveSampleSource) else self.source
-        return _judge(self.classifier, genome[None], _collect(source, models, rng))
+    def _opponents(self, models: int, classifiers: int, rng: np.random.Generator) -> np.ndarray:
+        """Return which models (N, k) each classifier meets: the next k of them, in a random order that has no end."""
+        count = min(self.opponents, models)
+        if count == models:
+            return np.tile(np.arange(models), (classifiers, 1))
+        places = (np.arange(classifiers * count) % models).reshape(classifiers, count)
+        return rng.permutation(models)[places][rng.permutation(classifiers)]
+
+    def _confronted(
+        self, models: np.ndarray, genomes: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        outputs = self.source.confront(models, genomes, met, genuine, rng)
+        shapes = ((len(genomes), genuine), met.shape)
+        if (outputs[0].shape, outputs[1].shape) != shapes:
+            raise ValueError(
+                f"`source.confront` must return outputs of shapes {shapes[0]} and {shapes[1]}; got {outputs[0].shape} and "
+                f"{outputs[1].shape}."
+            )
+        return outputs
+
+
+def _spread(outputs: np.ndarray, met: np.ndarray, models: int) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return outputs (N, k) for the models that were met as (N, M, 1), 0 elsewhere, and which were; None for all."""
+    spread, places = np.zeros((len(met), models), outputs.dtype), np.zeros((len(met), models), bool)
+    np.put_along_axis(spread, met, outputs, axis=1)
+    np.put_along_axis(places, met, True, axis=1)
+    return spread[:, :, None], None if places.all() else places
 
 
 def _collect(source: SampleSource, models: np.ndarray, rng: np.random.Generator) -> Samples:

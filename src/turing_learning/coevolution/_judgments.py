@@ -23,6 +23,8 @@ class Judgments:
         Outputs of B archived classifiers for samples of the models. None means no referees.
     referee_specificity : (B,)
         Share of genuine samples that each archived classifier judged genuine in its own generation; None without referees.
+    met, referees_met : (N, M) and (B, M) bool
+        Which models each has met; its other outputs are 0 and do not count. None means all.
 
     Raises
     ------
@@ -34,12 +36,22 @@ class Judgments:
     counterfeit_outputs: np.ndarray
     referee_outputs: np.ndarray | None = None
     referee_specificity: np.ndarray | None = None
+    met: np.ndarray | None = None
+    referees_met: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)
         _check("counterfeit_outputs", self.counterfeit_outputs, "(N, M, C)", 3)
         if self.referee_outputs is not None:
             _check_referees(self.referee_outputs, self.counterfeit_outputs.shape[1:])
+        for name, met, outputs in (
+            ("met", self.met, self.counterfeit_outputs),
+            ("referees_met", self.referees_met, self.referee_outputs),
+        ):
+            if met is not None and (outputs is None or met.shape != outputs.shape[:2] or met.dtype != bool):
+                raise ValueError(f"`{name}` must be truth values (N, M), one for each output; got shape {met.shape}.")
+        if self.met is not None and not self.met.any(axis=0).all():
+            raise ValueError("`met` must hold a classifier for each model; got a model that none has met.")
         if len(self.genuine_outputs) != len(self.counterfeit_outputs):
             raise ValueError(
                 "`genuine_outputs` and `counterfeit_outputs` must agree in the number of classifiers N; "
@@ -68,7 +80,7 @@ class Judgments:
         "all accepted" if every classifier accepts every model, "all rejected" if every classifier rejects every
         model, "active" otherwise. In the first two, all models are equally fit.
         """
-        if self.counterfeit.all():
+        if (self.counterfeit if self.met is None else self.counterfeit[self.met]).all():
             return "all accepted"
         return "active" if self.counterfeit.any() else "all rejected"
 

@@ -29,17 +29,31 @@ class SampleSource(Protocol):
         """
 
 
-@runtime_checkable
-class InteractiveSampleSource(SampleSource, Protocol):
-    """A source that each classifier influences, for example by choosing stimuli while it observes."""
+class InteractiveSource(Protocol):
+    """A system and models of it that classifiers influence, for example by choosing stimuli while they observe."""
 
-    def facing(self, classifier: np.ndarray) -> SampleSource:
-        """Return the source as one classifier meets it.
+    def confront(
+        self, models: np.ndarray, classifiers: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Let each classifier observe the system and models, each time alone, and judge what it has seen.
 
         Parameters
         ----------
-        classifier : (Q,)
-            Parameters of the classifier.
+        models : (M, P)
+            Parameters of each model.
+        classifiers : (N, Q)
+            Parameters of each classifier.
+        met : (N, k) int
+            Which models each classifier meets.
+        genuine
+            How often each meets the system.
+        rng
+            The only source of randomness.
+
+        Returns
+        -------
+        (N, genuine), (N, k)
+            Outputs from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
         """
 
 

@@ -16,14 +16,15 @@ def model_reward(judgments: Judgments) -> np.ndarray:
     Returns
     -------
     (M,)
-        Share of the judgments, over all N classifiers and C samples of a model, that are "genuine"; 0 to 1.
+        Share of the judgments, over all N classifiers (that have met it) and C samples of a model, that are "genuine"; 0 to 1.
 
     Source
     ------
     Paper, equation 1; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
-    return np.count_nonzero(misled, axis=(0, 2)) / (misled.shape[0] * misled.shape[2])
+    asked = misled.shape[0] if judgments.met is None else np.count_nonzero(judgments.met, axis=0)
+    return np.count_nonzero(misled, axis=(0, 2)) / (asked * misled.shape[2])
 
 
 def jury_reward(judgments: Judgments) -> np.ndarray:
@@ -42,14 +43,24 @@ def jury_reward(judgments: Judgments) -> np.ndarray:
     ------
     docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
     """
-    accepted = _shares(judgments.counterfeit)
-    competence = specificity(judgments) - accepted.mean(axis=1)
+    accepted, met = _shares(judgments.counterfeit), judgments.met
+    competence = specificity(judgments) - _means(accepted, met)
     if judgments.refereed is not None and judgments.referee_specificity is not None:
         referees = _shares(judgments.refereed)
         accepted = np.concatenate((accepted, referees))
-        competence = np.append(competence, judgments.referee_specificity - referees.mean(axis=1))
+        competence = np.append(competence, judgments.referee_specificity - _means(referees, judgments.referees_met))
+        if met is not None and judgments.referees_met is not None:
+            met = np.concatenate((met, judgments.referees_met))
     weights = np.maximum(competence, 0)
-    return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
+    if met is None:
+        return weights @ accepted / weights.sum() if weights.any() else model_reward(judgments)
+    votes = weights @ met
+    return np.where(votes > 0, weights @ accepted / np.where(votes > 0, votes, 1), model_reward(judgments))
+
+
+def _means(accepted: np.ndarray, met: np.ndarray | None) -> np.ndarray:
+    """Return the mean (N,) of shares (N, M) over the models that were met."""
+    return accepted.mean(axis=1) if met is None else accepted.sum(axis=1) / met.sum(axis=1)
 
 
 def _shares(misled: np.ndarray) -> np.ndarray:
@@ -100,5 +111,6 @@ def sensitivity(judgments: Judgments) -> np.ndarray:
     Paper, equation 4; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
-    total = misled.shape[1] * misled.shape[2]
+    models = misled.shape[1] if judgments.met is None else np.count_nonzero(judgments.met, axis=1)
+    total = models * misled.shape[2]
     return (total - np.count_nonzero(misled, axis=(1, 2))) / total

@@ -10,6 +10,7 @@ from pydantic import Discriminator, Tag, model_validator
 
 from turing_learning.coevolution import Classifier, batch_schedule
 from turing_learning.errors import Refusal, Setting, refuse, refusing_as, require
+from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, System, physics_steps, system_of
@@ -46,11 +47,15 @@ _SWARM = ("scenario.agents", "scenario.replicas")
 def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
     """Return what a table of a scenario stands for, or a scenario is, by its fields."""
     fields = set(scenario if isinstance(scenario, Mapping) else getattr(scenario, "__dataclass_fields__", ()))
+    if "stimulus" in fields:
+        return StimulatedSystem
     return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
 
 
 AnyScenario = Annotated[
-    Annotated[Scenario, Tag("Scenario")] | Annotated[CustomSystem, Tag("CustomSystem")],
+    Annotated[Scenario, Tag("Scenario")]
+    | Annotated[CustomSystem, Tag("CustomSystem")]
+    | Annotated[StimulatedSystem, Tag("StimulatedSystem")],
     Discriminator(lambda scenario: scenario_type(scenario).__name__),
 ]
 
@@ -100,6 +105,8 @@ class Configuration(Section):
         rule, name = f"be {OPTIMIZERS[0]!r} with run.trials, which has a search of its own", self.models.optimizer
         require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name))
         require(trials > 0 or not self.run.tolerance, "run.tolerance", "be 0 without `run.trials`", self.run.tolerance)
+        if trials:
+            self.system.require_trials()
         ends = [spent for _, spent in self.run.extended] + [trials]
         fits = all(LEAST_TRIALS <= spent <= budget for budget, spent in self.run.extended)
         rule, got = "be pairs of trials, budgeted and spent, that increase up to `run.trials`", str(self.run.extended)
@@ -176,14 +183,15 @@ def classifier_of(configuration: Configuration) -> Classifier:
         from turing_learning.classifiers import ElmanClassifier
 
         hidden = configuration.classifiers.hidden
-        return ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
+        elman = ElmanClassifier(inputs=len(scale), hidden=hidden, scale=scale, threads=configuration.threads)
+        return configuration.system.evolved(elman)
     found = part_of("classifier", name)
     if isinstance(found, type) or not isinstance(found, Classifier):
         found = built("classifier", found, inputs=len(scale), scale=scale) if callable(found) else found
     rule, remedy = "have `parameters` and `judge`, or be a function that returns it", "See docs/your-own-parts.md."
     fits = isinstance(found, Classifier)
     require(fits, "classifier", rule, type(found).__name__, remedy, error=ConfigurationError)
-    return cast(Classifier, found)
+    return configuration.system.evolved(cast(Classifier, found))
 
 
 def check_limits(configuration: Configuration) -> None:

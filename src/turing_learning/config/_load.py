@@ -11,7 +11,9 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, refuse, require
-from turing_learning.swarm import SCENARIOS, Scenario
+from turing_learning.interaction import STIMULATED, StimulatedSystem
+from turing_learning.swarm import SCENARIOS as SWARMS
+from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration, scenario_type
@@ -36,6 +38,9 @@ PRESETS: dict[str, dict[str, Any]] = {
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness."""
 
+SCENARIOS: dict[str, Scenario | StimulatedSystem] = {**SWARMS, **STIMULATED}
+"""Every system that has a name: swarms, and systems with stimuli."""
+
 DEFAULT_SCENARIO = "aggregation"
 """What runs where neither a scenario nor a file is given."""
 
@@ -46,6 +51,11 @@ _RULES = {
     "run.threads": 'be "all" or an integer of at least 1',
     "classifiers.input_scale": 'be "robot" or a list of positive numbers',
 }  # settings of several types: what to say instead of the first type's complaint
+
+
+INTERROGATING = {"initial_low": -3.0, "initial_high": 3.0, "renewal": 0}
+"""Settings of classifiers of a system with stimuli, unless they are given: smaller weights hardly change a stimulus, and what
+chooses well is not found again soon."""
 
 
 @dataclass(frozen=True)
@@ -139,6 +149,8 @@ def resolve(
     data = merged(document, _nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
+    if scenario_type(data["scenario"]) is StimulatedSystem and isinstance(data.get("classifiers", {}), Mapping):
+        data["classifiers"] = INTERROGATING | data.get("classifiers", {})
     if scenario_type(data["scenario"]) is CustomSystem:
         section = data.get("classifiers", {})
         scale = section.get("input_scale", "robot")  # of a custom system it is found in the data
@@ -203,7 +215,7 @@ def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
 
 def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, origins: Origins) -> dict[str, Any]:
     """Return all fields of the scenario: those of the known one that is meant, and over them those of the table."""
-    if scenario_type(asked) is CustomSystem and given is not None:
+    if scenario_type(asked) is not Scenario and given is not None:
         rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
         origins.refuse("scenario", rule, _shown(given), remedy)
     if not isinstance(given, str | Mapping | None):
@@ -335,7 +347,9 @@ def _unwritable(value: Any) -> bool:
 def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> Refusal | str:
     """Return the first complaint of the sections, with the full name of the setting and its place."""
     first, known = error.errors(include_url=False)[0], set(_all_keys(Configuration))
-    location = ".".join(part for part in map(str, first["loc"]) if part not in ("Scenario", "CustomSystem"))
+    location = ".".join(
+        part for part in map(str, first["loc"]) if part not in ("Scenario", "CustomSystem", "StimulatedSystem")
+    )
     key = next((name for name in _ancestors(location) if name in known), location)
     if first["type"] == "value_error":
         complaint = first["ctx"]["error"]

@@ -16,7 +16,6 @@ from turing_learning.config import Configuration, ConfigurationError, load_confi
 from turing_learning.errors import Refusal, brief, integer, refuse, refusing_as, require
 from turing_learning.models import Parameter
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
-from turing_learning.swarm import Scenario
 from turing_learning.systems import (
     CustomOptions,
     CustomSystem,
@@ -174,7 +173,7 @@ class _Checker:
         from turing_learning.identifiability import recorded_quantities, signal_quantities, swarm_quantities
         from turing_learning.trajectories import SIGNALS
 
-        if self.source.genuine is None:
+        if self.configuration.system.simulated is not None:
             return swarm_quantities(self.configuration, model, seed=self.seed)
         names, count = self.configuration.system.signals, min(COMPARED, 2 * self.effort.samples)
         found = signal_quantities(evidence, self.estimate, names, SIGNALS, count=count, seed=self.seed)
@@ -195,7 +194,7 @@ class _Checker:
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         scenario, given = self.configuration.scenario, Given()
         if self.source.genuine is None:
-            scenario = _with_agents(self.configuration.swarm, self.estimate)
+            scenario, given = self.configuration.system.imitated(self.estimate), replace(self.given, genuine=None)
         sections = self.configuration.model_dump()
         flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
         settings = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | overrides
@@ -317,14 +316,6 @@ def _bound(parameter: Parameter, value: float) -> str:
 def _numbers(evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:
     """Return values as numbers from -1 to 1 over the initial ranges."""
     return np.array([float(evidence.parameters[name].to_numbers(np.array(value))) for name, value in values.items()])
-
-
-def _with_agents(scenario: Scenario, parameters: np.ndarray) -> Scenario:
-    """Return a scenario whose agents have these parameters (P,)."""
-    robot = scenario.model.behavior(parameters)
-    view = scenario.sensor.field_of_view if robot.field_of_view is None else float(robot.field_of_view)
-    controller = tuple(robot.wheel_speeds.tolist())
-    return replace(scenario, controller=controller, sensor=replace(scenario.sensor, field_of_view=view), known=True)
 
 
 def stored_check(path: Path) -> dict[str, Any] | None:

@@ -56,16 +56,26 @@ FINISHED = "finished"
 RECORDING = "recording"  # in the manifest: file and options of the recording that the command line began a run with
 LABORATORY, CAMERA, CALIBRATION = "laboratory.json", "camera.json", "calibration.npz"
 MOTION = "motion.npz"  # positions of recorded individuals and of replicas, for the report
+DIALOGUES = "dialogues.npz"  # what the best interrogators do, for the report
 _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic")
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
+    DIALOGUES,
     "trials", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 _KIND = Kind(
     "run",
     "manifest.json",
     identity=("started", "configuration_sha256"),
-    pieces=("result.json", "post_evaluation.json", CALIBRATION, MOTION, "check/check.json", "trials/**/*.npz"),
+    pieces=(
+        "result.json",
+        "post_evaluation.json",
+        CALIBRATION,
+        MOTION,
+        DIALOGUES,
+        "check/check.json",
+        "trials/**/*.npz",
+    ),
     newest=FORMAT_VERSION,
     beside=("config.toml",),
 )

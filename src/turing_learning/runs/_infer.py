@@ -10,9 +10,20 @@ from typing import Any, Unpack
 
 from turing_learning.config import Configuration, ConfigurationError, part_named, require_seen, single_settings
 from turing_learning.errors import brief, refusing_as, require
+from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomOptions, Given, Range, Simulator, Source, describe, importable_name, imported
+from turing_learning.systems import (
+    CustomOptions,
+    CustomSystem,
+    Given,
+    Range,
+    Simulator,
+    Source,
+    describe,
+    importable_name,
+    imported,
+)
 
 from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder, resume_command
@@ -94,7 +105,8 @@ def infer(
         Called after every generation; if it returns True, the run stops there and can be resumed.
     **options
         More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
-        batches, workers, timeout_s; see docs/own-system.md.
+        batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose stimuli, and
+        `genuine` and `simulate` make one step; see docs/interaction.md.
 
     Returns
     -------
@@ -151,7 +163,11 @@ def infer(
     with refusing_as(ConfigurationError):
         simulate = imported(simulate) if isinstance(simulate, str) else simulate
         genuine = imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
-        system, data = describe(genuine, parameters, options)
+        system: CustomSystem
+        if "stimulus" in options:
+            system, data = describe_stimulated(genuine, simulate, parameters, options), genuine
+        else:
+            system, data = describe(genuine, parameters, options)
     given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
     configuration = resolve(system)
     with refusing_as(ConfigurationError):

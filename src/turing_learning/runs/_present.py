@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
+from turing_learning.figures._dialogues import dialogues_figure
 from turing_learning.figures._one_run import error_figure, fitness_figure, parameters_figure, step_sizes_figure
 from turing_learning.purposes import REPLAY
 from turing_learning.report._content import Listing, ParameterRow, RunReport, RunTable
@@ -38,13 +40,16 @@ def drawn_history(result: Result) -> "xarray.Dataset":
     return result.history.drop_vars(["model", "classifier"], errors="ignore").load()
 
 
-def draw(history: "xarray.Dataset", configuration: Configuration) -> list[Picture]:
-    """Draw the figures of a run, from the history of its completed generations."""
+def draw(
+    history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray] = MappingProxyType({})
+) -> list[Picture]:
+    """Draw the figures of a run, from the history of its completed generations, and what its classifiers did to the system."""
     truth = configuration.scenario.truth
     best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
     return [
         _parameters(best, typical, configuration),
         *([] if truth is None else [_error(best, typical, np.asarray(truth, dtype=float))]),
+        *([_dialogues(dialogues, configuration)] if dialogues else []),
         Picture(
             "fitness",
             "Fitness over generations",
@@ -76,6 +81,16 @@ def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
         "Mean over the parameters, of the subjectively best and of the typical model.",
         error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
     )
+
+
+def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
+    system, chosen = configuration.system, "outputs" in dialogues
+    caption = "Each row is one classifier of the last generation, the best first, in a trial with the system and in one with the "
+    caption += "estimate. Left: the stimulus that it chose; right: the answer. An output of 0.5 or more says genuine."
+    if not chosen:
+        caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
+    drawn = dialogues_figure(dialogues, names=system.signals, interval_s=system.interval_s)
+    return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
 
 
 def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:

@@ -459,7 +459,7 @@ def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarr
     if configuration.scenario.truth is None:
         return dict.fromkeys(_OF_TRUTH)
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    truth = np.asarray(scenario.truth, dtype=float)
+    truth, simulated = np.asarray(scenario.truth, dtype=float), configuration.system.simulated
     errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
     return {
         "truth": named(names, truth),
@@ -467,7 +467,9 @@ def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarr
         "estimate_absolute_error": named(names, inferred_errors),
         "mae": float(errors.mean()),
         "estimate_mae": float(inferred_errors.mean()),
-        "paper_absolute_error": None if configuration.models.hidden else paper_absolute_errors(scenario),
+        "paper_absolute_error": paper_absolute_errors(simulated)
+        if simulated and not configuration.models.hidden
+        else None,
     }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -15,7 +16,7 @@ from turing_learning.analysis import name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
 from turing_learning.errors import brief, refusing_as, require, said
-from turing_learning.purposes import REPLAY
+from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
 
@@ -24,6 +25,7 @@ from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_c
 from ._folder import (
     BLOCK,
     CALIBRATION,
+    DIALOGUES,
     FINISHED,
     MOTION,
     RUNNING,
@@ -152,6 +154,7 @@ class Run:
         self._seconds = self._seconds_before = 0.0
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
         self._readout: dict[str, np.ndarray] = {}
+        self._dialogues: dict[str, np.ndarray] = {}
         self._begun = time.perf_counter()
         self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
         seals = None if folder is None else self._restored(folder)
@@ -442,8 +445,10 @@ class Run:
         if self._saved != self.completed:
             self._save()
         folder, state, history = self.folder, FINISHED if self.complete else STOPPED, self.configuration.run.history
+        dialogues = self._held_dialogues() if self.complete and history == "full" else {}
         if folder is None:
             assert self._manifest is not None
+            self._dialogues = dialogues
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
             return
         result = self.result
@@ -459,12 +464,23 @@ class Run:
                 self._keep_motion(folder, result)
                 closed = {"state": FINISHED, "finished": now()}
                 rows = manifest_rows(folder.manifest() | closed)
+                if dialogues:
+                    folder.write(DIALOGUES, dialogues)
                 motion = folder.read(MOTION) if folder.find(MOTION) else {}
-                _write_report(
-                    result, self.configuration, folder.report_path, rows, figures=folder.figures_path, motion=motion
-                )
+                shown = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
+                _write_report(result, self.configuration, folder.report_path, rows, **shown)
                 folder.update_manifest(**closed)
         self.close()
+
+    def _held_dialogues(self) -> dict[str, np.ndarray]:
+        """Return what the best classifiers of the last generation do, where they choose stimuli."""
+        model = np.array(list(self.result.estimate.values()))
+        if self._recorder is None or not self.configuration.system.stimulated:
+            return {}
+        last = self.result.history.isel(generation=-1)
+        rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
+        self._source.generation = None
+        return self._source.dialogues(last["classifier"].to_numpy(), last["classifier_fitness"].to_numpy(), model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> None:
         """Store what detectors of a custom system are calibrated with, and what its report shows; a scenario's are simulated."""
@@ -516,8 +532,9 @@ class Run:
             return origin_of(self.folder, self.configuration, self.completed)
         kept = self._traces if self.configuration.run.thin else self._arrays
         return Origin(
-            self.configuration, self.completed, kept=kept, stored=self._manifest, matched=self._readout.get("draws")
-        )
+            self.configuration, self.completed, kept=kept, stored=self._manifest, matched=self._readout.get("draws"),
+            spoken=self._dialogues,
+        )  # fmt: skip
 
 
 class FinishedRun:
@@ -601,8 +618,8 @@ class Origin:
         Of the run, and its number of generations.
     path, begun
         Its folder, and which run was there, see `RunFolder.begun`; None in memory.
-    kept, stored, matched
-        Of a run in memory: its history, full or thin, its manifest, and draws of its estimate.
+    kept, stored, matched, spoken
+        Of a run in memory: its history, full or thin, its manifest, draws of its estimate, and dialogues, see `Source.dialogues`.
     given
         Samples and simulator of a custom system, in the process that had them.
     """
@@ -614,6 +631,7 @@ class Origin:
     kept: "Mapping[str, np.ndarray] | Traces | None" = None
     stored: Mapping[str, Any] | None = None
     matched: np.ndarray | None = None
+    spoken: Mapping[str, np.ndarray] = field(default_factory=dict)
     given: Given = field(default_factory=Given)
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -673,13 +691,14 @@ class Origin:
 
         rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
         motion: Mapping[str, np.ndarray] = {}
+        held = self.spoken if self.folder is None else self.folder.find(DIALOGUES) or {}
         if self.folder is not None:
             motion = self.folder.read(MOTION) if self.folder.find(MOTION) else {}
         elif self.given.simulate is not None:
             with self.configuration.system.open(self.given) as source:
                 rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
                 motion = source.positions(np.array(list(result.estimate.values())), rng)
-        return _write_report(result, self.configuration, target, rows, check=check, motion=motion)
+        return _write_report(result, self.configuration, target, rows, check=check, motion=motion, dialogues=held)
 
     def check(self, result: Result, /, **options: Any) -> "Check":
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
@@ -821,6 +840,7 @@ def _write_report(
     check: "Check | None" = None,
     figures: Path | None = None,
     motion: Mapping[str, np.ndarray] | None = None,
+    dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> Path:
     """Draw the figures of a run, write them to a folder, if there is one, and the report to a file."""
     from turing_learning.report import write_page
@@ -828,7 +848,7 @@ def _write_report(
     from ._present import draw, drawn_history, report_page, save_figures
 
     history = drawn_history(result)
-    drawings = draw(history, configuration)
+    drawings = draw(history, configuration, dialogues)
     if figures is not None:
         save_figures(drawings, figures)
     return write_page(report_page(result, history, configuration, drawings, rows, check, motion), target)

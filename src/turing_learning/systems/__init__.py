@@ -7,7 +7,8 @@
     Samples of a system while they are needed, from `System.open`; `CustomSource` is that of a custom system, `Given` what its
     caller hands over. `SystemFailedError` ends a run that can be resumed, `CustomSystemError` where a simulator failed.
 `describe`
-    A custom system from what a caller hands over: samples, simulator, `Range` of each parameter, `CustomOptions`.
+    A custom system from what a caller hands over: samples, simulator, `Range` of each parameter (`read_parameters`),
+    `CustomOptions`.
 `Genuine`, `read_genuine`, `cut_samples`, `observed`, `SplitSamples`
     Samples of a system, checked and split into those for learning and those held out for testing; samples that are split already.
 `CenteredClassifier`, `GuardedInterrogation`

@@ -7,6 +7,7 @@ from ._custom import same_time_step as same_time_step
 from ._describe import CustomOptions as CustomOptions
 from ._describe import Range as Range
 from ._describe import describe as describe
+from ._describe import read_parameters as read_parameters
 from ._genuine import Genuine as Genuine
 from ._genuine import SplitSamples as SplitSamples
 from ._genuine import cut_samples as cut_samples

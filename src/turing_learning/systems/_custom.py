@@ -4,11 +4,11 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass, replace
-from typing import Any, ClassVar, Literal, NoReturn
+from typing import Any, ClassVar, Literal, NoReturn, Protocol
 
 import numpy as np
 
-from ..coevolution import Classifier, Judgments, PassiveInterrogation, Samples
+from ..coevolution import Classifier, Judgments, PassiveInterrogation, Samples, SampleSource
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Behavior, Jumps, Parameter
 from ..swarm import Scenario
@@ -85,13 +85,11 @@ class CustomSystem:
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1
 
-    truth: ClassVar[None] = None
-    trials_per_model: ClassVar[int] = 1
     kind: ClassVar[str] = "one on a custom system"
+    stimulated: ClassVar[bool] = False
     simulated: ClassVar[Scenario | None] = None
     jumps: ClassVar[Jumps] = Jumps()
     step_unit: ClassVar[str] = ", in halves of its initial range"
-    resuming: ClassVar[tuple[Setting, ...]] = (Setting("genuine"), Setting("simulate"))
 
     def __post_init__(self) -> None:
         rule = "be of 1 to 60 letters, digits, _ and -"
@@ -137,6 +135,21 @@ class CustomSystem:
         return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in pairs)
 
     @property
+    def truth(self) -> tuple[float, ...] | None:
+        """None: it is not known."""
+        return None
+
+    @property
+    def trials_per_model(self) -> int:
+        """Number of simulations of a model in a generation."""
+        return 1
+
+    @property
+    def resuming(self) -> tuple[Setting, ...]:
+        """Samples and simulator, which no folder holds."""
+        return Setting("genuine"), Setting("simulate")
+
+    @property
     def live(self) -> bool:
         """Whether the genuine samples are observed anew in every generation."""
         return self.samples == 0
@@ -168,6 +181,17 @@ class CustomSystem:
     def centered(self, samples: np.ndarray) -> np.ndarray:
         """Return samples (..., T, D) as the classifiers see them before their inputs are divided by the scale."""
         return samples - np.asarray(self.center)
+
+    def evolved(self, network: Classifier) -> Classifier:
+        """Return the network itself."""
+        return network
+
+    def require_trials(self) -> None:
+        """Do nothing: samples can be judged again."""
+
+    def imitated(self, values: np.ndarray) -> "CustomSystem":
+        """Return the system itself, whose samples a check simulates."""
+        return self
 
     def classifier(self, network: Classifier) -> "CenteredClassifier":
         """Return what judges samples as they were observed."""
@@ -201,7 +225,7 @@ class CustomSystem:
         samples = float(models + (self.samples_per_generation or models))
         return samples, 16.0 * models * self.steps * len(self.signals), ()
 
-    def open(self, given: Given) -> "CustomSource":
+    def open(self, given: Given) -> Source:
         """Return the samples of the system and of its simulator."""
         given = self.accept(given)
         for name in ("genuine", "simulate"):
@@ -563,6 +587,12 @@ def _refusal(system: CustomSystem, reason: str, models: str) -> str:
     )
 
 
+class Guarded(SampleSource, Protocol):
+    """A source that says which models failed (M,) when it last collected samples."""
+
+    failed: np.ndarray
+
+
 class GuardedInterrogation:
     """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
 
@@ -577,7 +607,7 @@ class GuardedInterrogation:
         Judges them.
     """
 
-    def __init__(self, source: CustomSource, classifier: Classifier) -> None:
+    def __init__(self, source: Guarded, classifier: Classifier) -> None:
         self._source = source
         self._interrogate = PassiveInterrogation(source, classifier)
 

@@ -48,6 +48,10 @@ class CustomOptions(TypedDict, total=False):
         Longest duration of a call (s), with workers only.
     provenance
         Name -> value, JSON: where the samples come from. The manifest of the run holds it.
+    stimulus, levels, passive, steps, states, opponents, interval_s
+        Of a system with stimuli, see docs/interaction.md: name -> (low, high) of each; 0, or one of how many values; empty where
+        the classifiers choose, "random", "constant", or series (R, T, S); steps of a trial; numbers of a state; models that each
+        classifier meets in a generation; duration of a step (s).
     """
 
     name: str
@@ -61,6 +65,13 @@ class CustomOptions(TypedDict, total=False):
     workers: int | None
     timeout_s: float | None
     provenance: Mapping[str, Any]
+    stimulus: Mapping[str, tuple[float, float]]
+    levels: int
+    passive: Any
+    steps: int
+    states: int
+    opponents: int
+    interval_s: float
 
 
 def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptions) -> tuple[CustomSystem, Genuine]:
@@ -80,7 +91,7 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
     system = CustomSystem(
         name=name,
         title=options.get("title", name),
-        parameters=_parameters(parameters),
+        parameters=read_parameters(parameters),
         signals=signals,
         steps=data.samples.shape[1],
         center=center,
@@ -118,7 +129,8 @@ def _signals(options: CustomOptions, genuine: Any, count: int) -> tuple[str, ...
     return tuple(names or (f"signal{d}" for d in range(count)))
 
 
-def _parameters(given: Any) -> dict[str, Parameter]:
+def read_parameters(given: Any) -> dict[str, Parameter]:
+    """Return parameters by name, checked; each is given as a `Parameter` or as two bounds."""
     example = 'For example {"speed": (0, 20), "turn_noise": (0, None)}.'
     require(isinstance(given, Mapping), "parameters", "be a dict name -> (low, high)", brief(given), example)
     found = {}

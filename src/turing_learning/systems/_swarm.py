@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -41,7 +41,7 @@ def system_of(
     initial
         Range of the first models in each parameter of a swarm.
     """
-    if isinstance(scenario, CustomSystem):
+    if not isinstance(scenario, Scenario):
         rule = "be 0 for a custom system, whose simulator takes the parameters of its models"
         require(hidden == 0, "models.hidden", rule, str(hidden))
         return scenario
@@ -77,6 +77,7 @@ class Swarm:
     headings = "with"
     smooth_frames = 1
     kind = "one on simulated robots"
+    stimulated = False
     resuming: tuple[Setting, ...] = ()
 
     @property
@@ -134,9 +135,21 @@ class Swarm:
         inferred = self.scenario.representation == "morphology"
         return " (that of theta is of the number x, theta = 2 pi sig(x))" if inferred else ""
 
-    def classifier(self, network: Classifier) -> Classifier:
+    def evolved(self, network: Classifier) -> Classifier:
         """Return the network itself."""
         return network
+
+    classifier = evolved
+
+    def require_trials(self) -> None:
+        """Do nothing: samples can be judged again."""
+
+    def imitated(self, values: np.ndarray) -> Scenario:
+        """Return the scenario with agents that have these parameters (P,)."""
+        robot = self.scenario.model.behavior(values)
+        view = self.scenario.sensor.field_of_view if robot.field_of_view is None else float(robot.field_of_view)
+        controller, sensor = tuple(robot.wheel_speeds.tolist()), replace(self.scenario.sensor, field_of_view=view)
+        return replace(self.scenario, controller=controller, sensor=sensor, known=True)
 
     def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return the summary of all parameters at once: all scales are linear, and no side has a bound."""

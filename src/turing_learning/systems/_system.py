@@ -79,6 +79,10 @@ class System(Protocol):
         """What a run of it is, in messages: "one in a laboratory"."""
 
     @property
+    def stimulated(self) -> bool:
+        """Whether something is done to it while it is observed, see `Source.dialogues`."""
+
+    @property
     def parameters(self) -> Mapping[str, Parameter]:
         """Name -> parameter, in which results state models, with units and the range of the first models."""
 
@@ -130,8 +134,17 @@ class System(Protocol):
     def step_unit(self) -> str:
         """What a caption adds on the unit of the models' step sizes."""
 
+    def evolved(self, network: Classifier) -> Classifier:
+        """Return what evolves, made of the network that judges: the network itself, or one that chooses stimuli, too."""
+
     def classifier(self, network: Classifier) -> Classifier:
         """Return what judges samples as they were observed."""
+
+    def require_trials(self) -> None:
+        """Refuse a run of few trials, which judges samples again, where that cannot be."""
+
+    def imitated(self, values: np.ndarray) -> Any:
+        """Return the scenario of a system whose truth is a model with parameters (P,), to be simulated."""
 
     def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return a summary of models (..., P), parameter by parameter, on the scale of each and within its bounds."""
@@ -207,6 +220,12 @@ class Source:
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return genuine samples (count or more, T, D), as they are observed, that no two trials share."""
         self._refuse_simulation()
+
+    def dialogues(
+        self, classifiers: np.ndarray, fitness: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
+    ) -> dict[str, np.ndarray]:
+        """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,); nothing where they only watch."""
+        return {}
 
     def _refuse_simulation(self) -> NoReturn:
         refuse(

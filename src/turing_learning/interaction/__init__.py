@@ -1,0 +1,19 @@
+"""Systems that answer to stimuli, and classifiers that choose them while they watch: interrogators.
+
+`StimulatedSystem`, `Stimulus`
+    What is known of such a system, as frozen data; what can be done to it, and who chooses: the classifiers, or nobody.
+`STIMULATED`
+    Those that are built in, by name: an agent that responds to light, a robot that does not know its sensors.
+`describe_stimulated`, `Step`
+    A system from what a caller hands over; how a model of it answers, as a function.
+`StimulatedSource`
+    Its trials, from `StimulatedSystem.open`.
+`Interrogator`
+    An Elman network whose further outputs are the next stimulus.
+`read_stimuli`
+    Series of stimuli from a file.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
