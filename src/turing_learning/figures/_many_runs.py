@@ -130,6 +130,24 @@ def error_box_figure(
     return figure
 
 
+def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str]) -> "Figure":
+    """Draw errors (R, P) of several kinds of runs as boxes, side by side for each of P names, on a logarithmic axis."""
+    from matplotlib.patches import Patch
+
+    figure, axes = one_panel(max(5.2, 0.45 * len(names) * len(groups) + 1.4), 3.3)
+    width, handles = len(groups) + 1, []
+    for k, (kind, errors) in enumerate(groups.items()):
+        color = series(k)["color"]
+        places = [width * p + k for p in range(len(names))]
+        _boxes(axes, list(np.maximum(errors, 1e-4).T), color, positions=places, facecolor="none")
+        handles.append(Patch(edgecolor=color, facecolor="none", label=kind))
+    axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
+    logarithmic(axes, *groups.values())
+    label(axes, "Absolute error, share of range", "Parameter")
+    add_legend(figure, handles=handles, loc="outside upper left", ncols=len(groups))
+    return figure
+
+
 def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, gathered: str) -> "Figure":
     """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
 

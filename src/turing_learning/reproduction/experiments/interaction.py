@@ -1,0 +1,73 @@
+"""Footnote 1 of section 3.1: classifiers that choose stimuli, against classifiers that only watch."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from turing_learning.figures._many_runs import error_groups_figure
+from turing_learning.interaction import STIMULATED
+
+from .._experiment import Captions, Experiment, Findings, stacked
+from .._work import RunSizes, Work
+from ._shared import Runs, compare_columns, small
+
+ID = "interaction"
+FORMS = {"interactive": "", "random": "random", "constant": "constant"}
+KIND = "estimate"
+
+
+@dataclass(frozen=True)
+class InteractionSizes(RunSizes):
+    """How many runs and generations of each form, in which systems, by how many models and classifiers."""
+
+    generations: int = 250
+    systems: tuple[str, ...] = ("light-response", "sensor-configuration")
+    settings: Mapping[str, Any] = field(default_factory=lambda: small(50, 50))
+
+
+def conduct(work: Work) -> Findings:
+    """Conduct the studies, and test whether those that interact have other errors than those that watch."""
+    captions, tables, pictures, remarks, tests = Captions(ID), [], [], [], {}
+    for name in work.sizes.systems:
+        system, found = STIMULATED[name], {}
+        for form, passive in FORMS.items():
+            settings = {"scenario.stimulus.passive": passive}
+            result = work.runs(f"{name}-{form}", name, "default", settings=settings)
+            found[form] = Runs.of(result, "default", system.parameter_names)
+        tests[name], remark = _compared(name, found)
+        remarks.append(remark)
+        models = stacked({form: runs.models_frame() for form, runs in found.items()}, "form")
+        words: dict[str, Any] = {"system": system, "runs": work.sizes.runs}
+        tables.append(captions.table("{system.name}-models", models, **words))
+        spans = np.array([each.high - each.low for each in system.parameters.values()])  # type: ignore[operator]
+        shares = {form: runs.errors[KIND] / spans for form, runs in found.items()}
+        figure = error_groups_figure(shares, names=system.parameter_names)
+        pictures.append(captions.picture("{system.name}-errors", "", figure, **words))
+    summary = captions.table("errors", stacked(tests, "system"), True)
+    return Findings([], [summary, *tables], pictures, remarks)
+
+
+def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
+    """Return the median errors of all forms with the tests, parameter by parameter, and a sentence about them."""
+    interactive, names = found["interactive"].errors[KIND], STIMULATED[name].parameter_names
+    frame, better = pd.DataFrame({"parameter": names}), []
+    for form, runs in found.items():
+        frame[f"{form}_median"] = np.median(runs.errors[KIND], axis=0)
+        if form != "interactive":
+            frame[f"{form}_p_value"] = compare_columns(interactive, runs.errors[KIND]).p_values
+    for row in frame.to_dict("records"):
+        passive = [form for form in found if form != "interactive"]
+        if all(row["interactive_median"] < row[f"{f}_median"] and row[f"{f}_p_value"] < 0.01 for f in passive):
+            better.append(row["parameter"])
+    said = ", ".join(better) if better else "no parameter"
+    return frame, (
+        f"{STIMULATED[name].title}: interaction has smaller errors than both passive forms (Mann-Whitney, p < 0.01 each) in {said}."
+    )
+
+
+EXPERIMENT = Experiment.of(
+    ID, conduct, full=InteractionSizes(), fast=InteractionSizes(runs=2, generations=4, settings=small(8, 4)),
+)  # fmt: skip
