@@ -14,6 +14,7 @@ from turing_learning.errors import Setting, nearest, refuse, refusing_as, requir
 
 if TYPE_CHECKING:
     from turing_learning.families import Family, Replicates
+    from turing_learning.interaction import StimulatedSystem
     from turing_learning.trajectories import Trajectories, Windows
 
 WINDOW_S = 4.0
@@ -286,3 +287,17 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
     if scenario is None and config is None:
         remedy = f"Choose from: {', '.join(names)}."
         refuse("SCENARIO", "be given, or a file with --config", "neither", remedy)
+
+
+def watched(scenario: str | None, passive: str) -> "StimulatedSystem":
+    """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.interaction import STIMULATED, read_stimuli
+
+    known, remedy = scenario in STIMULATED, f"Choose from: {', '.join(STIMULATED)}."
+    require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy, error=ConfigurationError)
+    with refusing_as(ConfigurationError, name="--passive"):
+        system = STIMULATED[str(scenario)]
+        if passive not in ("random", "constant"):
+            return read_stimuli(Path(passive), system)
+        return replace(system, stimulus=replace(system.stimulus, passive=passive))  # type: ignore[arg-type]

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from turing_learning.errors import integer, refuse
 
 from . import _robots, _study
-from ._options import Integer, Real, Recording, Settings, Threads, require_scenario, settings_of
+from ._options import Integer, Real, Recording, Settings, Threads, require_scenario, settings_of, watched
 from ._stopping import Interrupted, stopping
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ def infer(
     threads: str | None = None,
     out: Path | None = None,
     force: bool = False,
+    passive: str | None = None,
     settings: Settings = None,
     recording: Recording = Recording(),  # noqa: B008 - frozen
 ) -> None:
@@ -47,6 +48,8 @@ def infer(
       turing-learning infer aggregation --generations 200 --seed 7 --out runs/short
 
       turing-learning infer --config my.toml --set classifiers.hidden=8
+
+      turing-learning infer light-response --passive random
 
       turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
 
@@ -73,13 +76,15 @@ def infer(
         Folder of the run; a new one under runs/ by default.
     force
         Replace a run that is in the folder already.
+    passive
+        Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV file, see
+        docs/interaction.md. By default they choose the stimuli.
     settings
         Any setting, for example models.parents=20. Repeatable.
     """
-    from turing_learning.config import dotted, load_configuration, read_toml, require_seen
+    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml, require_seen
     from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
-    from turing_learning.swarm import SCENARIOS
 
     options = {
         "run.generations": generations,
@@ -92,8 +97,9 @@ def infer(
     if trials is not None and generations is not None:
         refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
     if recording.given:
-        if scenario is not None:
-            refuse("SCENARIO", "be left out for recorded motion", repr(scenario))
+        for option, value in (("SCENARIO", scenario), ("--passive", passive)):
+            if value is not None:
+                refuse(option, "be left out for recorded motion", repr(value))
         system = recording.system()
         document = {} if config is None else read_toml(config)[1]
         path = out or new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
@@ -101,7 +107,8 @@ def infer(
         _execute(lambda **watch: infer_run(**system, **more, **watch), path)
         return
     require_scenario(scenario, config, SCENARIOS)
-    configuration = load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+    chosen = scenario if passive is None else watched(scenario, passive)
+    configuration = load_configuration(config, preset, overrides, scenario=chosen, labels=labels)
     require_seen(configuration)
     path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
     _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
@@ -269,11 +276,13 @@ def simulate(
 
 def scenarios() -> None:
     """List the scenarios."""
+    from turing_learning.interaction import STIMULATED
     from turing_learning.swarm import SCENARIOS
 
-    from ._tables import plain_console, print_scenarios
+    from ._tables import plain_console, print_scenarios, print_stimulated
 
     print_scenarios(plain_console(), SCENARIOS)
+    print_stimulated(plain_console(), STIMULATED)
 
 
 def pool(runs: list[Path], /) -> None:
@@ -394,7 +403,8 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
     from turing_learning.runs import RunFolder
 
     system = RunFolder(run).configuration().system
-    if system.resuming and system.name not in FAMILIES and RunFolder(run).known_parts() != {"genuine", "simulate"}:
+    needed = {each.name for each in system.resuming} if system.name not in FAMILIES else set()
+    if not needed <= RunFolder(run).known_parts():
         refuse(
             "run",
             "be on recorded motion that the command line began with",

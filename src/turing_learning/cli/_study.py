@@ -76,6 +76,7 @@ def study(
     force
         Replace a study that is in the folder already.
     """
+    from turing_learning.config import SCENARIOS
     from turing_learning.report import counted
     from turing_learning.studies import (
         BEHAVIORS,
@@ -88,7 +89,6 @@ def study(
         refuse_script,
     )
     from turing_learning.studies import write_slurm as write_script
-    from turing_learning.swarm import SCENARIOS
 
     require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
     hands = Hands(workers, cluster=cluster)

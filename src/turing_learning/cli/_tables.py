@@ -1,9 +1,10 @@
 """What is printed at the end: inferred, true, absolute error, the paper's figure."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
@@ -14,6 +15,7 @@ from turing_learning.report import counted, short_number, shown
 if TYPE_CHECKING:
     from turing_learning.detection import Detection, Detector, Motion, Ranking, SampleVerdict, TimedVerdict
     from turing_learning.identifiability import Check
+    from turing_learning.interaction import StimulatedSystem
     from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
 
@@ -153,6 +155,15 @@ def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
         values, count = ", ".join(_agents(scenario)), scenario.objects.count
         bodies = f"{scenario.agents} agents, {scenario.replicas} replica{f', {count} objects' if count else ''}"
         console.print(f"    {bodies}; {values}", soft_wrap=True)
+
+
+def print_stimulated(console: Console, systems: Mapping[str, "StimulatedSystem"]) -> None:
+    """Print the name of every system with stimuli, what it is, its stimuli, and its parameters."""
+    for name, system in systems.items():
+        console.print(Text(name, style="bold") + f"  {system.title}", soft_wrap=True)
+        console.print(
+            f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}", soft_wrap=True
+        )
 
 
 def _agents(scenario: "Scenario") -> list[str]:

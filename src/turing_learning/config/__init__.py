@@ -2,8 +2,9 @@
 
 `Configuration` and its sections (`ModelsSection`, `ClassifiersSection`, both a `PopulationSection`, `CoevolutionSection`,
 `RunSection`) hold every setting of a run, with a seed up to `LARGEST_SEED`;
-`load_configuration` resolves one from a preset (`PRESETS`), a TOML file and single settings, and rejects what is wrong in one
-message (`ConfigurationError`; `nearest` says what may have been meant); `to_toml` writes it back with every field explicit.
+`load_configuration` resolves one, of a system that has a name (`SCENARIOS`) or another, from a preset (`PRESETS`), a TOML file and
+single settings, and rejects what is wrong in one message (`ConfigurationError`; `nearest` says what may have been meant);
+`to_toml` writes it back with every field explicit.
 `load_variants` resolves the configurations of a study, each a `Variant`: one, a grid, or a list. `flat_settings`
 and `with_settings` see a configuration as dotted keys with values, `dotted` any table; `stated_once` refuses settings that are
 said twice, and not the same; `single_settings` those of arguments of a call, too. Configurations that differ in `PROSE` alone
@@ -19,7 +20,7 @@ from turing_learning.errors import is_integer, nearest
 
 from ._configuration import Configuration, classifier_of, require_seen, require_whole_cycles
 from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
-from ._load import PRESETS, load_configuration
+from ._load import PRESETS, SCENARIOS, load_configuration
 from ._parts import built, give_again, part_named, part_of
 from ._sections import (
     LARGEST_SEED,
@@ -42,6 +43,7 @@ __all__ = [
     "OPTIMIZERS",
     "PRESETS",
     "PROSE",
+    "SCENARIOS",
     "ClassifiersSection",
     "CoevolutionSection",
     "Configuration",

@@ -53,9 +53,12 @@ _RULES = {
 }  # settings of several types: what to say instead of the first type's complaint
 
 
-INTERROGATING = {"initial_low": -3.0, "initial_high": 3.0, "renewal": 0}
-"""Settings of classifiers of a system with stimuli, unless they are given: smaller weights hardly change a stimulus, and what
-chooses well is not found again soon."""
+STIMULATING: dict[str, dict[str, Any]] = {
+    "classifiers": {"initial_low": -3.0, "initial_high": 3.0, "renewal": 0},
+    "coevolution": {"archive": 20},
+}
+"""Settings for a system with stimuli, unless they are given: smaller weights hardly change a stimulus, what chooses well is not
+found again soon, and archived classifiers need trials of their own (decision 0032)."""
 
 
 @dataclass(frozen=True)
@@ -149,8 +152,8 @@ def resolve(
     data = merged(document, _nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
-    if scenario_type(data["scenario"]) is StimulatedSystem and isinstance(data.get("classifiers", {}), Mapping):
-        data["classifiers"] = INTERROGATING | data.get("classifiers", {})
+    if scenario_type(data["scenario"]) is StimulatedSystem:
+        data = merged(STIMULATING, data)
     if scenario_type(data["scenario"]) is CustomSystem:
         section = data.get("classifiers", {})
         scale = section.get("input_scale", "robot")  # of a custom system it is found in the data

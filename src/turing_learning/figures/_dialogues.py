@@ -16,7 +16,7 @@ _KINDS = (("system", BLUE, "-"), ("estimate", ORANGE, DASHED))
 def dialogues_figure(dialogues: Mapping[str, np.ndarray], *, names: Sequence[str], interval_s: float) -> "Figure":
     """Draw stimuli (n, 2, T, S) beside answers (n, 2, T, D), a row for each of n classifiers; names are of answers, then stimuli.
 
-    `outputs` (n, 2) and `fitness` (n,) are written above the rows, where classifiers chose; see `systems.Source.dialogues`.
+    Stimuli have the `ranges` (S, 2). `outputs` (n, 2) and `accuracy` (n,) are written above the rows, where classifiers chose.
     """
     stimuli, answers, outputs = dialogues["stimuli"], dialogues["answers"], dialogues.get("outputs")
     rows, _, steps, width = stimuli.shape
@@ -32,11 +32,14 @@ def dialogues_figure(dialogues: Mapping[str, np.ndarray], *, names: Sequence[str
             for series, (kind, color, style) in zip(drawn, _KINDS, strict=True):
                 shape = "default" if place < own else "steps-post"
                 axes.plot(time, series, color=color, linestyle=style, linewidth=1.1, drawstyle=shape, label=kind)
+            if place >= own:
+                low, high = dialogues["ranges"][place - own]
+                axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
             axes.set_ylabel(names[place].replace("_", " "))
             if row == rows - 1:
                 axes.set_xlabel("Time (s)" if interval_s else "Step")
         if outputs is not None:
-            text = f"fitness {dialogues['fitness'][row]:.2f}; output {outputs[row, 0]:.2f} for the system, "
+            text = f"{dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
             panels[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
     legend_above(figure, [grid[0, 0]], ncols=2)
     return figure

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..models import Parameter
 
-DARK, BRIGHT = 0.25, 0.75
+DARK, BRIGHT = 0.4, 0.6
 """Light below the one is darkness, from the other on it is bright, of 0 to 1; ours."""
 LAST = 3  # of the states, from 0 on; ours
 NOISE_CM_S = 0.3  # of the speed that is seen; ours

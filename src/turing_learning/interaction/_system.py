@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import array
 from ..classifiers import ElmanClassifier
-from ..coevolution import Classifier, InteractiveInterrogation, Interrogation, Samples
+from ..coevolution import THRESHOLD, Classifier, InteractiveInterrogation, Interrogation, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..systems import CustomSystem, CustomSystemError, FailureLog, Given, GuardedInterrogation, Source
@@ -29,7 +29,7 @@ BEHAVIORS: dict[str, Step] = {
     "light-response-stochastic": _light.LightResponse(stochastic=True),
     "sensor-configuration": _sensors.SensorConfiguration(),
 }
-_SHOWN = 3  # interrogators in a report
+_SHOWN, _TOLD_APART = 3, 50  # interrogators in a report; models by which they are chosen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,31 +229,49 @@ class StimulatedSource(Source):
         return self._as_observed(self._watched(count, np.empty((0, len(self.system.parameters))), rng)[0])
 
     def dialogues(
-        self, classifiers: np.ndarray, fitness: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
+        self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
     ) -> dict[str, np.ndarray]:
         """Return what the best interrogators of N (N, Q) do: one trial with the system, one with the estimate (P,).
+
+        The best are those that tell the system best from models that differ from the estimate in one parameter, drawn anew.
 
         Returns
         -------
         dict
-            "stimuli" (n, 2, T, S), "answers" (n, 2, T, D), "outputs" (n, 2), "fitness" (n,); of no classifier, where they only
-            watch, no outputs.
+            "stimuli" (n, 2, T, S), "answers" (n, 2, T, D), "ranges" (S, 2); where classifiers choose, "outputs" (n, 2) and
+            "accuracy" (n,), shares of those models and of as many trials of the system.
         """
-        system, passive = self.system, bool(self.system.stimulus.passive)
-        best = np.argsort(-fitness, kind="stable")[: 1 if passive else _SHOWN]
-        n, own = len(best), len(system.signals) - len(system.stimulus.names)
+        system, own = self.system, len(self.system.signals) - len(self.system.stimulus.names)
+        passive, found = (
+            bool(system.stimulus.passive),
+            {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)},
+        )
+        n, chosen = 1, classifiers[:1]
+        if not passive:
+            models = np.tile(self._numbers(estimate), (_TOLD_APART, 1))
+            models[np.arange(len(models)), np.arange(len(models)) % len(estimate)] = rng.uniform(-1, 1, len(models))
+            met = np.tile(np.arange(len(models)), (len(classifiers), 1))
+            genuine, counterfeit = self.confront(models, classifiers, met, len(models), rng)
+            accuracy = ((genuine >= THRESHOLD).mean(axis=1) + (counterfeit < THRESHOLD).mean(axis=1)) / 2
+            best = np.argsort(-accuracy, kind="stable")[:_SHOWN]
+            n, chosen, found["accuracy"] = len(best), classifiers[best], accuracy[best]
         trials = _Trials(self, n, np.tile(estimate, (n, 1)), rng)
         given = system.stimulus.drawn(n, system.steps, rng)[:, None].repeat(2, axis=1)
-        talk = None if passive else self._dialogue(classifiers[best], 2)
+        talk = None if passive else self._dialogue(chosen, 2)
         stimuli, answers = [], []
         for t in range(system.steps):
             stimuli.append(given[:, :, t] if talk is None else talk.stimuli)
             answers.append(trials.answer(stimuli[-1]))
             if talk is not None:
                 talk.observe(answers[-1])
-        found = {"stimuli": np.stack(stimuli, axis=2), "fitness": fitness[best]}
+        found["stimuli"] = np.stack(stimuli, axis=2)
         found["answers"] = np.stack(answers, axis=2) + np.array(system.center[:own])
         return found | ({} if talk is None else {"outputs": talk.outputs})
+
+    def _numbers(self, parameters: np.ndarray) -> np.ndarray:
+        """Return the optimizer's numbers of a model (P,)."""
+        pairs = zip(self.system.parameters.values(), parameters, strict=True)
+        return np.array([each.to_numbers(value) for each, value in pairs])
 
     def _dialogue(self, classifiers: np.ndarray, count: int) -> Dialogue:
         network = self._interrogator

@@ -85,8 +85,9 @@ def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
 
 def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
     system, chosen = configuration.system, "outputs" in dialogues
-    caption = "Each row is one classifier of the last generation, the best first, in a trial with the system and in one with the "
-    caption += "estimate. Left: the stimulus that it chose; right: the answer. An output of 0.5 or more says genuine."
+    caption = "The three classifiers of the last generation that tell the system best from models in which one parameter of the "
+    caption += "estimate is drawn anew, each in a trial with the system and in one with the estimate: the stimulus that it chose, "
+    caption += "and the answer. An output of 0.5 or more says genuine."
     if not chosen:
         caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
     drawn = dialogues_figure(dialogues, names=system.signals, interval_s=system.interval_s)

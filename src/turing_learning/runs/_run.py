@@ -467,7 +467,7 @@ class Run:
                 if dialogues:
                     folder.write(DIALOGUES, dialogues)
                 motion = folder.read(MOTION) if folder.find(MOTION) else {}
-                shown = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
+                shown: dict[str, Any] = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
                 _write_report(result, self.configuration, folder.report_path, rows, **shown)
                 folder.update_manifest(**closed)
         self.close()
@@ -480,7 +480,7 @@ class Run:
         last = self.result.history.isel(generation=-1)
         rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
         self._source.generation = None
-        return self._source.dialogues(last["classifier"].to_numpy(), last["classifier_fitness"].to_numpy(), model, rng)
+        return self._source.dialogues(last["classifier"].to_numpy(), model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> None:
         """Store what detectors of a custom system are calibrated with, and what its report shows; a scenario's are simulated."""

@@ -128,7 +128,8 @@ def _given(study: StudyFolder, plan: "Plan") -> dict[str, Any]:
     """Return samples and simulator of a custom system, nothing else."""
     from turing_learning.systems import imported
 
-    return {"genuine": study.read(SAMPLES), "simulate": imported(plan.simulate)} if plan.simulate else {}
+    given = {"simulate": imported(plan.simulate)} if plan.simulate else {}
+    return given | ({"genuine": study.read(SAMPLES)} if given and not plan.base.system.stimulated else {})
 
 
 def note_failure(folder: Path, error: BaseException) -> str:

@@ -18,9 +18,10 @@ from turing_learning.config import (
     with_settings,
 )
 from turing_learning.errors import brief, is_integer, refusing_as, require
+from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
-from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, name_of
+from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
 
 BEHAVIORS = replace(
     AGGREGATION,
@@ -133,11 +134,15 @@ def plan_study(
             scenario is None, "scenario", "be left out for a custom system", brief(scenario), error=ConfigurationError
         )
         name = name_of(simulate, error=ConfigurationError)
+        rule = "be samples in a study, whose workers cannot share a live source"
         with refusing_as(ConfigurationError):
-            known, data = describe(genuine, parameters or {}, options or {})
-        require(data.live is None, "genuine", "be samples in a study, whose workers cannot share a live source", genuine,
-                error=ConfigurationError)  # fmt: skip
-        samples = data.samples
+            if "stimulus" in (options or {}):
+                require(isinstance(genuine, Mapping), "genuine", "name true parameters in a study", brief(genuine))
+                known = describe_stimulated(genuine, imported(name), parameters or {}, options or {})
+            else:
+                known, data = describe(genuine, parameters or {}, options or {})
+                require(data.live is None, "genuine", rule, genuine)
+                samples = data.samples
     variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
     names = variants[0].configuration.scenario.parameter_names
     for number, variant in enumerate(variants, start=1):

@@ -222,9 +222,9 @@ class Source:
         self._refuse_simulation()
 
     def dialogues(
-        self, classifiers: np.ndarray, fitness: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
+        self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
     ) -> dict[str, np.ndarray]:
-        """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,); nothing where they only watch."""
+        """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,); nothing without stimuli."""
         return {}
 
     def _refuse_simulation(self) -> NoReturn:

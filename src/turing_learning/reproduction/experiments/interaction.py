@@ -11,36 +11,43 @@ from turing_learning.figures._many_runs import error_groups_figure
 from turing_learning.interaction import STIMULATED
 
 from .._experiment import Captions, Experiment, Findings, stacked
-from .._work import RunSizes, Work
+from .._work import Work
 from ._shared import Runs, compare_columns, small
 
 ID = "interaction"
-FORMS = {"interactive": "", "random": "random", "constant": "constant"}
+FORMS: dict[str, dict[str, Any]] = {
+    "interactive": {"scenario.opponents": 10},
+    "random": {"scenario.opponents": 12, "scenario.stimulus.passive": "random"},
+    "constant": {"scenario.opponents": 12, "scenario.stimulus.passive": "constant"},
+}
+"""Form -> settings; 12 trials of each model where classifiers watch are as many as interrogators and their archive cause."""
 KIND = "estimate"
 
 
 @dataclass(frozen=True)
-class InteractionSizes(RunSizes):
-    """How many runs and generations of each form, in which systems, by how many models and classifiers."""
+class InteractionSizes:
+    """How many runs of each form, in which systems and for how many generations, by how many models and classifiers."""
 
-    generations: int = 250
-    systems: tuple[str, ...] = ("light-response", "sensor-configuration")
+    runs: int = 30
+    first_seed: int = 2001
+    systems: Mapping[str, int] = field(default_factory=lambda: {"light-response": 250, "sensor-configuration": 100})
     settings: Mapping[str, Any] = field(default_factory=lambda: small(50, 50))
 
 
 def conduct(work: Work) -> Findings:
     """Conduct the studies, and test whether those that interact have other errors than those that watch."""
     captions, tables, pictures, remarks, tests = Captions(ID), [], [], [], {}
-    for name in work.sizes.systems:
+    sizes: InteractionSizes = work.sizes
+    for name, generations in sizes.systems.items():
         system, found = STIMULATED[name], {}
-        for form, passive in FORMS.items():
-            settings = {"scenario.stimulus.passive": passive}
-            result = work.runs(f"{name}-{form}", name, "default", settings=settings)
+        for form, settings in FORMS.items():
+            how = {"generations": generations, "settings": {**sizes.settings, **settings}, "runs": sizes.runs}
+            result = work.study(f"{name}-{form}", name, first_seed=sizes.first_seed, **how)
             found[form] = Runs.of(result, "default", system.parameter_names)
         tests[name], remark = _compared(name, found)
         remarks.append(remark)
         models = stacked({form: runs.models_frame() for form, runs in found.items()}, "form")
-        words: dict[str, Any] = {"system": system, "runs": work.sizes.runs}
+        words: dict[str, Any] = {"system": system, "runs": sizes.runs}
         tables.append(captions.table("{system.name}-models", models, **words))
         spans = np.array([each.high - each.low for each in system.parameters.values()])  # type: ignore[operator]
         shares = {form: runs.errors[KIND] / spans for form, runs in found.items()}
@@ -69,5 +76,5 @@ def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
 
 
 EXPERIMENT = Experiment.of(
-    ID, conduct, full=InteractionSizes(), fast=InteractionSizes(runs=2, generations=4, settings=small(8, 4)),
+    ID, conduct, full=InteractionSizes(), fast=InteractionSizes(runs=2, systems={"light-response": 4, "sensor-configuration": 4}, settings=small(8, 4)),
 )  # fmt: skip
