@@ -29,6 +29,9 @@ from . import (
     identifiability as identifiability,
 )
 from . import (
+    interaction as interaction,
+)
+from . import (
     models as models,
 )
 from . import (

@@ -218,7 +218,7 @@ def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
 
 def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, origins: Origins) -> dict[str, Any]:
     """Return all fields of the scenario: those of the known one that is meant, and over them those of the table."""
-    if scenario_type(asked) is not Scenario and given is not None:
+    if scenario_type(asked) is CustomSystem and given is not None:
         rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
         origins.refuse("scenario", rule, _shown(given), remedy)
     if not isinstance(given, str | Mapping | None):

@@ -13,17 +13,19 @@ if TYPE_CHECKING:
 _KINDS = (("system", BLUE, "-"), ("estimate", ORANGE, DASHED))
 
 
-def dialogues_figure(dialogues: Mapping[str, np.ndarray], *, names: Sequence[str], interval_s: float) -> "Figure":
-    """Draw stimuli (n, 2, T, S) beside answers (n, 2, T, D), a row for each of n classifiers; names are of answers, then stimuli.
+def dialogues_figure(
+    dialogues: Mapping[str, np.ndarray], *, names: Sequence[str], rows: Sequence[str], interval_s: float
+) -> "Figure":
+    """Draw stimuli (n, 2, T, S) beside answers (n, 2, T, D), in n rows with these titles; names are of answers, then stimuli.
 
     Stimuli have the `ranges` (S, 2). `outputs` (n, 2) and `accuracy` (n,) are written above the rows, where classifiers chose.
     """
     stimuli, answers, outputs = dialogues["stimuli"], dialogues["answers"], dialogues.get("outputs")
-    rows, _, steps, width = stimuli.shape
+    count, _, steps, width = stimuli.shape
     own = answers.shape[3]
     order = [*range(own, own + width), *range(own)]  # of the columns
-    figure = new_figure(max(7.2, 2.4 * len(order)), 0.7 + 1.7 * rows)
-    grid = np.atleast_2d(figure.subplots(rows, len(order), sharex=True, squeeze=False))
+    figure = new_figure(max(7.2, 2.4 * len(order)), 0.7 + 1.6 * count)
+    grid = np.atleast_2d(figure.subplots(count, len(order), sharex=True, squeeze=False))
     time = np.arange(1, steps + 1) * (interval_s or 1.0)
     for row, panels in enumerate(grid):
         for place, axes in zip(order, panels, strict=True):
@@ -36,10 +38,10 @@ def dialogues_figure(dialogues: Mapping[str, np.ndarray], *, names: Sequence[str
                 low, high = dialogues["ranges"][place - own]
                 axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
             axes.set_ylabel(names[place].replace("_", " "))
-            if row == rows - 1:
+            if row == count - 1:
                 axes.set_xlabel("Time (s)" if interval_s else "Step")
         if outputs is not None:
-            text = f"{dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
+            text = f"{rows[row]}: {dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
             panels[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
     legend_above(figure, [grid[0, 0]], ncols=2)
     return figure

@@ -61,7 +61,8 @@ def _pushed_out(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _free_path(x: np.ndarray, y: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     """Return how far rays from (x, y) along (c, s) go before they meet a wall or an obstacle (cm)."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        free = np.fmin((np.where(c > 0, ARENA_CM, 0.0) - x) / c, (np.where(s > 0, ARENA_CM, 0.0) - y) / s)
+        walls = [(np.where(way > 0, ARENA_CM, 0.0) - place) / way for place, way in ((x, c), (y, s))]
+    free = np.minimum(*(np.where(way == 0, np.inf, wall) for way, wall in zip((c, s), walls, strict=True)))
     for center_x, center_y, radius in OBSTACLES:
         dx, dy = center_x - x, center_y - y
         ahead, square = dx * c + dy * s, radius**2 - (dx * s - dy * c) ** 2

@@ -29,7 +29,7 @@ BEHAVIORS: dict[str, Step] = {
     "light-response-stochastic": _light.LightResponse(stochastic=True),
     "sensor-configuration": _sensors.SensorConfiguration(),
 }
-_SHOWN, _TOLD_APART = 3, 50  # interrogators in a report; models by which they are chosen
+_TOLD_APART = 20  # models with another value of a parameter, by which an interrogator is chosen for a report
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,28 +233,29 @@ class StimulatedSource(Source):
     ) -> dict[str, np.ndarray]:
         """Return what the best interrogators of N (N, Q) do: one trial with the system, one with the estimate (P,).
 
-        The best are those that tell the system best from models that differ from the estimate in one parameter, drawn anew.
+        There is one for each parameter: that which tells the system best from models in which this parameter is drawn anew.
 
         Returns
         -------
         dict
-            "stimuli" (n, 2, T, S), "answers" (n, 2, T, D), "ranges" (S, 2); where classifiers choose, "outputs" (n, 2) and
-            "accuracy" (n,), shares of those models and of as many trials of the system.
+            "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and "outputs" (P, 2), "accuracy" (P,), shares of such
+            models and of trials of the system; where classifiers only watch, one trial, and neither of the two.
         """
         system, own = self.system, len(self.system.signals) - len(self.system.stimulus.names)
         passive, found = (
             bool(system.stimulus.passive),
             {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)},
         )
-        n, chosen = 1, classifiers[:1]
+        n, chosen, count = 1, classifiers[:1], len(estimate)
         if not passive:
-            models = np.tile(self._numbers(estimate), (_TOLD_APART, 1))
-            models[np.arange(len(models)), np.arange(len(models)) % len(estimate)] = rng.uniform(-1, 1, len(models))
-            met = np.tile(np.arange(len(models)), (len(classifiers), 1))
-            genuine, counterfeit = self.confront(models, classifiers, met, len(models), rng)
-            accuracy = ((genuine >= THRESHOLD).mean(axis=1) + (counterfeit < THRESHOLD).mean(axis=1)) / 2
-            best = np.argsort(-accuracy, kind="stable")[:_SHOWN]
-            n, chosen, found["accuracy"] = len(best), classifiers[best], accuracy[best]
+            moved = np.tile(np.arange(count), _TOLD_APART)
+            models = np.tile(self._numbers(estimate), (len(moved), 1))
+            models[np.arange(len(moved)), moved] = rng.uniform(-1, 1, len(moved))
+            met = np.tile(np.arange(len(moved)), (len(classifiers), 1))
+            genuine, counterfeit = self.confront(models, classifiers, met, 2 * _TOLD_APART, rng)
+            told = np.stack([(counterfeit[:, moved == k] < THRESHOLD).mean(axis=1) for k in range(count)], axis=1)
+            right = (told + (genuine >= THRESHOLD).mean(axis=1)[:, None]) / 2
+            n, chosen, found["accuracy"] = count, classifiers[right.argmax(axis=0)], right.max(axis=0)
         trials = _Trials(self, n, np.tile(estimate, (n, 1)), rng)
         given = system.stimulus.drawn(n, system.steps, rng)[:, None].repeat(2, axis=1)
         talk = None if passive else self._dialogue(chosen, 2)

@@ -171,7 +171,7 @@ def infer(
     given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
-        opened = system.open(replace(given, genuine=data))
+        opened = configuration.system.open(replace(given, genuine=data))
     with opened as source:
         run = Run.begin(configuration, out, force=force, source=source, entries=entries)
         result = conduct(run, observer, should_stop)

@@ -85,12 +85,14 @@ def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
 
 def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
     system, chosen = configuration.system, "outputs" in dialogues
-    caption = "The three classifiers of the last generation that tell the system best from models in which one parameter of the "
-    caption += "estimate is drawn anew, each in a trial with the system and in one with the estimate: the stimulus that it chose, "
-    caption += "and the answer. An output of 0.5 or more says genuine."
+    caption = "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models in "
+    caption += "which this parameter of the estimate is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
+    caption += "system and in one with the estimate. An output of 0.5 or more says genuine."
     if not chosen:
         caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
-    drawn = dialogues_figure(dialogues, names=system.signals, interval_s=system.interval_s)
+    drawn = dialogues_figure(
+        dialogues, names=system.signals, rows=tuple(system.parameters), interval_s=system.interval_s
+    )
     return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
 
 

@@ -67,6 +67,7 @@ _INTERVAL = "interval"  # of an estimate from few trials, among them
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
 _READOUT = "readout/"  # interval and draws of its estimate, among the arrays of a checkpoint
 _COMPLETE = "complete"  # whether the run was, among the arrays of a checkpoint
+_LOOKED_BACK = 50  # generations whose fittest classifiers may be shown
 _RECENT = 50  # generations that rate and outlook are taken from
 
 
@@ -448,7 +449,7 @@ class Run:
         dialogues = self._held_dialogues() if self.complete and history == "full" else {}
         if folder is None:
             assert self._manifest is not None
-            self._dialogues = dialogues
+            self._dialogues, self._result = dialogues, None
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
             return
         result = self.result
@@ -473,14 +474,16 @@ class Run:
         self.close()
 
     def _held_dialogues(self) -> dict[str, np.ndarray]:
-        """Return what the best classifiers of the last generation do, where they choose stimuli."""
-        model = np.array(list(self.result.estimate.values()))
+        """Return what the best classifiers of the run do, of the fittest of some of its generations, where there are stimuli."""
         if self._recorder is None or not self.configuration.system.stimulated:
             return {}
-        last = self.result.history.isel(generation=-1)
+        model = np.array(list(self.result.estimate.values()))
+        rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
+        some = self.result.history[["classifier", "classifier_fitness"]].isel(generation=rows).load()
+        best = some["classifier_fitness"].to_numpy().argmax(axis=1)
         rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
         self._source.generation = None
-        return self._source.dialogues(last["classifier"].to_numpy(), model, rng)
+        return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> None:
         """Store what detectors of a custom system are calibrated with, and what its report shows; a scenario's are simulated."""

@@ -153,7 +153,7 @@ class StudyFolder(Store):
         files = {self.configuration_path.name: configuration}
         if plan.simulate:
             head["simulate"] = plan.simulate
-            files[SAMPLES] = encoded(SAMPLES, plan.samples)
+            files |= {} if plan.samples is None else {SAMPLES: encoded(SAMPLES, plan.samples)}
         self.create(head, files)
 
 

@@ -4,7 +4,6 @@ import pytest
 from turing_learning.coevolution import (
     Classifier,
     InteractiveInterrogation,
-    InteractiveSampleSource,
     PassiveInterrogation,
     Samples,
     SampleSource,
@@ -42,7 +41,6 @@ def rng():
 
 def test_doubles_fit_the_protocols():
     assert isinstance(Source(), SampleSource)
-    assert not isinstance(Source(), InteractiveSampleSource)
     assert isinstance(Adder(), Classifier)
 
 
@@ -65,60 +63,66 @@ def test_all_classifiers_judge_the_same_genuine_samples_when_passive():
     np.testing.assert_array_equal(judgments.genuine_outputs, [values, values])
 
 
-def test_interactive_interrogation_collects_for_each_classifier():
-    source = Source()
-    judgments = InteractiveInterrogation(source, Adder())(MODELS, GENOMES * 0, rng())
-    values = [samples.genuine[:, 0, 0] for samples in source.collected]
-    assert not np.isclose(values[0], values[1]).any()
-    np.testing.assert_array_equal(judgments.genuine_outputs, values)
+class Talks:
+    """Outputs of a classifier on a model: the model's parameter plus the classifier's; on the system 1. Counts the trials."""
+
+    def __init__(self):
+        self.asked = []
+
+    def confront(self, models, classifiers, met, genuine, rng):
+        self.asked.append((met, genuine))
+        return np.ones((len(classifiers), genuine)), classifiers + models[met][..., 0]
 
 
-def test_interactive_interrogation_gives_judgments_of_the_same_shape():
-    judgments = InteractiveInterrogation(Source(), Adder())(MODELS, GENOMES, rng())
-    assert judgments.genuine_outputs.shape == (2, 4)
-    assert judgments.counterfeit_outputs.shape == (2, 3, 2)
+def test_each_classifier_meets_as_many_models_and_each_model_as_many_classifiers():
+    source, models = Talks(), np.linspace(0, 0.3, 6)[:, None]
+    judgments = InteractiveInterrogation(source, 2)(models, np.zeros((9, 1)), rng())
+    (met, genuine) = source.asked[0]
+    assert genuine == 2
+    assert all(len(set(row)) == 2 for row in met.tolist())
+    np.testing.assert_array_equal(np.bincount(met.ravel(), minlength=6), 3)
+    np.testing.assert_array_equal(np.count_nonzero(judgments.met, axis=1), 2)
+    np.testing.assert_allclose(
+        judgments.counterfeit_outputs[judgments.met, 0], np.tile(models[:, 0], (9, 1))[judgments.met]
+    )
+    np.testing.assert_array_equal(judgments.counterfeit_outputs[~judgments.met], 0)
 
 
-def test_each_classifier_can_influence_the_source():
-    class Facing(Source):
-        def facing(self, classifier):
-            return Source(genuine=self.genuine) if classifier[0] == 0 else Silent()
-
-    class Silent:
-        def collect(self, models, rng):
-            return Samples(np.zeros((4, 1, 1)), np.zeros((len(models), 2, 1, 1)))
-
-    judgments = InteractiveInterrogation(Facing(), Adder())(MODELS, GENOMES, rng())
-    np.testing.assert_allclose(judgments.counterfeit_outputs[0, :, 0], [0.1, 0.2, 0.3])
-    np.testing.assert_array_equal(judgments.counterfeit_outputs[1], 0.5)
+def test_classifiers_that_meet_all_models_leave_full_judgments():
+    judgments = InteractiveInterrogation(Talks(), 100)(MODELS, GENOMES, rng())
+    assert judgments.met is None
+    np.testing.assert_allclose(judgments.counterfeit_outputs[:, :, 0], [[0.1, 0.2, 0.3], [0.6, 0.7, 0.8]])
 
 
-@pytest.mark.parametrize("interrogation", [PassiveInterrogation, InteractiveInterrogation])
-def test_a_source_that_forgets_models_is_refused(interrogation):
+def test_referees_meet_models_of_their_own_and_not_the_system():
+    source = Talks()
+    judgments = InteractiveInterrogation(source, 2)(MODELS, GENOMES, rng(), referees=np.array([[0.25]]))
+    assert [genuine for _, genuine in source.asked] == [2, 0]
+    np.testing.assert_array_equal(np.count_nonzero(judgments.referees_met, axis=1), [2])
+
+
+def test_a_source_that_returns_another_number_of_outputs_is_refused():
+    class Short(Talks):
+        def confront(self, models, classifiers, met, genuine, rng):
+            return super().confront(models, classifiers, met[:, 1:], genuine, rng)
+
+    with pytest.raises(ValueError, match=r"`source.confront` must return outputs of shapes \(2, 2\) and \(2, 2\); got"):
+        InteractiveInterrogation(Short(), 2)(MODELS, GENOMES, rng())
+
+
+def test_a_source_that_forgets_models_is_refused():
     class Forgetful(Source):
         def collect(self, models, rng):
             return super().collect(models[1:], rng)
 
     with pytest.raises(ValueError, match=r"`source` must yield counterfeit samples of each of the M = 3 models; got"):
-        interrogation(Forgetful(), Adder())(MODELS, GENOMES, rng())
+        PassiveInterrogation(Forgetful(), Adder())(MODELS, GENOMES, rng())
 
 
-@pytest.mark.parametrize("interrogation", [PassiveInterrogation, InteractiveInterrogation])
-def test_a_classifier_that_returns_another_shape_is_refused(interrogation):
+def test_a_classifier_that_returns_another_shape_is_refused():
     class Transposed(Adder):
         def judge(self, genomes, samples):
             return super().judge(genomes, samples).T
 
     with pytest.raises(ValueError, match=r"`classifier.judge` must return outputs of shape \(N, S\) = \(\d, 4\); got"):
-        interrogation(Source(), Transposed())(MODELS, GENOMES, rng())
-
-
-def test_a_source_that_yields_different_numbers_of_samples_is_refused():
-    class Growing(Source):
-        def collect(self, models, rng):
-            self.genuine += 1
-            return super().collect(models, rng)
-
-    message = r"same numbers of samples \(K, M, C\) for every classifier; got \[\(5, 3, 2\), \(6, 3, 2\)\]"
-    with pytest.raises(ValueError, match=message):
-        InteractiveInterrogation(Growing(), Adder())(MODELS, GENOMES, rng())
+        PassiveInterrogation(Source(), Transposed())(MODELS, GENOMES, rng())

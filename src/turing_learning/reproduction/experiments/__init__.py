@@ -8,7 +8,6 @@ from . import (
     case_studies,
     classifier_accuracy,
     comparison,
-    interaction,
     laboratory,
     morphology,
     separated,
@@ -16,8 +15,7 @@ from . import (
 )
 
 _IN_ORDER = (
-    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory,
-    interaction,
+    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory
 )  # fmt: skip
 EXPERIMENTS: dict[str, Experiment] = {
     module.EXPERIMENT.id: module.EXPERIMENT for module in _IN_ORDER

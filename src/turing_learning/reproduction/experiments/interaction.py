@@ -30,7 +30,7 @@ class InteractionSizes:
 
     runs: int = 30
     first_seed: int = 2001
-    systems: Mapping[str, int] = field(default_factory=lambda: {"light-response": 250, "sensor-configuration": 100})
+    systems: Mapping[str, int] = field(default_factory=lambda: {"light-response": 250, "sensor-configuration": 50})
     settings: Mapping[str, Any] = field(default_factory=lambda: small(50, 50))
 
 
@@ -75,6 +75,5 @@ def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
     )
 
 
-EXPERIMENT = Experiment.of(
-    ID, conduct, full=InteractionSizes(), fast=InteractionSizes(runs=2, systems={"light-response": 4, "sensor-configuration": 4}, settings=small(8, 4)),
-)  # fmt: skip
+_FAST = InteractionSizes(runs=2, systems={"light-response": 4, "sensor-configuration": 4}, settings=small(8, 4))
+EXPERIMENT = Experiment.of(ID, conduct, full=InteractionSizes(), fast=_FAST)

@@ -1,0 +1,36 @@
+"""Processor time of a generation in which 100 classifiers choose the light for 100 models, as a multiple of one that only watches.
+
+Run with ``python benchmarks/bench_interaction.py``. A trial has 100 steps; classifiers that watch judge one sample of each model.
+"""
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
+import time
+
+import numpy as np
+
+from turing_learning.config import load_configuration
+from turing_learning.runs._assemble import generations_of
+from turing_learning.systems import Given
+
+FORMS = {"watching": (1, "constant"), "10 opponents": (10, ""), "all 100": (100, "")}
+
+
+def seconds(opponents: int, passive: str, generations: int = 15) -> float:
+    """Return the median processor time of a generation (s)."""
+    settings = {"scenario.opponents": opponents, "scenario.stimulus.passive": passive, "coevolution.archive": 0}
+    configuration = load_configuration(scenario="light-response", overrides=settings | {"run.threads": 1})
+    loop, found = generations_of(configuration, configuration.system.open(Given())), []
+    for _ in range(generations):
+        begun = time.process_time()
+        loop.step()
+        found.append(time.process_time() - begun)
+    return float(np.median(found))
+
+
+if __name__ == "__main__":
+    times = {name: seconds(*form) for name, form in FORMS.items()}
+    for name, spent in times.items():
+        print(f"{name:>14} {1e3 * spent:7.1f} ms {spent / times['watching']:6.1f}")
