@@ -86,7 +86,7 @@ def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
 def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
     system, chosen = configuration.system, "outputs" in dialogues
     caption = "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models in "
-    caption += "which this parameter of the estimate is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
+    caption += "which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
     caption += "system and in one with the estimate. An output of 0.5 or more says genuine."
     if not chosen:
         caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
