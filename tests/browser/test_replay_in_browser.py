@@ -42,7 +42,7 @@ def make_report() -> RunReport:
     drawing = error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9))
     return RunReport(
         title="<script>console.error('title')</script>",
-        verdict="<img src='https://example.org/verdict.png'>",
+        summary="<img src='https://example.org/verdict.png'>",
         table=RunTable((ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
         selection=("active",) * 9,
         figures=(Picture("error", "Error", "", drawing),),

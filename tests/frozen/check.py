@@ -222,6 +222,7 @@ def toml(settings: dict[str, Any], path: Path) -> Path:
 def outcome(result: Any) -> dict[str, Any]:
     """Return all numbers of a run: those of result.json, and its history."""
     content = {key: value for key, value in result.to_json().items() if key not in TIMES}
+    content["interval"] = content.pop("wandering")  # which 0.1.0 stated as interval, also of runs that still moved
     history = result.history
     arrays = {str(name): history[name].to_numpy() for name in sorted([*history.data_vars, *history.coords], key=str)}
     return {"result": content, "history": {name: digest(array) for name, array in arrays.items()}}

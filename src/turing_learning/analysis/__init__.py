@@ -19,6 +19,8 @@
 `steady_outputs`          What networks put out for each constant sensor reading, section 4.6.2.
 `dynamic_outputs`         The same for readings that change, `DYNAMIC_READINGS`.
 `response_error`          How far both are from the agents' parameters; `median_place`: of which network it is the median.
+`Verdict`                 Whether to believe a run, in a word; `ordered`: of several, the first is shown; `judgment`: in words.
+`settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
 `compare`                 Mann-Whitney tests against a reference, with Bonferroni's correction; a `Comparison`.
@@ -39,17 +41,20 @@ from ._estimate import (
     r_hat,
 )
 from ._jury import Jury, area_under_curve, competence
-from ._matching import Matched, match
+from ._matching import LEAST_P, Matched, match
 from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
 from ._tests import Comparison, compare, decision_accuracy, polarization
+from ._verdict import Verdict, judgment, ordered, settled, told
 
 __all__ = [
     "DYNAMIC_READINGS",
+    "LEAST_P",
     "UNKNOWN",
     "WHY_UNKNOWN",
     "Comparison",
     "Jury",
     "Matched",
+    "Verdict",
     "absolute_error",
     "area_under_curve",
     "compare",
@@ -60,6 +65,7 @@ __all__ = [
     "estimate",
     "interval",
     "is_known",
+    "judgment",
     "known_or",
     "largest_cluster",
     "least_dispersion",
@@ -67,10 +73,13 @@ __all__ = [
     "mean_absolute_error",
     "median_place",
     "name_failure",
+    "ordered",
     "polarization",
     "pooled_estimate",
     "pooled_interval",
     "r_hat",
     "response_error",
+    "settled",
     "steady_outputs",
+    "told",
 ]

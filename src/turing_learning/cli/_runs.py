@@ -353,7 +353,7 @@ def check(
     from turing_learning.identifiability import Effort
     from turing_learning.runs import RunFolder
 
-    from ._tables import check_table, plain_console
+    from ._tables import check_table, plain_console, print_judgment
 
     result = opened(run)
     _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
@@ -376,6 +376,7 @@ def check(
     )
     console.print(check_table(found))
     console.print(found.verdict, soft_wrap=True)
+    print_judgment(console, result.verdicts)
     if (report := RunFolder(run).report_path).exists():
         console.print(f"report: {report}", soft_wrap=True)
 

@@ -13,6 +13,7 @@ from rich.text import Text
 from turing_learning.report import counted, short_number, shown
 
 if TYPE_CHECKING:
+    from turing_learning.analysis import Verdict
     from turing_learning.detection import Detection, Detector, Motion, Ranking, SampleVerdict, TimedVerdict
     from turing_learning.identifiability import Check
     from turing_learning.interaction import StimulatedSystem
@@ -41,6 +42,7 @@ def print_result(console: Console, result: "Result", path: Path) -> None:
         console.print(table)
     if unknown := result.unknown:
         console.print(unknown)
+    print_judgment(console, result.verdicts)
     if result.networks is not None:
         console.print("networks: their steady outputs; their weights are in the result")
     console.print(
@@ -52,6 +54,20 @@ def print_result(console: Console, result: "Result", path: Path) -> None:
             f"selection stopped in {counted(result.selection_stopped, 'generation')}", style="bold red", highlight=False
         )
     _print_places(console, path)
+
+
+def print_judgment(console: Console, verdicts: "tuple[Verdict, ...]") -> None:
+    """Print whether to believe a result."""
+    from turing_learning.analysis import judgment
+
+    style = (
+        "bold green"
+        if verdicts == ("converged",)
+        else "bold yellow"
+        if "model rejected" not in verdicts
+        else "bold red"
+    )
+    console.print(judgment(verdicts), style=style, soft_wrap=True)
 
 
 def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, known_or
+from turing_learning.analysis import UNKNOWN, Verdict, known_or, ordered
 from turing_learning.report import Tabular
 
 from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, fault
@@ -96,7 +96,7 @@ class PinnedDown:
         said = (
             (self.rejected, "the model is rejected"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
-            (self.interval_share is None and not claimed, f"its interval is unknown: {WHY_UNKNOWN}"),
+            (self.interval_share is None and not claimed, "its interval is not known"),
             (bool(told), f"no values {' or '.join(told)} the estimate are told better than it"),
             (
                 self.interval_share is not None and self.interval_share >= WIDE,
@@ -152,6 +152,21 @@ class Check(Tabular):
     recoveries: tuple[Recovery, ...]
     quantities: tuple[Quantity, ...]
     unfinished: tuple[int, int] | None = None
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """What the check says of whether to believe the run; empty if nothing speaks against it.
+
+        The model is rejected where classifiers tell it although searches find their truth: see `fault`, or for a run of
+        generations, where every recovery comes within a quarter of the range.
+        """
+        found = [Verdict.BOUND] if any(each.bound for each in self.parameters) else []
+        fits = all(share < FAR for each in self.recoveries for share in each.error_share.values())
+        if self.fault == WRONG_MODEL or (self.fault is None and self.test.told_apart and self.recoveries and fits):
+            found.append(Verdict.REJECTED)
+        elif self.fault == FAILED_SEARCH or (self.fault is None and self.test.told_apart):
+            found.append(Verdict.TOLD)
+        return ordered(found) if found else ()
 
     @property
     def fault(self) -> str | None:

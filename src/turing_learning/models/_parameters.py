@@ -16,6 +16,9 @@ LARGEST = 1e9
 INITIAL_LARGEST = 1e12
 """Largest magnitude of the initial range where a side is open."""
 
+AT = 0.01
+"""Share of the initial range within which a value is at a bound."""
+
 LARGEST_DECADE = 300.0
 """A logarithmic parameter with an open side stays within 1e-300 and 1e300."""
 
@@ -82,6 +85,13 @@ class Parameter:
         low, high = (self._axis(side) for side in self._initial)
         places = np.log10(values) if self.scale == "log" else np.asarray(values, dtype=np.float64)
         return (places - (low + high) / 2) / ((high - low) / 2)
+
+    def bound_at(self, value: float) -> str:
+        """Return the bound, with its unit, that a value is at: within `AT` of the initial range; empty if it is at none."""
+        for end in (self.low, self.high):
+            if end is not None and abs(float(np.diff(self.to_numbers(np.array([end, value])))[0])) <= 2 * AT:
+                return f"{end:g} {self.unit}".rstrip()
+        return ""
 
     @property
     def _initial(self) -> tuple[float, float]:

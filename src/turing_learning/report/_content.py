@@ -1,9 +1,10 @@
 """What pages show: plain data."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import groupby
 
+from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
 from ._replay import Replay
@@ -97,7 +98,7 @@ class RunReport:
 
     Parameters
     ----------
-    title, verdict
+    title, summary
         Title, and the result in one sentence.
     table
         Inferred parameters.
@@ -113,10 +114,18 @@ class RunReport:
         Agents beside replicas; None leaves it out.
     check, check_figures
         Whether the estimate can be believed, as a table and figures; None and empty before anybody asked.
+    verdicts
+        Whether to believe the result: the first is shown, the others are named beside it.
+    facts
+        Names and values that belong at the top: seed, date, command, citation.
+    steps
+        What to do next: commands, and what they are for.
+    data
+        Name of a file -> its content, for download.
     """
 
     title: str
-    verdict: str
+    summary: str
     table: RunTable
     selection: Sequence[str] = ()
     figures: tuple[Picture, ...] = ()
@@ -125,6 +134,10 @@ class RunReport:
     replay: Replay | None = None
     check: Listing | None = None
     check_figures: tuple[Picture, ...] = ()
+    verdicts: tuple[Verdict, ...] = ()
+    facts: Sequence[tuple[str, str]] = ()
+    steps: Sequence[tuple[str, str]] = ()
+    data: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -133,7 +146,7 @@ class StudyReport:
 
     Parameters
     ----------
-    title, verdict
+    title, summary
         Title, and the result in one sentence.
     listings
         Tables; folded ones come after the figures.
@@ -146,7 +159,7 @@ class StudyReport:
     """
 
     title: str
-    verdict: str
+    summary: str
     listings: tuple[Listing, ...]
     figures: tuple[Picture, ...] = ()
     warning: str = ""
@@ -154,7 +167,7 @@ class StudyReport:
 
 
 def describe_selection(selection: Sequence[str]) -> str:
-    """Say in one or two sentences in which generations selection stopped.
+    """Say in a sentence in which generations selection stopped; nothing if it never did.
 
     Selection stops in a generation in which every classifier accepts every model or every classifier rejects
     every model: all models are then equally fit.
@@ -172,7 +185,7 @@ def describe_selection(selection: Sequence[str]) -> str:
     count, spans, first = len(selection), [], 0
     stopped = sum(state != ACTIVE for state in selection)
     if not stopped:
-        return "Selection was active in every generation." if count != 1 else "Selection was active."
+        return ""
     for state, group in groupby(selection):
         last = first + sum(1 for _ in group) - 1
         if state != ACTIVE:

@@ -1,8 +1,12 @@
 """Numbers as a reader sees them."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 
 from turing_learning.analysis import WHY_UNKNOWN, is_known
+
+MOST_DECIMALS = 5
+"""Places after the point, beyond which a column has exponents."""
 
 LARGEST_FIXED = 1e4
 """Beyond it numbers are shown with an exponent."""
@@ -28,6 +32,22 @@ def short_number(value: float, decimals: int = 3) -> str:
     if 0 < abs(value) < 10.0 ** (1 - decimals):
         return f"{value:.{decimals}g}"
     return f"{value:.{decimals}f}"
+
+
+def aligned(values: Sequence[float | None], nothing: str = "-") -> list[str]:
+    """Return the numbers of a column, all with the same number of places after the point, or all with an exponent.
+
+    Examples
+    --------
+    >>> aligned([8.43, 0.35, None, -0.0021])
+    ['8.4300', '0.3500', '-', '-0.0021']
+    >>> aligned([1.2e-7, 3.0])
+    ['1.200e-07', '3.000e+00']
+    """
+    sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
+    decimals = max(4, 1 - math.floor(math.log10(min(sizes)))) if sizes else 4
+    fixed = decimals <= MOST_DECIMALS and max(sizes, default=0.0) < LARGEST_FIXED
+    return [shown(value, f"{{:.{decimals}f}}".format if fixed else "{:.3e}".format, nothing) for value in values]
 
 
 def shown(value: float | None, form: Callable[[float], str] = short_number, nothing: str = "-") -> str:

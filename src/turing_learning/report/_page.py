@@ -3,7 +3,7 @@
 import base64
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from turing_learning._files import whole
-from turing_learning.analysis import is_known
+from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
-from ._content import ACTIVE, Cell, Listing, ParameterRow, RunReport, RunTable, StudyReport, describe_selection
-from ._numbers import short_number, shown
+from ._content import Cell, Listing, RunReport, RunTable, StudyReport, describe_selection
+from ._numbers import aligned, short_number, shown
 from ._replay import Replay, Swarm
 
 GENERATOR = "Turing Learning for Python"
@@ -31,27 +31,24 @@ NOTHING = "&ndash;"
 
 def report_page(report: RunReport) -> str:
     """Return a run as one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
-    health = ""
-    if report.selection:
-        healthy = all(state == ACTIVE for state in report.selection)
-        text = escape(describe_selection(report.selection))
-        if not healthy:
-            text += (
-                " In those generations all models were equally fit and drifted by chance; many of them near the end make"
-                " the result doubtful."
-            )
-        health = f'<p class="health {"good" if healthy else "warning"}" role="note">{text}</p>'
+    stopped = describe_selection(report.selection)
+    health = f'<p class="health warning" role="note">{escape(stopped)} Many of them near the end make the result doubtful.</p>'
     check = "" if report.check is None else _listing(report.check) + _figures(report.check_figures)
     sections = [
+        _verdict(report.verdicts),
+        _facts(report.facts),
         _parameters(report.table),
-        health,
+        _downloads(report.data),
+        health if stopped else "",
+        _asset("_reading.html"),
         check,
+        _steps(report.steps),
         _replay(report.replay) if report.replay is not None else "",
         _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
         _configuration(report.configuration),
         _manifest(report.manifest),
     ]
-    return _page(report.title, report.verdict, sections, report.replay)
+    return _page(report.title, report.summary, sections, report.replay)
 
 
 def study_page(report: StudyReport) -> str:
@@ -63,7 +60,7 @@ def study_page(report: StudyReport) -> str:
         *(_listing(listing) for listing in report.listings if listing.folded),
         _configuration(report.configuration),
     ]
-    return _page(report.title, report.verdict, sections, None)
+    return _page(report.title, report.summary, sections, None)
 
 
 def replay_page(replay: Replay, title: str | None = None) -> str:
@@ -111,7 +108,37 @@ def _asset(name: str) -> str:
     return files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) -> str:
+def _verdict(verdicts: tuple[Verdict, ...]) -> str:
+    """Return whether to believe the result, as a banner."""
+    if not verdicts:
+        return ""
+    first, *others = verdicts
+    look = {"converged": "good", "model rejected": "bad"}.get(first, "warning")
+    also = f" Also: {escape(', '.join(others))}." if others else ""
+    return (
+        f'<p class="judged {look}" id="verdict"><b>{escape(first)}</b> <span>{escape(first.meaning)}{also}</span></p>'
+    )
+
+
+def _facts(facts: Sequence[tuple[str, str]]) -> str:
+    entries = "".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in facts)
+    return f'<dl class="top">{entries}</dl>' if facts else ""
+
+
+def _downloads(data: Mapping[str, str]) -> str:
+    links = (
+        f'<a download="{escape(name)}" href="data:text/csv;base64,{base64.b64encode(text.encode()).decode()}">{escape(name)}</a>'
+        for name, text in data.items()
+    )
+    return f'<p class="note">Data: {", ".join(links)}</p>' if data else ""
+
+
+def _steps(steps: Sequence[tuple[str, str]]) -> str:
+    rows = "".join(f"<li>{escape(why)}<pre><code>{escape(command)}</code></pre></li>" for command, why in steps)
+    return _section("next", "Next steps", f"<ul>{rows}</ul>") if steps else ""
+
+
+def _page(title: str, summary: str, sections: list[str], replay: Replay | None) -> str:
     script = _asset("_replay.js") if replay is not None else ""
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     return Template(_asset("_page.html")).substitute(
@@ -119,7 +146,7 @@ def _page(title: str, verdict: str, sections: list[str], replay: Replay | None) 
         policy=f"'sha256-{digest}'",
         title=escape(title),
         style=_asset("_style.css"),
-        verdict=f'<p class="verdict">{escape(verdict)}</p>' if verdict else "",
+        summary=f'<p class="summary">{escape(summary)}</p>' if summary else "",
         sections="\n".join(section for section in sections if section),
         data=_embed(replay) if replay is not None else "null",
         script=script,
@@ -144,24 +171,24 @@ def _parameters(table: RunTable) -> str:
         for name in ("truth", "published_error", "interval")
     }
 
-    def ends(row: ParameterRow) -> str:
-        known = row.interval is not None and is_known(*row.interval)
-        return " to ".join(map(_number, row.interval or ())) if known else NOTHING
+    def column(name: str, mean: float | None = None) -> tuple[list[str], str]:
+        *cells, below = aligned([*(getattr(row, name) for row in table.rows), mean], NOTHING)
+        return cells, below if mean is not None else ""
 
+    lows, highs = zip(*(row.interval or (None, None) for row in table.rows), strict=True) if table.rows else ((), ())
+    both = aligned([*lows, *highs], NOTHING)
+    pairs = zip(both[: len(lows)], both[len(lows) :], strict=True)
+    ends = [NOTHING if NOTHING in pair else " to ".join(pair) for pair in pairs]
     columns = {  # heading and whether it is there -> class, cells of the rows, cell below
-        ("Inferred", True): ("strong", [_number(row.estimate) for row in table.rows], ""),
-        ("90 % interval", there["interval"]): ("", [ends(row) for row in table.rows], ""),
-        ("True", there["truth"]): ("", [_number(row.truth) for row in table.rows], ""),
-        ("Absolute error", there["truth"]): (
-            "", [_number(row.estimate_error) for row in table.rows], _number(table.estimate_mae)
-        ),
+        ("Inferred", True): ("strong", *column("estimate")),
+        ("90 % interval", there["interval"]): ("", ends, ""),
+        ("True", there["truth"]): ("", *column("truth")),
+        ("Absolute error", there["truth"]): ("", *column("estimate_error", table.estimate_mae)),
         ("Paper&rsquo;s error", there["published_error"]): (
             "", [shown(row.published_error, "{:g}".format, NOTHING) for row in table.rows], ""
         ),
-        ("Best model", True): ("apart", [_number(row.best_model) for row in table.rows], ""),
-        ("Absolute error ", there["truth"]): (
-            "", [_number(row.best_model_error) for row in table.rows], _number(table.best_model_mae)
-        ),
+        ("Best model", True): ("apart", *column("best_model")),
+        ("Absolute error ", there["truth"]): ("", *column("best_model_error", table.best_model_mae)),
     }  # fmt: skip
     head, mean, rows = "", "", [f'<th scope="row">{escape(row.name)}</th>' for row in table.rows]
     for (heading, known), (kind, cells, below) in columns.items():

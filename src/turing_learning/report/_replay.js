@@ -3,7 +3,7 @@
 
   const TRAIL_S = 6;           // how far back trails reach
   const TRAIL_PARTS = 4;       // each fainter than the next
-  const SMALLEST_RADIUS = 2;   // of a disk (pixels), however far away the view is
+  const SMALLEST_RADIUS = 5;   // of a disk (pixels), however far away the view is
   const FOLLOW_MARGIN = 6;     // around a followed swarm (robot radii)
   const LONGEST_STEP_S = 0.25; // after a pause of the browser, no leap
   const FULL = 65535;
@@ -271,6 +271,7 @@
     addEventListener("resize", draw);  // another zoom changes the resolution, and may come after the size
     readColors();
     show();
+    if (!matchMedia("(prefers-reduced-motion: reduce)").matches) toggle();
   }
 
   start();

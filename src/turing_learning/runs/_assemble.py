@@ -59,7 +59,7 @@ class Loop(Protocol):
         """Whether it has stopped before its length: what it leaves open is within `run.tolerance`."""
 
     def readout(self) -> dict[str, np.ndarray]:
-        """Return "interval" (2, P) and "draws" (D, P), in units, that are not read off the typical models, where there are some."""
+        """Return "interval" (2, P) and "draws" (D, P), in units, and "p_value" of a matching, where there are some."""
 
 
 class Generations(Coevolution):

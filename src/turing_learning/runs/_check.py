@@ -14,7 +14,6 @@ import numpy as np
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError, load_configuration
 from turing_learning.errors import Refusal, brief, integer, refuse, refusing_as, require
-from turing_learning.models import Parameter
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.systems import (
     CustomOptions,
@@ -121,8 +120,9 @@ class _Checker:
             content["recoveries"].append(self._recovery(k, evidence))
             self._write(content)
         content["parameters"] = self._pinned_down(content, evidence, profiled)
-        self._write(content)
-        return check_from_json(content)
+        check = check_from_json(content)
+        self._write(content | {"verdicts": check.verdicts})
+        return check
 
     def _write(self, content: dict[str, Any]) -> None:
         if self.folder is not None:
@@ -215,7 +215,7 @@ class _Checker:
             generations=found.generations,
             truth=self.result.estimate,
             estimate=found.estimate,
-            interval=found.interval,
+            interval=found.wandering or found.interval,
             error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
             **(self._told(k, configuration, evidence, given, found) if self.configuration.run.trials else {}),
         ).to_json()
@@ -284,7 +284,9 @@ class _Checker:
                     interval_share=float(width) if is_known(width) else None,
                     open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
                     recovery_error=max(each[name] for each in errors) if errors else None,
-                    bound="" if self.result.networks else _bound(evidence.parameters[name], self.result.estimate[name]),
+                    bound=""
+                    if self.result.networks
+                    else evidence.parameters[name].bound_at(self.result.estimate[name]),
                     rejected=rejected,
                     sides=self._sides(content["profiles"].get(name)),
                 )
@@ -296,21 +298,6 @@ class _Checker:
         if not self.configuration.run.trials:
             return None
         return (False, False) if profile is None else (profile["rejected"][0], profile["rejected"][1])
-
-
-AT = 0.01
-"""Share of the initial range within which an estimate is at a bound."""
-
-
-def _bound(parameter: Parameter, value: float) -> str:
-    """Return the bound that a value is at, with its unit; empty if it is at none."""
-    for end in (parameter.low, parameter.high):
-        if (
-            end is not None
-            and abs(float(parameter.to_numbers(np.array(value)) - parameter.to_numbers(np.array(end)))) <= 2 * AT
-        ):
-            return f"{end:g} {parameter.unit}".rstrip()
-    return ""
 
 
 def _numbers(evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:

@@ -61,7 +61,7 @@ _PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "zarr", "xarray", "pydantic"
 _RESULTS = (
     "result.json", "report.html", "checkpoints", "traces", "buffer", "history.zarr", "figures", "check", CALIBRATION, MOTION,
     DIALOGUES,
-    "trials", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
+    "trials", "pool.json", "events.jsonl", "post_evaluation.json", LABORATORY, CAMERA,
 )  # fmt: skip
 _KIND = Kind(
     "run",
@@ -74,6 +74,7 @@ _KIND = Kind(
         MOTION,
         DIALOGUES,
         "check/check.json",
+        "pool.json",
         "trials/**/*.npz",
     ),
     newest=FORMAT_VERSION,
@@ -216,7 +217,8 @@ class RunFolder(Store):
             return None
         parts = [self.read(piece("traces", number + 1)) for number in range(blocks_before(found))]
         parts.append({name.removeprefix(prefix): a for name, a in found.arrays.items() if name.startswith(prefix)})
-        return {name: np.concatenate([each[name] for each in parts]) for name in parts[-1]}
+        common = [name for name in parts[-1] if all(name in each for each in parts)]
+        return {name: np.concatenate([each[name] for each in parts]) for name in common}
 
     def known_parts(self) -> set[str]:
         """Return what of a custom system can be found by what the manifest says: "genuine", "simulate"."""

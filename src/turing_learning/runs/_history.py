@@ -307,7 +307,7 @@ def generation_values(generation: Generation) -> dict[str, np.ndarray]:
 class Traces:
     """What a thin history keeps of every completed generation, and the seconds it took.
 
-    Best and typical model, quartiles of both populations' fitness, and the state of selection.
+    Best and typical model, quartiles of both populations' fitness, standard deviations of the models, and the state of selection.
 
     Parameters
     ----------
@@ -324,6 +324,7 @@ class Traces:
             "typical_model": np.zeros((capacity, parameters)),
             "model_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
             "classifier_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
+            "model_spread": np.zeros((capacity, parameters)),
             "selection": np.full(capacity, NOT_RUN, dtype=np.int8),
             "seconds": np.zeros(capacity),
         }
@@ -333,6 +334,8 @@ class Traces:
         given: dict[str, Any] = {**values, "seconds": seconds}
         for population in ("model", "classifier"):
             given[f"{population}_fitness_quantiles"] = _quantiles(given[f"{population}_fitness"])
+        with np.errstate(over="ignore", invalid="ignore"):  # of models that run away
+            given["model_spread"] = np.std(values["model"], axis=0)
         for name, array in self._arrays.items():
             array[self.completed] = given[name]
         self.completed += 1
@@ -349,7 +352,7 @@ class Traces:
         """Continue from a `state` of all generations."""
         self.completed = len(state["seconds"])
         for name, array in self._arrays.items():
-            array[: self.completed] = state[name]
+            array[: self.completed] = state.get(name, np.nan)  # 0.1.0 did not keep the spread
 
 
 def _quantiles(values: np.ndarray) -> np.ndarray:

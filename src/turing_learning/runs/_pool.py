@@ -1,6 +1,7 @@
 """Several runs of one configuration, told as one."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -8,9 +9,12 @@ import numpy as np
 
 from turing_learning.analysis import (
     UNKNOWN,
+    Verdict,
     absolute_error,
     is_known,
+    judgment,
     known_or,
+    ordered,
     pooled_estimate,
     pooled_interval,
     r_hat,
@@ -19,8 +23,9 @@ from turing_learning.config import PROSE, Configuration, ConfigurationError, fla
 from turing_learning.errors import brief, refuse, require, said
 from turing_learning.report import Tabular, counted, describe_unknown, shown
 from turing_learning.report._tabular import parameter_table
+from turing_learning.store import RunFolderError, RunStorageError
 
-from ._folder import how_to_resume
+from ._folder import RunFolder, how_to_resume
 from ._result import Result, named
 
 if TYPE_CHECKING:
@@ -61,9 +66,9 @@ class Pooled(Tabular):
         truth, also where runs settle in different regions, see `turing_learning.analysis.pooled_interval`.
         Both are NaN where no run has moved and no two differ.
     agreement
-        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `verdict` has a word for it. NaN where no run has
-        moved. Of runs of trials the Birge ratio: how far their estimates are apart, in units of the deviations of their draws; at
-        most about 1 where they agree. NaN where fewer than two have settled.
+        R-hat, about 1 where the runs agree, see `turing_learning.analysis.r_hat`; `runs_agree` has a word for it. NaN where no
+        run has moved. Of runs of trials the Birge ratio: how far their estimates are apart, in units of the deviations of their
+        draws; at most about 1 where they agree. NaN where fewer than two have settled.
     estimates
         Name -> the estimates of the runs, in the order of `seeds`.
     truth
@@ -77,6 +82,8 @@ class Pooled(Tabular):
     chains
         For each run what its estimate is made of (W, P): the typical models of its last generations; of runs of trials draws of
         the matched estimate, of those alone that have settled.
+    found
+        What more than half of the runs say of themselves.
     """
 
     scenario: str
@@ -91,6 +98,7 @@ class Pooled(Tabular):
     estimate_mae: float | None
     labels: dict[str, str] = field(default_factory=dict)
     trials: int | None = None
+    found: tuple[Verdict, ...] = ()
     chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
 
     def to_xarray(self) -> "xarray.Dataset":
@@ -113,7 +121,18 @@ class Pooled(Tabular):
         )
 
     @property
-    def verdict(self) -> dict[str, str]:
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """Whether to believe the runs: whether they disagree, and what most of them say."""
+        apart = "disagree" in self.runs_agree.values()
+        return ordered([*self.found, *([Verdict.DISAGREE] if apart else [])])
+
+    @property
+    def verdict(self) -> Verdict:
+        """The first of `verdicts`."""
+        return self.verdicts[0]
+
+    @property
+    def runs_agree(self) -> dict[str, str]:
         """Whether runs settle in the same region: "agree" (R-hat up to 1.2), "disagree" (above 1.5), "unclear"; or "unknown".
 
         For the Birge ratio of runs of trials the bounds are 1.5 and 2.
@@ -130,7 +149,7 @@ class Pooled(Tabular):
                 "truth": self.truth,
                 "absolute_error": self.estimate_absolute_error,
                 "r_hat": self.agreement,
-                "runs": self.verdict,
+                "runs": self.runs_agree,
             }
         )
 
@@ -145,19 +164,19 @@ class Pooled(Tabular):
             error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
             numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
             lines.append(
-                f"{labels[name]:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.verdict[name]:>10}"
+                f"{labels[name]:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.runs_agree[name]:>10}"
             )
-        apart = [name for name, word in self.verdict.items() if word == "disagree"]
+        apart = [name for name, word in self.runs_agree.items() if word == "disagree"]
         lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
         agreement = {name: [value] for name, value in self.agreement.items()}
         why = {} if self.trials is None else {"why": "at most one run has settled; resume them with more trials"}
         unknown = (describe_unknown(self.interval, **why), describe_unknown(agreement, "Whether runs agree", **why))
-        lines += [sentence for sentence in unknown if sentence]
+        lines += [*(sentence for sentence in unknown if sentence), judgment(self.verdicts)]
         seeds = ", ".join(map(str, self.seeds))
         length = counted(self.generations, "generation") if self.trials is None else counted(self.trials, "trial")
         return "\n".join(
             [
-                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}",
+                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}",
                 *lines,
             ]
         )
@@ -182,7 +201,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
     Returns
     -------
     Pooled
-        What they have inferred together.
+        What they have inferred together. In the folders of the runs, `pool.json` says whether they agree.
 
     Raises
     ------
@@ -217,7 +236,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         ends = configuration.system.on_scales(typical, pooled_interval)
         agreement = r_hat(typical).tolist()
     error = None if scenario.truth is None else absolute_error(estimate, np.asarray(scenario.truth, dtype=float))
-    return Pooled(
+    pooled = Pooled(
         scenario=scenario.name,
         generations=max(run.generations for run in runs),
         seeds=tuple(run.seed for run in runs),
@@ -231,7 +250,15 @@ def pool(runs: Sequence[Result]) -> Pooled:
         labels=runs[0].labels,
         trials=configuration.run.trials or None,
         chains=chains,
+        found=tuple(each for each in Verdict if 2 * sum(each in run.found for run in runs) > len(runs)),
     )
+    said = {"seeds": pooled.seeds, "agreement": known_or(None, {n: [v] for n, v in pooled.agreement.items()})}
+    said["verdicts"] = [each for each in pooled.verdicts if each is Verdict.DISAGREE]
+    for run in runs:
+        if run.path is not None:
+            with suppress(RunFolderError, RunStorageError, OSError), (folder := RunFolder(run.path)).locked():
+                folder.write("pool.json", said | {"estimate": run.estimate})
+    return pooled
 
 
 def _mixed(

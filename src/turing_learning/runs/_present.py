@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
     from turing_learning.identifiability import Check, PinnedDown
 
+CITATION = (
+    "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
+)
 REPLAY_ROBOTS = 25
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
@@ -143,7 +146,11 @@ def report_page(
     return markup(
         RunReport(
             title=f"{configuration.scenario.title}: what Turing Learning inferred",
-            verdict=verdict(result),
+            summary=summary(result),
+            verdicts=result.verdicts,
+            facts=facts(result, dict(manifest)),
+            steps=next_steps(result),
+            data=tables(result, history, configuration),
             table=run_table(result),
             selection=[words[int(code)] for code in history["selection"].to_numpy()],
             figures=tuple(drawings),
@@ -160,7 +167,7 @@ def report_page(
     )
 
 
-def verdict(result: Result) -> str:
+def summary(result: Result) -> str:
     """Say the result in one sentence, and how many simulations failed."""
     state = "" if result.complete else " (the run is not complete)"
     done = f"After {report.counted(result.generations, 'generation')}{state}"
@@ -171,6 +178,38 @@ def verdict(result: Result) -> str:
     count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
     failed = f" {report.counted(count, 'simulation')} failed; result.json says which." if count else ""
     return f"{done} the estimate stands; there is no truth to compare it with.{failed}"
+
+
+def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Return what belongs at the top of a page: seed, date, versions, how to run it again, and what to cite."""
+    again = "see Configuration, below"
+    if result.path is not None and result.configuration.system.simulated is not None and not result.in_laboratory:
+        again = "turing-learning infer --config RUN/config.toml --out AGAIN"
+    return [
+        ("Seed", str(result.seed)),
+        ("Begun", manifest.get("started", "unknown").replace("T", " ")),
+        ("Again", again),
+        ("Cite", CITATION),
+    ]
+
+
+def next_steps(result: Result) -> list[tuple[str, str]]:
+    """Return commands to go on with, and what they are for."""
+    if result.path is None or result.in_laboratory:
+        return []
+    tells = "Can fresh classifiers tell the model from the system? What is pinned down? (RUN: the folder of this page.)"
+    agree = "Do runs with other seeds agree? Make one or more, and pool them."
+    return [("turing-learning check RUN", tells), ("turing-learning pool RUN ANOTHER-SEED", agree)]
+
+
+def tables(result: Result, history: "xarray.Dataset", configuration: Configuration) -> dict[str, str]:
+    """Return the table of the parameters and the models of each generation as CSV."""
+    names = configuration.scenario.parameter_names
+    models = {name: configuration.described(history[name].to_numpy()) for name in ("typical_model", "best_model")}
+    columns = [f"{of}_{name}" for of in models for name in names]
+    lines = [",".join(["generation", *columns])]
+    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in enumerate(np.hstack([*models.values()]))]
+    return {"parameters.csv": result.to_dataframe().to_csv(), "generations.csv": "\n".join(lines) + "\n"}
 
 
 def run_table(result: Result) -> RunTable:

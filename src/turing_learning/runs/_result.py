@@ -1,7 +1,7 @@
 """What a run has inferred."""
 
 from collections.abc import Mapping
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from turing_learning.analysis import UNKNOWN, absolute_error, estimate, interval, known_or
+from turing_learning.analysis import (
+    LEAST_P,
+    UNKNOWN,
+    Verdict,
+    absolute_error,
+    estimate,
+    interval,
+    judgment,
+    known_or,
+    ordered,
+    settled,
+    told,
+)
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
 from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
@@ -31,10 +43,10 @@ if TYPE_CHECKING:
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
-_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance")
+_WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
 
-UNSETTLED = "the run has not settled: resume it with more trials"
-"""Why an interval of a run of trials is not known."""
+BESIDE = ("check/check.json", "pool.json")
+"""Files of a run folder in which others than the run itself say whether to believe it."""
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
@@ -98,8 +110,8 @@ class Result(Tabular):
         Median of the typical models of the last generations, see `turing_learning.analysis.estimate`.
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth, see
-        `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the models have not moved. (Where an older
-        run says that such an interval is a point, that is read as it is.)
+        `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still moving, where
+        classifiers still tell its models, and where the models have never moved.
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -126,6 +138,11 @@ class Result(Tabular):
     networks
         Of black-box models: the weights of "best_model", and of "estimate": the typical network of the last generations whose
         steady outputs are nearest to the estimate. None, and not in `result.json`, for other models.
+    found
+        What the run itself says of whether to believe it; `verdicts` also has what `check` and `pool` say.
+    wandering
+        What the typical models of the end wandered over, as the interval was in version 0.1.0: also where the run is still moving,
+        so that it says nothing of the truth. None for runs of trials.
     """
 
     scenario: str
@@ -150,12 +167,29 @@ class Result(Tabular):
     networks: dict[str, dict[str, float]] | None = None
     trials: int | None = None
     covariance: dict[str, dict[str, float]] | None = None
+    found: tuple[Verdict, ...] = (Verdict.MOVING,)
+    wandering: dict[str, list[float]] | None = None
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """All that is to be said of whether to believe the run: by itself, by its check, and by the last pool that it was in."""
+        said: list[str] = list(self.found)
+        for name in BESIDE if self.path is not None else ():
+            with suppress(RunFolderError, AttributeError, KeyError, TypeError, ValueError):
+                content = RunFolder(str(self.path)).read(name)
+                if content.get("settings", content)["estimate"] == self.estimate:  # the run has not gone on since
+                    said += map(Verdict, content["verdicts"])
+        return ordered(said)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether to believe the run, in a word: the first of `verdicts`."""
+        return self.verdicts[0]
 
     @property
     def unknown(self) -> str:
-        """Why the ends of which intervals are not known, in one sentence; empty if all are."""
-        few = self.origin is not None and self.origin.configuration.run.trials
-        return describe_unknown(self.interval, why=UNSETTLED) if few else describe_unknown(self.interval)
+        """Why the ends of which intervals are not known, in one sentence; empty if all are, or where the verdict says so."""
+        return "" if {Verdict.MOVING, Verdict.TOLD} & {*self.found} else describe_unknown(self.interval)
 
     @property
     def system(self) -> System:
@@ -319,7 +353,10 @@ class Result(Tabular):
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "origin")}
-        content["interval"] = known_or(None, self.interval)
+        content |= {
+            name: known_or(None, ends) for name in ("interval", "wandering") if (ends := content[name]) is not None
+        }
+        content |= {"verdict": self.found[0], "verdicts": list(content.pop("found"))}
         for name in _WHERE_THERE_ARE_SOME:
             if content[name] is None:
                 del content[name]
@@ -343,7 +380,8 @@ class Result(Tabular):
         head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
         state = "" if self.complete else " (incomplete)"
         unknown = self.unknown
-        return "\n".join([f"{head}{state}, {self.seconds_total:.1f} s", *_lines(self), *([unknown] if unknown else [])])
+        first = f"{head}{state}, {self.seconds_total:.1f} s: {self.verdict}"
+        return "\n".join([first, *_lines(self), *([unknown] if unknown else []), judgment(self.verdicts)])
 
 
 def _lines(result: Result) -> list[str]:
@@ -374,8 +412,7 @@ def summarize(
     *,
     origin: Owner,
     complete: bool,
-    draws: np.ndarray | None = None,
-    ends: np.ndarray | None = None,
+    readout: Mapping[str, np.ndarray],
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
     """Make the result of the completed generations, at least one.
@@ -392,10 +429,8 @@ def summarize(
         The run.
     complete
         Whether it is all that was asked for.
-    draws : (D, P)
-        Of an estimate from few trials; None where it has not settled.
-    ends : (2, P)
-        Its interval, likewise; it is not read off the traces.
+    readout
+        Of a run of trials: what its loop reads out, see `Loop.readout`.
     failed_simulations
         Of a custom system.
     """
@@ -403,18 +438,25 @@ def summarize(
     window = configuration.run.estimated_from(traces.completed)
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred = estimate(typical, window)
+    inferred, draws, wandering = estimate(typical, window), readout.get("draws"), None
     if configuration.run.trials:
         inferred = typical[-1]
-        low, high = np.full((2, len(names)), np.nan) if ends is None else ends
+        low, high = readout.get("interval", np.full((2, len(names)), np.nan))
         low, high = (
             np.minimum(low, inferred),
             np.maximum(high, inferred),
         )  # the estimate is that of the loop, not of matching
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
+        tells = float(readout.get("p_value", 1.0)) < LEAST_P
+        said = [] if "interval" in readout else [Verdict.TOLD if tells else Verdict.MOVING]
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
-        between = dict(zip(names, pairs.tolist(), strict=True))
+        wandering = known_or(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
+        said = _said(configuration, traces, window)
+        between = dict.fromkeys(names, [UNKNOWN] * 2) if said else wandering
+    if not configuration.models.hidden:
+        known = zip(configuration.system.parameters.values(), inferred.tolist(), strict=True)
+        said += [Verdict.BOUND for parameter, value in known if parameter.bound_at(value)]
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
@@ -433,7 +475,18 @@ def summarize(
         origin=origin,
         failed_simulations=failed_simulations,
         networks=_networks(configuration, traces, typical, inferred),
+        found=ordered(said),
+        wandering=wandering,
     )
+
+
+def _said(configuration: Configuration, traces: Traces, window: int) -> list[Verdict]:
+    """Return what speaks against a run of generations by itself; that classifiers tell its models counts once they have settled."""
+    spreads = traces["model_spread"]
+    known = not configuration.models.hidden and bool(np.isfinite(spreads).all())
+    if not settled(configuration.described(traces["typical_model"]), window, spreads if known else None).all():
+        return [Verdict.MOVING]
+    return [Verdict.TOLD] if told(traces["classifier_fitness_quantiles"][:, 2], window) else []
 
 
 def _covariance(names: tuple[str, ...], draws: np.ndarray) -> dict[str, dict[str, float]]:
@@ -481,5 +534,7 @@ def named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
 def result_from_json(content: Mapping[str, Any], *, origin: Owner) -> Result:
     """Make a result from what `result.json` holds."""
     assert origin.folder is not None
-    interval = known_or(UNKNOWN, content["interval"])
-    return Result(**{**content, "interval": interval}, path=origin.folder.path, origin=origin)
+    known = {name: known_or(UNKNOWN, ends) for name in ("interval", "wandering") if (ends := content.get(name))}
+    stored = {name: value for name, value in content.items() if name not in ("verdict", "verdicts")}
+    found = ordered(content["verdicts"])
+    return Result(**{**stored, **known, "found": found}, path=origin.folder.path, origin=origin)

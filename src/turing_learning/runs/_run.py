@@ -3,7 +3,7 @@
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import name_failure
+from turing_learning.analysis import Verdict, name_failure
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
 from turing_learning.errors import brief, refusing_as, require, said
@@ -333,8 +333,7 @@ class Run:
                 self._seconds or time.perf_counter() - self._begun,
                 origin=self._origin(),
                 complete=self.complete,
-                draws=self._readout.get("draws"),
-                ends=self._readout.get("interval"),
+                readout=self._readout,
                 failed_simulations=None if failures is None else failures.summary(),
             )
         return self._result
@@ -789,6 +788,11 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
     """Return the result of a finished run; None if it is missing or damaged."""
     try:
         content = folder.read("result.json")
+        if "verdicts" not in content:  # of version 0.1.0, whose interval was what its models wandered over
+            content |= {"verdicts": [Verdict.MOVING], "wandering": content["interval"]}
+            with suppress(RunFolderError):  # no checkpoint is left
+                again = _result_of(_stored_checkpoint(folder, configuration), folder, configuration).to_json()
+                content |= {name: again[name] for name in ("interval", "verdicts")}
         return result_from_json(content, origin=origin_of(folder, configuration, content["generations"]))
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -805,8 +809,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         float(checkpoint.arrays["seconds"]),
         origin=origin_of(folder, configuration, traces.completed),
         complete=_was_complete(checkpoint, configuration),
-        draws=checkpoint.arrays.get(f"{_READOUT}draws"),
-        ends=checkpoint.arrays.get(f"{_READOUT}interval"),
+        readout=part(checkpoint.arrays, _READOUT),
         failed_simulations=log.summary() if failures else None,
     )
 

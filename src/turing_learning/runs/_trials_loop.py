@@ -161,12 +161,13 @@ class TrialsLoop:
         return found
 
     def readout(self) -> dict[str, np.ndarray]:
-        """Return what the judgments leave open: "interval" (2, P) and "draws" (D, P) in units; nothing where it is not settled."""
+        """Return what the judgments leave open: "interval" (2, P), "draws" (D, P) in units if it is settled, and "p_value"."""
         found = self.matched()
-        if found is None or not found.settled:
+        if found is None:
             return {}
         values = {"interval": np.stack((found.interval_low, found.interval_high)), "draws": found.draws}
-        return {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
+        scaled = {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
+        return {"p_value": np.array(found.p_value)} | (scaled if found.settled else {})
 
     def state(self) -> dict[str, np.ndarray]:
         """Return all that is needed to resume but the buffer, whose rows are stored as they come."""

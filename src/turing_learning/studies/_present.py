@@ -95,7 +95,7 @@ def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -
     return study_page(
         StudyReport(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
-            verdict=f"{describe(result)}.",
+            summary=f"{describe(result)}.",
             listings=listings,
             figures=tuple(drawings),
             warning=_warning(result),

@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from turing_learning import report
+from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 from turing_learning.report._content import ParameterRow, RunReport, RunTable, describe_selection
 from turing_learning.report._page import report_page
@@ -53,7 +54,7 @@ def make_replay(frames=4):
 
 def make_report(**changes):
     row = ParameterRow("vl0", -0.70321, -0.71, -0.7, 0.00321, 0.01, 0.01)
-    options = {"title": "Run", "verdict": "Done.", "table": RunTable((row,), 0.00321, 0.01, "A note.")}
+    options = {"title": "Run", "summary": "Done.", "table": RunTable((row,), 0.00321, 0.01, "A note.")}
     return RunReport(**options | changes)
 
 
@@ -81,7 +82,7 @@ def test_without_truth_the_table_shows_what_was_inferred():
 def test_a_tiny_parameter_is_not_shown_as_zero():
     row = ParameterRow("rate", 1.234e-5, 0.00011, interval=(1.2e-5, 1.3e-5))
     (_, shown) = Reader(report_page(make_report(table=RunTable((row,))))).rows
-    assert shown == ["rate", "1.234e-05", "1.2e-05 to 1.3e-05", "0.00011"]
+    assert shown == ["rate", "1.234e-05", "1.200e-05 to 1.300e-05", "0.00011"]
 
 
 def test_a_number_that_is_missing_in_one_row_is_a_dash():
@@ -91,10 +92,26 @@ def test_a_number_that_is_missing_in_one_row_is_a_dash():
     ]  # fmt: skip
 
 
-def test_a_healthy_run_says_so():
-    page = report_page(make_report(selection=["active"] * 3))
-    assert "health good" in page
-    assert "Selection was active in every generation." in page
+@pytest.mark.parametrize(
+    ("verdicts", "look", "also"),
+    [
+        ((Verdict.CONVERGED,), "good", None),
+        ((Verdict.MOVING, Verdict.BOUND), "warning", "Also: at a bound."),
+        ((Verdict.REJECTED, Verdict.DISAGREE), "bad", "Also: runs disagree."),
+    ],
+)
+def test_the_first_verdict_is_shown_and_the_others_beside_it(verdicts, look, also):
+    page = report_page(make_report(selection=["active"] * 3, verdicts=verdicts))
+    banner = re.search(r'<p class="judged (\w+)" id="verdict"><b>(.*?)</b> <span>(.*?)</span>', page)
+    assert banner.group(1, 2) == (look, verdicts[0])
+    assert html.unescape(banner[3]) == " ".join(filter(None, (verdicts[0].meaning, also)))
+    assert "Selection was active" not in page
+
+
+def test_tables_are_there_to_download():
+    page = report_page(make_report(data={"a.csv": "x,y\n1,2\n"}))
+    found = re.search(r'<a download="a.csv" href="data:text/csv;base64,(.*?)">', page)
+    assert base64.b64decode(found[1]) == b"x,y\n1,2\n"
 
 
 def test_a_run_whose_selection_stopped_says_when():
@@ -117,7 +134,7 @@ def test_every_text_of_the_user_is_escaped():
     replay = report.Replay(NASTY, 3.5, 5.0, 0.1, (report.Swarm(NASTY, poses, 1),))
     dangerous = make_report(
         title=NASTY,
-        verdict=NASTY,
+        summary=NASTY,
         table=RunTable((ParameterRow(NASTY, 1, 1),), note=NASTY),
         selection=[NASTY],
         figures=(Picture("nasty", NASTY, NASTY, Figure()),),
@@ -201,8 +218,8 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch)
 @pytest.mark.parametrize(
     ("selection", "sentence"),
     [
-        (["active"], "Selection was active."),
-        (["active"] * 2, "Selection was active in every generation."),
+        (["active"], ""),
+        ([], ""),
         (["all accepted"], "Selection stopped in 1 of 1 generations: 0 (all accepted)."),
         (
             ["all accepted", "all rejected", "all rejected", "active"],

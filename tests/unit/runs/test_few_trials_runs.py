@@ -222,7 +222,7 @@ def test_a_pool_mixes_the_draws_of_the_runs_that_have_settled():
     np.testing.assert_allclose(pooled.interval["speed"], np.quantile(draws, [0.05, 0.95]))
     assert pooled.interval["inert"] == [0, 20]
     assert pooled.estimate["speed"] == np.mean(pooled.estimates["speed"][:2])
-    assert set(pooled.verdict.values()) == {"agree"}
+    assert set(pooled.runs_agree.values()) == {"agree"}
     assert "3 runs, seeds 1, 2, 3, 100 trials" in str(pooled)
 
 
@@ -239,7 +239,7 @@ def test_runs_that_have_not_settled_have_an_estimate_and_no_interval():
     runs = [tl.infer("aggregation", trials=40, seed=seed, settings=SMALL) for seed in (1, 2)]
     assert all(run.covariance is None for run in runs)
     pooled = tl.pool(runs)
-    assert pooled.verdict == dict.fromkeys(pooled.estimate, "unknown")
+    assert pooled.runs_agree == dict.fromkeys(pooled.estimate, "unknown")
     assert "at most one run has settled" in str(pooled)
 
 

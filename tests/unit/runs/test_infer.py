@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import turing_learning as tl
-from turing_learning.analysis import WHY_UNKNOWN, interval
+from turing_learning.analysis import Verdict, interval
 from turing_learning.config import ConfigurationError, load_configuration
 from turing_learning.identifiability import Effort
 from turing_learning.robots import LABORATORY
@@ -28,7 +28,10 @@ from turing_learning.runs import (
     start,
     stored_generations,
 )
+from turing_learning.runs._history import Traces
 from turing_learning.runs._paper import paper_absolute_errors
+from turing_learning.runs._result import summarize
+from turing_learning.runs._run import Origin
 from turing_learning.systems import Given
 
 
@@ -598,9 +601,10 @@ def test_an_interval_that_is_not_known_is_null_in_the_file_and_a_dash_with_a_rea
     assert result == tl.load_run(finished)
     lines = str(result).splitlines()
     assert [line.split()[2:4] for line in lines[2:6]] == [["-", "-"]] * 4
-    assert lines[6:] == [f"The 90 % interval is unknown for vl0, vr0, vl1, vr1: {WHY_UNKNOWN}."]
+    assert lines[6:] == [f"Verdict: still moving. {Verdict.MOVING.meaning}"]
+    assert (result.verdict, result.verdicts) == ("still moving", (Verdict.MOVING,))
     page = result.report().read_text(encoding="utf-8")
-    assert lines[6] in page
+    assert f"<b>{result.verdict}</b> <span>{Verdict.MOVING.meaning}</span>" in page
     assert ">nan" not in page
 
 
@@ -614,12 +618,49 @@ def test_an_interval_of_an_older_run_that_is_a_point_is_read_as_it_is(finished):
     assert result.interval == result.to_json()["interval"] == {key: [0.5, 0.5] for key in result.truth}
 
 
-def test_a_run_that_has_moved_tells_its_interval_in_text_and_file(small, tmp_path):
+def test_a_run_that_still_moves_tells_what_it_wandered_over_and_no_interval(small, tmp_path):
     result = start(small(generations=20), tmp_path / "run")
     known = interval(result.history["typical_model"].to_numpy()[-6:], 6)
-    np.testing.assert_array_equal(list(result.interval.values()), known)
+    np.testing.assert_array_equal(list(result.wandering.values()), known)
+    assert np.isnan(list(result.interval.values())).all()
     assert tl.load_run(tmp_path / "run") == result
     assert "unknown" not in str(result)
+
+
+@pytest.mark.parametrize(
+    ("shrinks", "fitness", "found"),
+    [(0.05, 0.5, Verdict.CONVERGED), (0.05, 0.6, Verdict.TOLD), (0.5, 0.5, Verdict.MOVING)],
+)
+def test_a_run_has_converged_if_its_models_have_contracted_and_classifiers_guess(small, shrinks, fitness, found):
+    configuration, rng = small(generations=100), np.random.default_rng(1)
+    traces = Traces(100, 4)
+    truth = np.array(configuration.scenario.truth)
+    for k in range(100):
+        scale = 1.0 if k < 50 else shrinks
+        models = truth + scale * rng.standard_normal((8, 4))
+        values = {"best_model": models[0], "typical_model": truth + 0.01 * rng.standard_normal(4), "selection": 0}
+        values |= {"model": models, "model_fitness": np.full(8, 0.5), "classifier_fitness": np.full(8, fitness)}
+        traces.record(values, 0.1)
+    owner = Origin(configuration, 100)
+    result = summarize(configuration, traces, 1.0, origin=owner, complete=True, readout={})
+    assert result.verdict == found
+    assert np.isfinite(list(result.interval.values())).all() == (found == Verdict.CONVERGED)
+    assert result.to_json()["verdict"] == found
+    assert result.to_json()["verdicts"] == [found]
+
+
+def test_checks_and_pools_say_theirs_beside_the_run(finished):
+    result = tl.load_run(finished)
+    folder = RunFolder(finished)
+    folder.write("pool.json", {"estimate": result.estimate, "verdicts": ["runs disagree"]})
+    folder.write("check/check.json", {"settings": {"estimate": result.estimate}, "verdicts": ["model rejected"]})
+    assert result.verdicts == ("model rejected", "runs disagree", "still moving")
+    assert result.verdict == "model rejected"
+    folder.write(
+        "check/check.json", {"settings": {"estimate": {}}, "verdicts": ["model rejected"]}
+    )  # of another estimate
+    assert result.verdict == "runs disagree"
+    assert json.loads((finished / "result.json").read_text())["verdicts"] == ["still moving"]
 
 
 def test_a_report_replaces_an_earlier_one_and_no_other_file_unless_forced(finished, tmp_path):
@@ -656,7 +697,7 @@ def test_a_result_alone_has_no_history():
     )
     with pytest.raises(RuntimeError, match="`history` must belong to a run; got a result alone"):
         _ = result.history
-    assert str(result).splitlines()[-1].split() == ["x", "0.000", "-1.000", "2.000", "0.000", "-", "-"]
+    assert str(result).splitlines()[-2].split() == ["x", "0.000", "-1.000", "2.000", "0.000", "-", "-"]
 
 
 def test_the_observer_sees_every_generation(small):

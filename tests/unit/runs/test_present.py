@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN
+from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, Verdict
 from turing_learning.config import load_configuration
-from turing_learning.runs._present import replay, run_table, verdict
+from turing_learning.runs._present import replay, run_table, summary
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +48,8 @@ def test_a_replay_of_a_model_that_has_run_away_is_still_finite(small):
     assert np.isfinite(shown.swarms[1].poses).all()
 
 
-def test_the_verdict_names_the_mean_error_and_whether_the_run_is_complete(result):
-    assert verdict(result) == (
+def test_the_summary_names_the_mean_error_and_whether_the_run_is_complete(result):
+    assert summary(result) == (
         f"After 2 generations the estimate differs from the truth by {result.estimate_mae:.4f} "
         "in the mean over all parameters."
     )
@@ -59,7 +59,7 @@ def test_an_interval_that_is_not_known_is_explained_below_the_table(result):
     known = {key: [0.25, 0.75] for key in result.interval}
     assert "unknown" not in run_table(replace(result, interval=known)).note
     half = known | {"vr0": [UNKNOWN, UNKNOWN]}
-    table = run_table(replace(result, interval=half))
+    table = run_table(replace(result, interval=half, found=(Verdict.CONVERGED,)))
     assert table.note == f"The 90 % interval is unknown for vr0: {WHY_UNKNOWN}."
     assert [row.interval for row in table.rows] == [(0.25, 0.75), (UNKNOWN, UNKNOWN), (0.25, 0.75), (0.25, 0.75)]
 

@@ -153,7 +153,9 @@ def _infer(work: Work, method: str, groups: Groups, genuine: np.ndarray, trials:
         result = infer(groups.scenario, generations=trials // sizes.population, seed=seed, threads=1, **how)
         if not result.complete:
             return None
-        return Inferred(np.array(list(result.estimate.values())), *np.array(list(result.interval.values())).T)
+        return Inferred(
+            np.array(list(result.estimate.values())), *np.array(list((result.wandering or result.interval).values())).T
+        )
     if method == MIXTURE:
         return fit_mixture(genuine, groups.scenario, seed)
     given = groups, summaries(genuine, groups.scenario), trials // groups.size, seed, work.should_stop
