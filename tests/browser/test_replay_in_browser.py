@@ -59,7 +59,10 @@ def report_file(tmp_path_factory) -> Path:
 
 @pytest.fixture
 def opened(page, report_file):
+    """Return the page as those see it who ask for reduced motion, with all of the plane in view, at the pace of the robots."""
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-reduced-motion", "value": "reduce"}])
     page.open(report_file)
+    page.evaluate("document.querySelector('.speed').value = '1'; document.querySelector('.follow').click()")
     return page
 
 
@@ -77,7 +80,16 @@ def color_at(page, canvas: int, time_s: float, robot: int) -> list[int]:
     )
 
 
-def test_the_replay_waits_at_the_start(opened):
+def test_the_replay_opens_playing_fast_and_zoomed_to_the_swarm(page, report_file):
+    page.open(report_file)
+    page.wait_until(f"{PLAYING} && {TIME} > 0.5")
+    assert page.evaluate("[document.querySelector('.follow').checked, document.querySelector('.speed').value]") == [
+        True,
+        "10",
+    ]
+
+
+def test_the_replay_waits_at_the_start_where_reduced_motion_is_asked_for(opened):
     assert opened.evaluate(f"[{TIME}, {PLAYING}]") == [0, False]
 
 

@@ -97,7 +97,7 @@ def test_the_table_says_where_runs_disagree(three):
     assert [line.split()[-2:] for line in lines[:4]] == [
         ["1.20", "agree"], ["1.50", "unclear"], ["1.51", "disagree"], ["inf", "disagree"]
     ]  # fmt: skip
-    assert [line.partition(":")[0] for line in lines[4:]] == ["runs disagree on vl1", "runs disagree on vr1"]
+    assert [line.partition(":")[0] for line in lines[4:-1]] == ["runs disagree on vl1", "runs disagree on vr1"]
     assert f"{three[1].estimate['vl1']:.4g}" in lines[4]
 
 
