@@ -1,4 +1,3 @@
-# ruff: noqa: T201
 """How far a verdict can be trusted: runs of all kinds of systems whose truth is known, each judged as a user would see it.
 
 ``measure.py collect --first 1 --last 7`` makes the runs of these seeds and keeps what the verdict looks at in `--work`;
