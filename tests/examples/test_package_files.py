@@ -1,5 +1,6 @@
 """Files at the root say the same as the package, and name what is there."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -43,3 +44,13 @@ def test_links_of_pages_at_the_root_lead_somewhere(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     links = re.findall(r"\]\((?!https?:|#)([^)#]+)", text)
     assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_the_description_of_the_package_leads_nowhere_in_the_repository():
+    tree = ast.parse((ROOT / "hatch_build.py").read_text(encoding="utf-8"))
+    patterns = {part.targets[0].id: ast.literal_eval(part.value) for part in tree.body if isinstance(part, ast.Assign)}
+    text = re.sub(patterns["PICTURE"], "", (ROOT / "README.md").read_text(encoding="utf-8"))
+    text = re.sub(patterns["LINK"], r"\1", text)
+    assert "![" not in text
+    assert re.findall(r"\]\((?!https?:)", text) == []
+    assert text.startswith("# Turing Learning for Python\n\nTuring Learning infers")
