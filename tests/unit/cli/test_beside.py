@@ -58,3 +58,12 @@ def test_simulate_takes_a_file_and_settings(call, tmp_path):
     assert "Three of mine" in page.read_text()
     assert call("simulate", "--config", file, "--set", "scenario.title=Others", *options)[0] == 0
     assert "Others" in page.read_text()
+
+
+def test_warming_up_runs_each_kind_once_and_leaves_nothing(call, tmp_path, monkeypatch):
+    from turing_learning import swarm
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(swarm, "SCENARIOS", {"aggregation": swarm.AGGREGATION})  # the others compile for long
+    assert call("warm-up")[:2] == (0, "aggregation\na budget in trials\nready\n")
+    assert not list(tmp_path.iterdir())
