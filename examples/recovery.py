@@ -166,9 +166,9 @@ def recover(name: str, recording: int, case: Case, work: Path) -> list[Row]:
             case.truth[key],
             *map(_rounded, (pooled.estimate[key], *pooled.interval[key], pooled.agreement[key])),
             estimates=" ".join(f"{_rounded(value):g}" for value in pooled.estimates[key]),
-            held_alone=sum(low <= case.truth[key] <= high for low, high in (run.interval[key] for run in runs)),
+            held_alone=sum(low <= case.truth[key] <= high for low, high in (run.wandering[key] for run in runs)),
             seconds=round(sum(run.seconds_total for run in runs), 1),
-            unknown_alone=sum(not is_known(*run.interval[key]) for run in runs),
+            unknown_alone=sum(not is_known(*run.wandering[key]) for run in runs),
         )
         for key, unit in case.family.units.items()
     ]

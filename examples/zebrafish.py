@@ -166,7 +166,7 @@ def outcomes(name: str, family: Particles, result: tl.Result, windows: Windows, 
     shares = straight(simulated(family, result, 100, seed=13)), straight(windows.held_out)
     return [
         Outcome(
-            name, key, unit, *map(rounded, (result.estimate[key], *result.interval[key])),
+            name, key, unit, *map(rounded, (result.estimate[key], *result.wandering[key])),
             area=round(area, 3), control=round(control, 3), told=round(told, 3),
             accuracy=round(found.test.accuracy, 3), p_value=round(found.test.p_value, 4), pinned_down=pinned[key],
             straight=round(shares[0], 3), straight_fish=round(shares[1], 3),

@@ -70,7 +70,7 @@ def test_a_row_is_the_pool_of_the_runs_on_one_recording(recovery, tmp_path):
     for row in rows:
         assert (row.low, row.high) == pytest.approx(pooled.interval[row.parameter], rel=1e-4)
         assert list(map(float, row.estimates.split())) == pytest.approx(pooled.estimates[row.parameter], rel=1e-4)
-        held = [low <= row.truth <= high for low, high in (run.interval[row.parameter] for run in runs)]
+        held = [low <= row.truth <= high for low, high in (run.wandering[row.parameter] for run in runs)]
         assert (row.runs, row.held_alone) == (2, sum(held))
 
 
