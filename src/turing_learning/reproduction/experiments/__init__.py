@@ -8,6 +8,7 @@ from . import (
     case_studies,
     classifier_accuracy,
     comparison,
+    interaction,
     laboratory,
     morphology,
     separated,
@@ -15,7 +16,8 @@ from . import (
 )
 
 _IN_ORDER = (
-    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory
+    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory,
+    interaction,
 )  # fmt: skip
 EXPERIMENTS: dict[str, Experiment] = {
     module.EXPERIMENT.id: module.EXPERIMENT for module in _IN_ORDER
