@@ -67,7 +67,7 @@ def print_judgment(console: Console, verdicts: "tuple[Verdict, ...]") -> None:
         if "model rejected" not in verdicts
         else "bold red"
     )
-    console.print(judgment(verdicts), style=style, soft_wrap=True)
+    console.print(judgment(verdicts), style=style)
 
 
 def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:

@@ -142,7 +142,7 @@ def test_a_result_without_truth_prints_small_parameters():
 def test_intervals_stay_within_the_bounds_on_any_scale():
     limits = {"a": tl.Parameter(1e-6, 1e-2, scale="log"), "b": tl.Parameter(0, None)}
     result = infer(generations=12, parameters=limits)  # so few that the interval is wide
-    (low, high), (least, most) = result.interval["a"], result.interval["b"]
+    (low, high), (least, most) = result.wandering["a"], result.wandering["b"]
     assert 1e-6 <= low <= result.estimate["a"] <= high <= 1e-2
     assert 0 <= least <= result.estimate["b"] <= most
 
