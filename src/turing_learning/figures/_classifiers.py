@@ -26,6 +26,7 @@ from ._style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_NAMES = 60
@@ -84,13 +85,18 @@ class Distribution:
 def quantities_figure(distributions: Sequence[Distribution]) -> "Figure":
     """Draw distributions of genuine motion and of motion simulated at the estimate, one panel each."""
     figure, panels, columns = grid_of_panels([each.name for each in distributions], 2.1)
+    draw_quantities(panels, columns, distributions)
+    legend_above(figure, panels[:1], ncols=2)
+    return figure
+
+
+def draw_quantities(panels: "Sequence[Axes]", columns: int, distributions: Sequence[Distribution]) -> None:
+    """Draw `quantities_figure` into a panel for each distribution, so many in a row."""
     for k, (axes, each) in enumerate(zip(panels, distributions, strict=True)):
         axes.stairs(each.genuine, each.edges, fill=True, color=SKY, alpha=0.45, label="genuine")
         axes.stairs(each.simulated, each.edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
         axes.set_ylim(bottom=0)
         label(axes, "" if k % columns else "Share", "")
-    legend_above(figure, panels[:1], ncols=2)
-    return figure
 
 
 @dataclass(frozen=True, eq=False)

@@ -45,6 +45,20 @@ def parameters_figure(
     Paper, figure 5, which shows the same quantities for 30 runs.
     """
     figure, panels, columns = grid_of_panels(names, 2.15, sharex=True)
+    draw_parameters(panels, columns, best_models, typical_models, truth=truth)
+    legend_above(figure, panels[:1], ncols=3)
+    return figure
+
+
+def draw_parameters(
+    panels: "Sequence[Axes]",
+    columns: int,
+    best_models: np.ndarray,
+    typical_models: np.ndarray,
+    *,
+    truth: Sequence[float] | None,
+) -> None:
+    """Draw `parameters_figure` into P panels, so many in a row."""
     for k, axes in enumerate(panels):
         best, typical = best_models[:, k], typical_models[:, k]
         draw_line(axes, best, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
@@ -61,11 +75,9 @@ def parameters_figure(
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
         over_generations(axes, len(best))
-        below = k + columns >= len(names)
+        below = k + columns >= len(panels)
         axes.tick_params(labelbottom=below)
         label(axes, "", "Generation" if below else "")
-    legend_above(figure, panels[:1], ncols=3)
-    return figure
 
 
 def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray) -> "Figure":
@@ -90,6 +102,15 @@ def fitness_figure(model_fitness: np.ndarray, classifier_fitness: np.ndarray, *,
     Paper, equations 1 and 2.
     """
     figure, axes = one_panel(5.2, 3.1)
+    draw_fitness(axes, model_fitness, classifier_fitness, stopped=stopped)
+    add_legend(figure, loc="outside upper left", ncols=3)
+    return figure
+
+
+def draw_fitness(
+    axes: "Axes", model_fitness: np.ndarray, classifier_fitness: np.ndarray, *, stopped: np.ndarray
+) -> None:
+    """Draw `fitness_figure` into one panel."""
     edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
         name = "selection stopped" if number == 0 else "_"
@@ -98,8 +119,6 @@ def fitness_figure(model_fitness: np.ndarray, classifier_fitness: np.ndarray, *,
     _draw_band(axes, classifier_fitness, color=BLUE, linestyle="-", label="classifiers")
     over_generations(axes, len(model_fitness))
     label(axes, "Fitness (median, quartiles)")
-    add_legend(figure, loc="outside upper left", ncols=3)
-    return figure
 
 
 def _draw_band(axes: "Axes", fitness: np.ndarray, *, color: str, **options: Any) -> None:

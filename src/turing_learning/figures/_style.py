@@ -1,6 +1,6 @@
 """What all figures share: colors, axes, panels and legends."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,19 +67,26 @@ def row_of_panels(
     return figure, panels
 
 
-def grid_of_panels(titles: Sequence[str], height: float, *, sharex: bool = False) -> "tuple[Figure, list[Axes], int]":
-    """Return a figure with panels in rows, and how many there are in a row."""
+def grid_of_panels(
+    titles: Sequence[str], height: float, *, sharex: bool = False, new: "Callable[[float, float], Figure]" = new_figure
+) -> "tuple[Figure, list[Axes], int]":
+    """Return a figure, made by `new`, with panels in rows, and how many there are in a row."""
     count = len(titles)
     columns = min(count, 2 if count in (2, 4) else 3)
     rows = -(-count // columns)
-    figure = new_figure(8.4, height * rows + 0.55)
+    figure = new(8.4, height * rows + 0.55)
     panels = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)
     for axes in panels[count:]:
         axes.set_visible(False)
-    for axes, title in zip(panels, titles, strict=False):
+    name_panels(panels[:count], titles)
+    return figure, panels[:count], columns
+
+
+def name_panels(panels: "Sequence[Axes]", titles: Sequence[str]) -> None:
+    """Give panels the common look and a title each."""
+    for axes, title in zip(panels, titles, strict=True):
         prepare_axes(axes)
         axes.set_title(title, loc="left", fontsize=10, color=INK, fontweight="bold", parse_math=False)
-    return figure, panels[:count], columns
 
 
 def prepare_axes(axes: "Axes") -> None:

@@ -117,6 +117,32 @@ def snapshots_figure(
     return figure
 
 
+def draw_paths(
+    panels: "Sequence[Axes]",
+    swarms: Sequence[tuple[np.ndarray, int, np.ndarray | None]],
+    *,
+    robot_radius_cm: float,
+    object_radius_cm: float,
+) -> None:
+    """Draw paths and ends of each swarm (poses (F, A + O, 3), A, replicas (A,)) into a panel, all at the same scale."""
+    places = np.concatenate([poses[..., :2].reshape(-1, 2) for poses, *_ in swarms])
+    (low, high), room = (places.min(axis=0), places.max(axis=0)), 2 * max(robot_radius_cm, object_radius_cm)
+    for axes, (poses, robots, replicas) in zip(panels, swarms, strict=True):
+        swarm_frame(
+            axes,
+            poses[-1],
+            robots=robots,
+            replicas=replicas,
+            trail=poses,
+            robot_radius_cm=robot_radius_cm,
+            object_radius_cm=object_radius_cm,
+        )
+        axes.axis("on")
+        axes.grid(visible=False)
+        axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
+        label(axes, "y (cm)" if axes is panels[0] else "", "x (cm)")
+
+
 def gathering_figure(
     times_s: np.ndarray, curves: Mapping[str, Mapping[str, np.ndarray]], *, limits: Mapping[str, float]
 ) -> "Figure":

@@ -1,6 +1,6 @@
 """Figures and report of a run: hand the arrays to the rooms that draw."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
-    from turing_learning.identifiability import Check, PinnedDown
+    from turing_learning.identifiability import Check, PinnedDown, Quantity
 
 CITATION = (
     "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
@@ -58,8 +58,8 @@ def draw(
             "Fitness over generations",
             "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
             fitness_figure(
-                _fitness(history, "model"),
-                _fitness(history, "classifier"),
+                fitness_of(history, "model"),
+                fitness_of(history, "classifier"),
                 stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
             ),
         ),
@@ -99,7 +99,7 @@ def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration
     return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
 
 
-def _fitness(history: "xarray.Dataset", population: str) -> np.ndarray:
+def fitness_of(history: "xarray.Dataset", population: str) -> np.ndarray:
     """Return the fitness of all individuals, or of a thin history the quantiles, which have the same quartiles."""
     name = f"{population}_fitness"
     return history[name if name in history else f"{name}_quantiles"].to_numpy()
@@ -371,21 +371,24 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
                 "check-quantities",
                 "Genuine motion and motion simulated at the estimate",
                 "Shares of the values in each bin; the outermost bins hold what is beyond them.",
-                quantities_figure(
-                    [
-                        Distribution(
-                            name=f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
-                            edges=np.array(each.edges),
-                            genuine=np.array(each.genuine),
-                            simulated=np.array(each.simulated),
-                        )
-                        for each in check.quantities
-                    ]
-                ),
+                quantities_figure(distributions_of(check.quantities)),
                 wide=True,
             )
         )
     return drawings
+
+
+def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
+    """Return quantities as they are drawn."""
+    return [
+        Distribution(
+            name=f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
+            edges=np.array(each.edges),
+            genuine=np.array(each.genuine),
+            simulated=np.array(each.simulated),
+        )
+        for each in quantities
+    ]
 
 
 def _profiles(check: "Check", result: Result, configuration: Configuration) -> "Figure":

@@ -38,6 +38,7 @@ from ._target import refuse_target, writing
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
+    from matplotlib.axes import Axes
 
     from turing_learning.identifiability import Check
 
@@ -50,6 +51,22 @@ BESIDE = ("check/check.json", "pool.json")
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
+
+
+class Pictures(Protocol):
+    """Pictures of a result, drawn into matplotlib axes `ax` or a new figure; each returns the axes."""
+
+    def parameters(self, ax: Any = None) -> np.ndarray:
+        """Draw parameters over generations, a panel each."""
+
+    def fitness(self, ax: Any = None) -> "Axes":
+        """Draw the fitness of both populations over generations."""
+
+    def motion(self, ax: Any = None) -> np.ndarray:
+        """Draw paths of genuine individuals and of replicas, a panel each."""
+
+    def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray:
+        """Draw distributions of genuine and simulated motion, a panel for each quantity."""
 
 
 class Owner(Protocol):
@@ -74,6 +91,9 @@ class Owner(Protocol):
 
     def report(self, result: "Result", target: Path) -> Path:
         """Write the report."""
+
+    def plot(self, result: "Result") -> "Pictures":
+        """Return what draws its pictures."""
 
     def check(self, result: "Result", /, **options: Any) -> "Check":
         """Check the estimate."""
@@ -304,6 +324,11 @@ class Result(Tabular):
             refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
         with nullcontext() if path is None else writing(target, "path"):
             return origin.report(self, target)
+
+    @property
+    def plot(self) -> "Pictures":
+        """Pictures on matplotlib axes: `plot.parameters(ax=None)`, `plot.fitness`, `plot.motion`, `plot.distributions`."""
+        return self._there().plot(self)
 
     def check(self, **options: Any) -> "Check":
         """Check whether the estimate can be believed: see docs/identifiability.md.

@@ -61,6 +61,8 @@ if TYPE_CHECKING:
 
     from turing_learning.identifiability import Check
 
+    from ._plots import Plots
+
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 _INTERVAL = "interval"  # of an estimate from few trials, among them
@@ -692,27 +694,48 @@ class Origin:
         from ._check import complete_check
 
         rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
-        motion: Mapping[str, np.ndarray] = {}
-        held = self.spoken if self.folder is None else self.folder.find(DIALOGUES) or {}
-        if self.folder is not None:
-            motion = self.folder.read(MOTION) if self.folder.find(MOTION) else {}
-        elif self.given.simulate is not None:
-            with self.configuration.system.open(self.given) as source:
-                rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
-                motion = source.positions(np.array(list(result.estimate.values())), rng)
+        held, motion = self.spoken if self.folder is None else self.folder.find(DIALOGUES) or {}, self._motion(result)
         return _write_report(result, self.configuration, target, rows, check=check, motion=motion, dialogues=held)
+
+    def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
+        """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
+        if self.folder is not None:
+            return self.folder.read(MOTION) if self.folder.find(MOTION) else {}
+        if self.given.simulate is None:
+            return {}
+        with self.configuration.system.open(self.given) as source:
+            rng = np.random.default_rng((REPLAY, self.configuration.run.seed))
+            return source.positions(np.array(list(result.estimate.values())), rng)
+
+    def plot(self, result: Result) -> "Plots":
+        """Return what draws pictures of the run."""
+        from ._plots import Plots
+
+        def opened(given: Given) -> Source:
+            given = self._known(given.genuine, given.simulate)
+            with refusing_as(ConfigurationError):
+                return self.configuration.system.open(given)
+
+        return Plots(result, lambda: self._motion(result), opened)
+
+    def _known(self, genuine: Any, simulate: Any) -> Given:
+        """Return samples and simulator: those given, else those of this process, else functions that the folder names."""
+        given = replace(
+            self.given,
+            genuine=self.given.genuine if genuine is None else genuine,
+            simulate=self.given.simulate if simulate is None else simulate,
+        )
+        with refusing_as(ConfigurationError):
+            return given if self.folder is None else self.folder.remembered(given)
 
     def check(self, result: Result, /, **options: Any) -> "Check":
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
         from ._check import check_run, refuse_unknown_part
 
         refuse_unknown_part(options)
-        known = {"genuine": self.given.genuine, "simulate": self.given.simulate} | options
-        if folder := self.folder:
-            with refusing_as(ConfigurationError):
-                found = folder.remembered(Given(known["genuine"], known["simulate"]))
-            known |= {"genuine": found.genuine, "simulate": found.simulate}
-        return check_run(result, self.configuration, **known)
+        found = self._known(options.get("genuine"), options.get("simulate"))
+        known = {"genuine": found.genuine, "simulate": found.simulate}
+        return check_run(result, self.configuration, **options | known)
 
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> Result:
         """Run a configuration, in a folder or in memory; one that is in the folder already is resumed."""
