@@ -5,7 +5,8 @@
 `mean_absolute_error`     MAE over all parameters, equation 10.
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
-`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`.
+`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`, which has
+                          settled if its p-value is at least `LEAST_P`.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
 `is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN;

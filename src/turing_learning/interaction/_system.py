@@ -426,3 +426,4 @@ STIMULATED: dict[str, StimulatedSystem] = {
         ),
     )
 }
+"""Built-in systems that answer to stimuli, by name."""

@@ -21,9 +21,10 @@ Emulation
     samples of the same trials in plain simulation.
 Details
     Camera: `Optics`, `overhead_camera`, `compare_labels`, `signed_speeds`, `write_table`, `refuse_taken`, `CameraError`.
-    Laboratory: `LABORATORY`, `read_setup`, `laboratory_tracker`, `trial_samples`, `TerminalOperator`, `Finding` (of `inspect`),
-    `refuse_without_history`, `LaboratoryError`, `LinkError`. Time: `Clock`, `RealClock`. Emulation: `as_emulated`, `Body`,
-    `RobotServer`, `serve_tcp`, `serve_terminal`, `obey` and `usage` of what may be typed, `move_alone` without a PC.
+    Laboratory: `LABORATORY`, `read_setup`, `laboratory_tracker`, `laboratory_calibration`, `trial_samples`, `TerminalOperator`,
+    `Finding` (of `inspect`), `refuse_without_history`, `LaboratoryError`, `LinkError`. Time: `Clock`, `RealClock`.
+    Emulation: `as_emulated`, `Body`, `RobotServer`, `serve_tcp`, `serve_terminal`, `obey` and `usage` of what may be typed,
+    `move_alone` without a PC.
 
 OpenCV (`pip install 'turing-learning[vision]'`) and pyserial (`[robot]`) are imported on use. Names are listed in
 ``__init__.pyi`` and imported on first use.
