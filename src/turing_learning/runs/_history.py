@@ -23,6 +23,25 @@ MOST_FILES = 100  # of one byte for each generation, which are written before th
 NOT_RUN = -1  # the code of generations that have not been run
 
 
+LONG_NAMES = {
+    "generation": "generation",
+    "parameter": "parameter",
+    "model": "parameter of a model",
+    "model_step_size": "step size of a model, in numbers of the search",
+    "model_fitness": "fitness of a model",
+    "classifier": "weight of a classifier",
+    "classifier_step_size": "step size of a classifier",
+    "classifier_fitness": "fitness of a classifier",
+    "best_model": "parameter of the best model",
+    "typical_model": "parameter of the typical model",
+    "selection": "state of selection",
+    "model_fitness_quantiles": "fitness of models",
+    "classifier_fitness_quantiles": "fitness of classifiers",
+    "quantile": "share of the population below",
+}
+IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
+
+
 @dataclass(frozen=True)
 class Layout:
     """The sizes of a history: G generations of M models with P named parameters and N classifiers with Q weights.
@@ -287,6 +306,18 @@ def thin_dataset(traces: "Traces", parameters: Sequence[str], completed: int) ->
             "quantile": np.array(QUANTILES),
         },
     )
+
+
+def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
+    """Return a history with the unit of each of P parameters as a coordinate, and names and units as attributes; files have none.
+
+    Parameters in one unit are labelled with it; fitness is a share, of unit 1.
+    """
+    found = history.assign_coords(unit=("parameter", np.array(units)))
+    for name in map(str, found.variables):
+        unit = units[0] if name in IN_UNITS and len({*units}) == 1 else "1" if "fitness" in name else ""
+        found[name].attrs |= {"long_name": LONG_NAMES.get(name, name)} | ({"units": unit} if unit else {})
+    return found
 
 
 def generation_values(generation: Generation) -> dict[str, np.ndarray]:

@@ -253,6 +253,8 @@ class Result(Tabular):
 
             A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
             and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest.
+
+            The coordinate `unit` (parameter) has the parameters' units; variables have the attributes `long_name` and `units`.
         """
         return self._there().history()
 

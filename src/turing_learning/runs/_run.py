@@ -52,6 +52,7 @@ from ._history import (
     open_store,
     require_sound,
     thin_dataset,
+    with_units,
 )
 from ._result import Result, result_from_json, summarize
 from ._trials_loop import TrialsLoop
@@ -663,7 +664,12 @@ class Origin:
         return self.stored
 
     def history(self) -> "xarray.Dataset":
-        """Return the history; one on disk is verified."""
+        """Return the history, with names and units; one on disk is verified."""
+        names, known = self.configuration.parameter_names, self.configuration.system.parameters
+        units = [known[name].unit if name in known else "" for name in names]  # the weights of networks have none
+        return with_units(self._stored_history(), units)
+
+    def _stored_history(self) -> "xarray.Dataset":
         names, folder = self.configuration.parameter_names, self.folder
         if folder is None:
             if isinstance(self.kept, Traces):

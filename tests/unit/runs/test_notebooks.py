@@ -31,6 +31,29 @@ def test_units_are_those_of_the_parameters(tmp_path):
     assert table.loc["theta", "unit"] == "rad"
 
 
+def test_a_history_names_what_it_holds(tmp_path):
+    parameters = {"a": tl.Parameter(0, 1, unit="cm"), "b": tl.Parameter(0, 1, unit="cm")}
+    samples = np.random.default_rng(0).random((12, 5, 1))
+
+    def simulate(models, rng):
+        return models[:, :1, None] + rng.random((len(models), 5, 1))
+
+    for thin in ("full", "thin"):
+        settings = {"run.history": thin, "models.population": 8, "classifiers.population": 8}
+        options = {"genuine": samples, "simulate": simulate, "parameters": parameters, "settings": settings}
+        found = [tl.infer(**options, generations=2, seed=1, **more).history for more in ({}, {"out": tmp_path / thin})]
+        for history in found:
+            assert history["best_model"].sel(parameter="b")["unit"] == "cm"
+            assert history["best_model"].attrs == {"long_name": "parameter of the best model", "units": "cm"}
+            assert {"long_name", "flag_values", "flag_meanings"} == set(history["selection"].attrs)
+            assert all(history[name].attrs["long_name"] for name in history.variables)
+        assert found[0].equals(found[1])
+    theta = tl.infer("aggregation-field-of-view-60", generations=1, seed=1).history
+    assert theta["unit"].to_series().to_dict()["theta"] == "rad"
+    assert "units" not in theta["best_model"].attrs
+    assert theta["model_fitness"].attrs["units"] == "1"
+
+
 def test_pooled_runs_are_a_table(results):
     pooled = tl.pool(results)
     assert repr(pooled).startswith("<Pooled: aggregation, 2 runs, seeds 1, 2")
