@@ -309,15 +309,15 @@ def thin_dataset(traces: "Traces", parameters: Sequence[str], completed: int) ->
 
 
 def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
-    """Return a history with the unit of each of P parameters as a coordinate, and names and units as attributes; files have none.
+    """Give a history names and units as attributes, which its files do not have; `parameter` has the unit of each of P parameters.
 
-    Parameters in one unit are labelled with it; fitness is a share, of unit 1.
+    Variables whose parameters have one unit have it, too; fitness is a share, of unit 1.
     """
-    found = history.assign_coords(unit=("parameter", np.array(units)))
-    for name in map(str, found.variables):
+    for name in map(str, history.variables):
         unit = units[0] if name in IN_UNITS and len({*units}) == 1 else "1" if "fitness" in name else ""
-        found[name].attrs |= {"long_name": LONG_NAMES.get(name, name)} | ({"units": unit} if unit else {})
-    return found
+        history[name].attrs |= {"long_name": LONG_NAMES.get(name, name)} | ({"units": unit} if unit else {})
+    history["parameter"].attrs["units"] = list(units)
+    return history
 
 
 def generation_values(generation: Generation) -> dict[str, np.ndarray]:

@@ -254,7 +254,7 @@ class Result(Tabular):
             A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
             and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest.
 
-            The coordinate `unit` (parameter) has the parameters' units; variables have the attributes `long_name` and `units`.
+            All have the attribute `long_name`, and `units` where they have one; `parameter` has the unit of each parameter.
         """
         return self._there().history()
 

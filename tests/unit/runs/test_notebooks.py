@@ -43,13 +43,13 @@ def test_a_history_names_what_it_holds(tmp_path):
         options = {"genuine": samples, "simulate": simulate, "parameters": parameters, "settings": settings}
         found = [tl.infer(**options, generations=2, seed=1, **more).history for more in ({}, {"out": tmp_path / thin})]
         for history in found:
-            assert history["best_model"].sel(parameter="b")["unit"] == "cm"
+            assert history["parameter"].attrs == {"long_name": "parameter", "units": ["cm", "cm"]}
             assert history["best_model"].attrs == {"long_name": "parameter of the best model", "units": "cm"}
             assert {"long_name", "flag_values", "flag_meanings"} == set(history["selection"].attrs)
             assert all(history[name].attrs["long_name"] for name in history.variables)
         assert found[0].equals(found[1])
     theta = tl.infer("aggregation-field-of-view-60", generations=1, seed=1).history
-    assert theta["unit"].to_series().to_dict()["theta"] == "rad"
+    assert theta["parameter"].attrs["units"] == ["", "", "", "", "rad"]
     assert "units" not in theta["best_model"].attrs
     assert theta["model_fitness"].attrs["units"] == "1"
 
