@@ -78,7 +78,7 @@ def infer(
         Replace a run that is in the folder already.
     passive
         Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV file, see
-        docs/interaction.md. By default they choose the stimuli.
+        `turing-learning docs interaction`. By default they choose the stimuli.
     settings
         Any setting, for example models.parents=20. Repeatable.
     """

@@ -30,7 +30,7 @@ def test_the_table_is_that_of_the_pool(call, folders):
     code, out, err = call("pool", *runs)
     assert (code, err) == (0, "")
     assert out == f"{pool([load_run(run) for run in runs])}\n"
-    assert out.startswith("aggregation, 2 runs, seeds 1, 2, 7 generations\n")
+    assert out.startswith("aggregation, 2 runs, seeds 1, 2, 7 generations: ")
 
 
 def test_a_study_says_where_its_runs_are(call):
