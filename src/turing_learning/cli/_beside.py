@@ -87,9 +87,15 @@ def warm_up() -> None:
     with TemporaryDirectory() as folder:
         for name in SCENARIOS:
             print(name, flush=True)
-            infer(name, generations=1, settings=few, out=Path(folder) / name)
+            infer(name, generations=1, settings=few, out=Path(folder) / name, progress=False)
         print("a budget in trials", flush=True)
-        infer("aggregation", trials=20, settings={"scenario.trial.duration_s": 1.0}, out=Path(folder) / "trials")
+        infer(
+            "aggregation",
+            trials=20,
+            settings={"scenario.trial.duration_s": 1.0},
+            out=Path(folder) / "trials",
+            progress=False,
+        )
     print("ready")
 
 

@@ -26,6 +26,7 @@ from turing_learning.systems import (
 )
 
 from ._assemble import refuse_unknown, resolved
+from ._bar import watched
 from ._folder import RunFolder, resume_command
 from ._result import Result
 from ._run import Observer, Origin, Run, conduct, give_parts, refuse_given_source
@@ -53,6 +54,7 @@ def infer(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
+    progress: bool | None = None,
     **options: Unpack[CustomOptions],
 ) -> Result:
     """Infer the behavior of a swarm, or of any system that was observed, by Turing Learning.
@@ -103,6 +105,8 @@ def infer(
         Called with a `Progress` after every generation.
     should_stop
         Called after every generation; if it returns True, the run stops there and can be resumed.
+    progress
+        Whether to show a progress bar. None shows one on a terminal and in a notebook, unless `observer` or `should_stop` is given.
     **options
         More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
         batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose stimuli, and
@@ -145,7 +149,8 @@ def infer(
         with refusing_as(ConfigurationError):
             configuration.system.accept(Given(more=options))
         require_seen(configuration)
-        return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
+        with watched(observer, should_stop, progress) as observer:
+            return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
     for name, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
         remedy = "It is given by `genuine`, `simulate` and `parameters` together."
         require(value is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
@@ -172,7 +177,7 @@ def infer(
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))
-    with opened as source:
+    with opened as source, watched(observer, should_stop, progress) as observer:
         run = Run.begin(configuration, out, force=force, source=source, entries=entries)
         result = conduct(run, observer, should_stop)
     assert isinstance(result.origin, Origin)
@@ -209,6 +214,7 @@ def resume(
     tolerance: float | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
+    progress: bool | None = None,
 ) -> Result:
     """Go on with a run that was stopped or killed; the result is that of a run that never was.
 
@@ -227,7 +233,7 @@ def resume(
         The objects that the run began with, where no other process can import them.
     trials, tolerance
         For a finished run of trials that shall have more of them, see `Run.open`.
-    observer, should_stop
+    observer, should_stop, progress
         As in `infer`.
 
     Returns
@@ -260,7 +266,9 @@ def resume(
         with refusing_as(RunFolderError):
             return configuration.system.open(folder.remembered(given))
 
-    return conduct(Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance), observer, should_stop)
+    run = Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance)
+    with run, watched(observer, should_stop, False if run.complete else progress) as observer:
+        return conduct(run, observer, should_stop)
 
 
 def _require_callables(observer: Any, should_stop: Any) -> None:
