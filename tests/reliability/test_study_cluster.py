@@ -72,3 +72,23 @@ def test_a_cluster_that_is_not_there_is_named_before_anything_runs(address, tmp_
     )
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "study").exists()
+
+
+def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path):
+    file, folder = tmp_path / "scheduler.json", tmp_path / "study"
+    options = ["--no-dashboard", "--scheduler-file", file]
+    scheduler = processes("scheduler", "--host", "127.0.0.1", "--port", 0, *options)
+    wait_until(file.exists, "scheduler")
+    address = json.loads(file.read_text())["address"]
+    processes(
+        "worker", address, "--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"
+    )
+    endless = [str(part) for part in STUDY[:-1]] + ["1000000"]
+    study = begin(*endless, "--cluster", address, "--out", folder)
+    wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", study)
+    scheduler.kill()
+    _, err = study.communicate(timeout=120)
+    assert study.returncode == 1
+    assert err.startswith("error: `executor` must stay alive until the study ends; got ")
+    assert err.endswith(f"Go on with `turing-learning resume {folder}`.\n")
+    assert err.count("\n") == 1

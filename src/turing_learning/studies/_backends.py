@@ -1,5 +1,6 @@
 """A Dask cluster that executes the runs of a study."""
 
+import logging
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -24,7 +25,11 @@ def dask_backend(client: "Client") -> Backend:
     executor = client.get_executor(pure=False)
 
     def running(futures: Iterable["Future[Any]"]) -> int:
-        return min(sum(not future.done() for future in futures), sum(client.ncores().values()))
+        try:
+            cores = sum(client.ncores().values())
+        except OSError:  # the scheduler does not answer; if it stays away, the futures end with an error of their own
+            cores = 0
+        return min(sum(not future.done() for future in futures), cores)
 
     # nothing is killed: the workers look for the file that stops them
     return Backend(lambda task: executor.submit(execute, task), running)
@@ -51,20 +56,37 @@ def dask_cluster(address: str) -> Iterator["Client"]:
             f"`cluster` must be left out without the extra `cluster`; got {address!r}. "
             'Install it: pip install "turing-learning[cluster]"'
         ) from error
+    with _quiet():
+        try:
+            _require_address(address)
+            client = Client(address, timeout=CONNECT_S, set_as_default=False)
+        except (OSError, ValueError, TypeError, ImportError) as error:
+            raise ConfigurationError(
+                f"`cluster` must be the address of a Dask scheduler that answers; got {address!r} "
+                f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
+            ) from error
+        try:
+            require(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none",
+                    f"Start one: dask worker {address} --nthreads 1", error=ConfigurationError)  # fmt: skip
+            yield client
+        finally:
+            client.close(timeout=CONNECT_S)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Silence the logs of Dask, which has a traceback for a scheduler that is gone."""
+    loggers = (
+        logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")
+    )
+    talking = [logger for logger in loggers if not logger.disabled]
+    for logger in talking:
+        logger.disabled = True
     try:
-        _require_address(address)
-        client = Client(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, ValueError, TypeError, ImportError) as error:
-        raise ConfigurationError(
-            f"`cluster` must be the address of a Dask scheduler that answers; got {address!r} "
-            f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
-        ) from error
-    try:
-        require(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none",
-                f"Start one: dask worker {address} --nthreads 1", error=ConfigurationError)  # fmt: skip
-        yield client
+        yield
     finally:
-        client.close(timeout=CONNECT_S)
+        for logger in talking:
+            logger.disabled = False
 
 
 def _require_address(address: str) -> None:
