@@ -34,7 +34,7 @@ _MEANINGS = {
     Verdict.REJECTED: "Fresh classifiers tell the model from the system, however well it is fitted: try another model.",
     Verdict.TOLD: "Classifiers tell the models of this run from the system: run longer; if that does not help, try another model.",
     Verdict.DISAGREE: "Runs with other seeds settle elsewhere: believe no single one; run longer.",
-    Verdict.MOVING: "The models had not settled when the run ended, so no interval is stated: run longer.",
+    Verdict.MOVING: "The models had not settled when the run ended: run longer. Such a run states no interval.",
     Verdict.BOUND: "An estimate sits at an end of its range: the truth may lie beyond; widen the range.",
     Verdict.CONVERGED: "Nothing speaks against the estimate so far; `check` and further seeds can.",
 }

@@ -14,7 +14,7 @@ def test_the_interval_is_a_dash_and_it_is_said_why(call):
     assert code == 0
     assert [row.split("│")[3].strip() for row in out.splitlines() if row.startswith("│ v")] == ["-"] * 4
     assert (
-        "Verdict: still moving. The models had not settled when the run ended, so no interval is stated: run longer."
+        "Verdict: still moving. The models had not settled when the run ended: run longer. Such a run states no interval."
         in out
     )
     assert "nan" not in out
