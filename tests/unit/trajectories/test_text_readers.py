@@ -286,3 +286,10 @@ def test_large_files_are_looked_at_in_blocks(block, tmp_path, monkeypatch):
         assert not _text._is_even(path, ",", 4, 1)
     path.write_text("\n".join(["frame,id,x,y", *rows]))
     assert not _text._is_even(path, ",", 4, 1)  # cut off
+
+
+@pytest.mark.parametrize("blank", ["\t\t", " \t \t ", "\t\t\r"])
+def test_a_line_of_tabs_alone_is_blank(blank, tmp_path):
+    text = f"X1\tY1\tProbId1\n1\t2\t1\n{blank}\n3\t4\t1\n"
+    with pytest.raises(ValueError, match=r"must have no blank line inside; got an empty line \[.*file.txt:3\]"):
+        load(tmp_path, text)

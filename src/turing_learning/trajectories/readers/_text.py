@@ -126,7 +126,6 @@ def read_table(
         return f"{path}:{skip + 1 + int(row)}"
 
     most = width if _is_even(path, separator, width, skip) else _check_rows(path, separator, width, skip)
-
     frame = pd.read_csv(
         path, sep=separator, header=None, names=range(most), index_col=False, usecols=sorted({*numbers, *texts}),
         skiprows=skip, dtype=object, keep_default_na=False, na_filter=False, low_memory=False, encoding="utf-8-sig",
@@ -148,7 +147,7 @@ def read_table(
 
 
 def _is_even(path: Path, separator: str, width: int, skip: int) -> bool:
-    """Return whether a file is plain text, in UTF-8 without quotes, in which every line has the separators of `width` cells.
+    """Return whether a file is plain text, in UTF-8 without quotes and blank lines, with the separators of `width` cells in each.
 
     Others may be as good: `_check_rows` reads them line by line.
     """
@@ -159,11 +158,14 @@ def _is_even(path: Path, separator: str, width: int, skip: int) -> bool:
             text, rest = text + end, after
             signs = np.frombuffer(text, dtype=np.uint8)
             ends = np.flatnonzero(signs == ord("\n"))
-            counts = np.diff(np.searchsorted(np.flatnonzero(signs == ord(separator)), ends), prepend=0)
+            cuts, seen = (
+                np.diff(np.searchsorted(np.flatnonzero(which), ends), prepend=0)
+                for which in (signs == ord(separator), (signs > ord(" ")) & (signs < 127))
+            )
             lengths = np.diff(ends, prepend=-1)
-            known = counts[max(skip - lines, 0) :] == width - 1
+            known = cuts[max(skip - lines, 0) :] == width - 1
             lines += len(ends)
-            if len(rest) > LONGEST_LINE or (lengths > LONGEST_LINE).any() or not known.all():
+            if len(rest) > LONGEST_LINE or (lengths > LONGEST_LINE).any() or not (known.all() and seen.all()):
                 return False
             if width == 1 or b'"' in text or b"\0" in text or text.count(b"\r") != text.count(b"\r\n"):
                 return False
