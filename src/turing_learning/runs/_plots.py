@@ -11,7 +11,7 @@ from turing_learning.errors import require
 from turing_learning.systems import Given, Source
 
 from ._history import SELECTION_CODES
-from ._present import distributions_of, fitness_of, recorded_replay, replay
+from ._present import distributions_of, fitness_of, recorded_replay, replay, simulated_model
 from ._result import Result
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class Plots:
 
         configuration = self.result.configuration
         simulated = configuration.system.simulated is not None
-        shown = replay(configuration, self._model) if simulated else recorded_replay(self.moved())
+        shown = replay(configuration, simulated_model(self.result)) if simulated else recorded_replay(self.moved())
         rule, got = "be of a system whose simulator says where everybody is", "samples alone"
         remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
         require(shown is not None, "run", rule, got, remedy, error=ConfigurationError)
@@ -92,11 +92,11 @@ class Plots:
         rule, got = "be of a system that can be simulated", "one in a laboratory"
         require(not result.in_laboratory, "run", rule, got, place=str(result.path), error=ConfigurationError)
         if system.simulated is not None:
-            found = swarm_quantities(result.configuration, self._model, seed=0)
+            found = swarm_quantities(result.configuration, simulated_model(self.result), seed=0)
         else:
             with self.opened(Given(genuine, simulate)) as source:
                 source.generation, rng, data = None, stream(0, COMPARING), source.genuine
-                simulated = source.simulate(np.tile(self._model, (COMPARED, 1)), rng)
+                simulated = source.simulate(np.tile(simulated_model(self.result), (COMPARED, 1)), rng)
                 known = source.genuine_samples(COMPARED, rng) if data is None or data.live else data.samples
             sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
             found = compare_quantities(sides[0], sides[1], SIGNALS)
@@ -104,12 +104,6 @@ class Plots:
         return _drawn(
             ax, [each.name for each in shown], 2.1, lambda panels, columns: draw_quantities(panels, columns, shown)
         )
-
-    @property
-    def _model(self) -> np.ndarray:
-        """What is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
-        networks = self.result.networks
-        return np.array(list((self.result.estimate if networks is None else networks["estimate"]).values()))
 
 
 def _drawn(ax: Any, titles: Sequence[str], height: float, draw: "Callable[[Sequence[Axes], int], None]") -> np.ndarray:

@@ -158,13 +158,16 @@ def report_page(
             manifest=manifest,
             replay=recorded_replay(motion or {})
             if configuration.system.simulated is None
-            else replay(
-                configuration, np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
-            ),
+            else replay(configuration, simulated_model(result)),
             check=None if check is None else check_listing(check),
             check_figures=() if check is None else tuple(draw_check(check, result, configuration)),
         )
     )
+
+
+def simulated_model(result: Result) -> np.ndarray:
+    """Return what is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
+    return np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
 
 
 def summary(result: Result) -> str:

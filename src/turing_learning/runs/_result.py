@@ -406,9 +406,9 @@ class Result(Tabular):
     def __str__(self) -> str:
         head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
         state = "" if self.complete else " (incomplete)"
-        unknown = self.unknown
-        first = f"{head}{state}, {self.seconds_total:.1f} s: {self.verdict}"
-        return "\n".join([first, *_lines(self), *([unknown] if unknown else []), judgment(self.verdicts)])
+        unknown, verdicts = self.unknown, self.verdicts
+        first = f"{head}{state}, {self.seconds_total:.1f} s: {verdicts[0]}"
+        return "\n".join([first, *_lines(self), *([unknown] if unknown else []), judgment(verdicts)])
 
 
 def _lines(result: Result) -> list[str]:

@@ -464,12 +464,11 @@ class Run:
                 for path in folder.path.glob("buffer/*.npz"):
                     folder.remove(f"buffer/{path.name}")
             elif self.complete:
-                self._keep_motion(folder, result)
+                motion = self._keep_motion(folder, result)
                 closed = {"state": FINISHED, "finished": now()}
                 rows = manifest_rows(folder.manifest() | closed)
                 if dialogues:
                     folder.write(DIALOGUES, dialogues)
-                motion = folder.read(MOTION) if folder.find(MOTION) else {}
                 shown: dict[str, Any] = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
                 _write_report(result, self.configuration, folder.report_path, rows, **shown)
                 folder.update_manifest(**closed)
@@ -487,17 +486,22 @@ class Run:
         self._source.generation = None
         return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
 
-    def _keep_motion(self, folder: RunFolder, result: Result) -> None:
-        """Store what detectors of a custom system are calibrated with, and what its report shows; a scenario's are simulated."""
+    def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
+        """Store what detectors of a custom system are calibrated with, and what its report shows, which is returned.
+
+        A scenario's are simulated.
+        """
         from turing_learning.detection import keep_calibration
 
-        if self._source.genuine is not None:
-            parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
-            estimate = np.array(list(result.estimate.values()))
-            if kept := keep_calibration(self._source, parameters, estimate, seed):
-                folder.write(CALIBRATION, kept)
-            if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
-                folder.write(MOTION, seen)
+        if self._source.genuine is None:
+            return {}
+        parameters, seed = self.configuration.system.parameters, self.configuration.run.seed
+        estimate = np.array(list(result.estimate.values()))
+        if kept := keep_calibration(self._source, parameters, estimate, seed):
+            folder.write(CALIBRATION, kept)
+        if seen := self._source.positions(estimate, np.random.default_rng((REPLAY, seed))):
+            folder.write(MOTION, seen)
+        return seen
 
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
@@ -706,7 +710,7 @@ class Origin:
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
         if self.folder is not None:
-            return self.folder.read(MOTION) if self.folder.find(MOTION) else {}
+            return self.folder.find(MOTION) or {}
         if self.given.simulate is None:
             return {}
         with self.configuration.system.open(self.given) as source:
