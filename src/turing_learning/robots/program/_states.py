@@ -197,7 +197,7 @@ class PcProgram:
         elif self._clock.now() > self._send_until:
             for name, robot in self._robots.items():
                 self._guard(name, robot.drop_signals)
-            stops = self._signals("STOP", timing.loop_s)
+            stops = self._signals("STOP", timing.loop_s + timing.execute_s)  # one that stood in R5 leaves its next STOP out
         else:
             stops = {}
         self._confirmed = len(self._done)
