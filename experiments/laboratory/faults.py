@@ -1,12 +1,16 @@
 """What happens in a run when things go wrong, in the emulated laboratory: `python experiments/laboratory/faults.py`.
 
 Each row is a run of two generations of four trials of the paper's laboratory, in virtual time, and one fault in the first trial,
-3.5 s after its images begin (lost images all along). `worst` is the largest error of any pose of any trial that was used.
-Writes faults.csv beside this file; takes some minutes of one core. Kills in each state: tests/unit/robots/test_program_runs.py.
+3.5 s after its images begin (lost images all along; a PC that is killed is so in its second trial, and the run is resumed).
+`worst` is the largest error of any pose of any trial that was used. Writes faults.csv beside this file; takes some minutes.
 """
 
 import csv
 import math
+import os
+import signal
+import subprocess
+import sys
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -14,39 +18,40 @@ from pathlib import Path
 import numpy as np
 
 from turing_learning.robots import CameraPoses, load_laboratory, overhead_camera, rehearse
-from turing_learning.runs import read_events, start_laboratory
+from turing_learning.runs import read_events, resume_laboratory, start_laboratory
 
 HERE = Path(__file__).parent
 ROBOT = "replica-1"
 
 
-def write_laboratory(folder: Path) -> Path:
+def write_laboratory(folder: Path, *, population: int = 8, generations: int = 2) -> Path:
     """Write the paper's laboratory; return its file."""
-    overhead_camera().save(folder / "camera.json")
+    overhead_camera().save(folder / "camera.json", force=True)
     robots = [("agent", f"agent-{k}", "blue", "") for k in range(1, 9)]
     robots += [
         ("replica", name, marker, f'address = "{name}"\n')
         for name, marker in ((ROBOT, "orange"), ("replica-2", "purple"))
     ]
-    text = '[camera]\ncalibration = "camera.json"\n[evaluation]\nrepeats = 0\n[models]\npopulation = 8\n[run]\ngenerations = 2\n'
+    text = '[camera]\ncalibration = "camera.json"\n[evaluation]\nrepeats = 0\n'
+    text += f"[models]\npopulation = {population}\n[run]\ngenerations = {generations}\n"
     for role, name, marker, address in robots:
         text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{marker}"\n{address}'
     (folder / "lab.toml").write_text(text)
     return folder / "lab.toml"
 
 
-def carried(laboratory, away_cm: float, turned: float = 0.0) -> None:
+def carried(laboratory, away_cm: float, turned: float = 0.0, robot: str = ROBOT) -> None:
     """Carry the robot toward the arena's middle, and turn it."""
-    x, y, heading = laboratory.poses()[laboratory.number(ROBOT)]
+    x, y, heading = laboratory.poses()[laboratory.number(robot)]
     to_middle = math.atan2(laboratory.arena_cm[1] / 2 - y, laboratory.arena_cm[0] / 2 - x)
     place = x + away_cm * math.cos(to_middle), y + away_cm * math.sin(to_middle)
-    laboratory.faults.carry(ROBOT, *place, heading + turned)
+    laboratory.faults.carry(robot, *place, heading + turned)
 
 
-def link_lost(laboratory) -> None:
+def link_lost(laboratory, robot: str = ROBOT) -> None:
     """Lose the link for ten seconds."""
-    laboratory.faults.lose_link(ROBOT)
-    laboratory.clock.call_at(laboratory.clock.now() + 10, lambda: laboratory.operator.reset_link(ROBOT))
+    laboratory.faults.lose_link(robot)
+    laboratory.clock.call_at(laboratory.clock.now() + 10, lambda: laboratory.operator.reset_link(robot))
 
 
 FAULTS = {
@@ -62,7 +67,7 @@ FAULTS = {
     "turned by 180 degrees": lambda lab: carried(lab, 0, math.pi),
     "battery dead": lambda lab: lab.faults.empty(ROBOT),
     "camera frozen": lambda lab: lab.faults.freeze_camera(),
-}
+} | {f"PC killed -9 in P{k}": f"P{k}" for k in range(1, 6)}
 
 
 class Watched:
@@ -78,10 +83,10 @@ class Watched:
 
     def take(self) -> np.ndarray:
         """Return the next image that is not lost."""
-        while self._rng.random() < self._share:
-            self._laboratory.camera.take()
-        image = self._laboratory.camera.take()
-        self.truth.append((self.taken_s, self._laboratory.poses()))
+        lost = True
+        while lost:
+            lost, image = self._rng.random() < self._share, self._laboratory.camera.take()
+            self.truth.append((self.taken_s, self._laboratory.poses()))
         return image
 
     def close(self) -> None:
@@ -101,6 +106,19 @@ def worst(poses: np.ndarray, started_s: float, truth: list[tuple[float, np.ndarr
         turned = np.degrees(np.abs((apart[..., 2] + np.pi) % (2 * np.pi) - np.pi))
         best = min(best, (float(np.hypot(apart[..., 0], apart[..., 1]).max()), float(turned.max())))
     return best
+
+
+def die(name: str, file: Path) -> None:
+    """Begin the run, and kill this process when its second trial enters the state of a fault."""
+    seen: list[str] = []
+
+    def follow(event) -> None:
+        seen.append(event.state if event.kind == "state" else "")
+        if seen[-1] == FAULTS[name] and seen.count(FAULTS[name]) == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    loaded = load_laboratory(file, {"run.seed": 3, "run.threads": 1})
+    start_laboratory(loaded, file.parent / name.replace(" ", "-"), equipment=rehearse(loaded), on_event=follow)
 
 
 def row(name: str, file: Path) -> dict[str, object]:
@@ -125,9 +143,15 @@ def row(name: str, file: Path) -> dict[str, object]:
             fresh.clear()
             laboratory.clock.call_at(laboratory.clock.now() + 3.5, lambda: fault(laboratory))
 
-    start_laboratory(loaded, file.parent / name.replace(" ", "-"), equipment=doors, on_event=follow)
+    path = file.parent / name.replace(" ", "-")
+    if isinstance(fault, str):
+        killed = subprocess.run([sys.executable, __file__, name, file], check=False)
+        assert killed.returncode == -signal.SIGKILL
+        resume_laboratory(path, equipment=doors, on_event=follow)
+    else:
+        start_laboratory(loaded, path, equipment=doors, on_event=follow)
     errors = np.array([worst(trial.track.poses, trial.started_s, watched.truth) for trial in used])
-    events = read_events(file.parent / name.replace(" ", "-"))
+    events = read_events(path)
     faults = [event["fault"] for event in events if event["kind"] == "disturbed"]
     return {
         "fault": name,
@@ -153,4 +177,7 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    if len(sys.argv) == 3:
+        die(sys.argv[1], Path(sys.argv[2]))
+    else:
+        main()

@@ -395,7 +395,9 @@ def test_robots_that_were_never_reached_are_left_alone(run, caplog):
 
 def test_a_replica_that_stood_in_its_last_trial_is_waited_for(run):
     wires = run.lab.wires.values()
-    run.lab.clock.sleep(11.0)  # to R5, from which no STOP comes: `check` has closed its links before, and the replicas stood
+    run.lab.clock.sleep(
+        11.0
+    )  # to R5, from which no STOP comes: `check` has closed its links before, and the replicas stood
     for wire in wires:
         wire.silent = True
     for wire in wires:

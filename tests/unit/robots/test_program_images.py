@@ -76,3 +76,37 @@ def test_another_rate_is_noticed(interval_s, fault):
 def test_a_camera_without_pauses_is_refused():
     with pytest.raises(CameraError, match="got 200 without a pause"):
         drop_old_images(Camera(VirtualClock(), kept=1000), VirtualClock(), 0.1)
+
+
+class Stamped(Camera):
+    """Says when it took its image, as a camera in a thread does."""
+
+    @property
+    def taken_s(self):
+        return self.clock.now()
+
+
+def stamped(**options):
+    clock = VirtualClock()
+    images = PunctualImages(Stamped(clock, **options), clock, 0.2, 20, 0.1)
+    return [None if image is None else int(image[0, 0, 0]) for image in images], images.fault
+
+
+@pytest.mark.parametrize("lost", [[5], [8, 10], [12, 19]])
+def test_an_image_that_is_lost_alone_is_known_by_the_time_stamps(lost):
+    found, fault = stamped(lost=lost)
+    assert fault == ""
+    assert [number for number in range(found[0], found[0] + 20) if number not in found] == lost
+    assert [found[number - found[0]] for number in lost] == [None] * len(lost)
+
+
+@pytest.mark.parametrize(
+    "options", [{"lost": [8, 9]}, {"lost": [4, 7, 10]}, {"delays": {8: 0.08, 9: 0.08, 10: 0.02}}, {"interval_s": 0.12}]
+)
+def test_more_than_single_images_are_not_bridged(options):
+    assert "must give an image every 0.1 s" in stamped(**options)[1]
+
+
+def test_late_images_are_not_taken_for_lost():
+    found, fault = stamped(delays={1: 0.09, 5: 0.09, 9: 0.25, 10: 0.15, 15: 0.08})
+    assert (np.diff(found).tolist(), fault) == ([1] * 19, "")

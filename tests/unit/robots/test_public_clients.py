@@ -50,7 +50,9 @@ DIFFERENT = {
     "e-puck": [(b"R\n", rb"r\r\n\f\aWELCOME.*\r\n.*\r\n"), (b"b\n", rb"b,1\r\n"), (b"\x9e\0", b"\1\0"),
                (b"\xb3\0", rb"(?s).{10}"), (b"\xab\0", rb"(?s).{601}")],
     "e-puck2": [(b"R\n", b""), (b"b\n", rb"b,1034 \(87%\)\r\n"), (b"\x9e\0", b"\x0a\x04"),
-                (b"\xb3\0", rb"(?s).{8}"), (b"\xab\0", b"")],
+                (b"\xb3\0", rb"(?s).{8}"), (b"\xab\0", b""),
+                (b"\xf8\0", rb"(?s).{37}" + re.escape(PROXIMITY) + rb".{50}"), (b"\xf4\0", rb"(?s).{8}"),
+                (b"\xf7\0\x2c\x01\x38\xff" + b"\1" * 14 + b"\xbb\0", re.escape(struct.pack("<2h", 300, -200)))],
 }  # fmt: skip
 
 

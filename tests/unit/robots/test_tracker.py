@@ -259,3 +259,19 @@ def test_an_identity_outside_the_dictionary_is_refused():
 def test_a_triangle_whose_tip_cannot_be_told_is_refused():
     with pytest.raises(ValueError, match=r"at least 1\.1 times as long as wide; got 4\.5 cm by 6\.0 cm"):
         TriangleMarkers(half_width_cm=3.0)
+
+
+def test_where_an_image_was_lost_alone_everybody_is_put_in_the_middle():
+    poses = np.zeros((5, 2, 3))
+    poses[:, 0, 0], poses[:, 1, 2] = [0, 1, 1, 3, 4], [3.0, 3.1, 3.1, 3.3 - 2 * np.pi, 3.4 - 2 * np.pi]
+    present = np.array([True, True, False, True, True])[:, None].repeat(2, axis=1)
+    track = Track(poses, present, ("a", "b"), 0.1)
+    assert track.lost.tolist() == [False, False, True, False, False]
+    assert track.complete
+    np.testing.assert_allclose(track.speeds()[0, :, 0], 10.0)
+    np.testing.assert_allclose(track.speeds()[1, :, 1], 1.0)
+    assert np.abs(track.bridged().poses[:, 1, 2]).max() <= np.pi
+    for gap in ([2, 3], [0], [4]):
+        present[:] = True
+        present[gap] = False
+        assert not Track(poses, present, ("a", "b"), 0.1).complete

@@ -35,7 +35,8 @@ _ANSWERS = {
     "P": "p",
     "T": "t",
 }
-_BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "Y": 2}
+_BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
+_SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
 Listener = Generator[None, int, None]
 
 
@@ -175,13 +176,15 @@ class EmulatedRobot:
 
     def _read_binary(self, command: int) -> Listener:
         """Read requests until a zero, then answer all of them at once; unknown ones are ignored."""
-        answer = bytearray()
+        answer, counts = bytearray(), _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
         while command:
             letter = chr((256 - command) % 256)
             arguments = bytearray()
-            for _ in range(_BINARY_ARGUMENTS.get(letter, 0)):
+            for _ in range(counts.get(letter, 0)):
                 arguments.append((yield))
             answer += self._obey_binary(letter, bytes(arguments))
+            if self._second:
+                answer += self._obey_second(letter, bytes(arguments))
             command = yield
         self._answer += answer
 
@@ -200,7 +203,7 @@ class EmulatedRobot:
                 return bytes([mode, width, height]) + bytes(self._size)
             case "U":
                 return b"" if self._second else bytes(601)
-            case "t" | "Y":
+            case "t":
                 return b"\0"
             case "b":
                 return struct.pack("<h", self._charge if self._second else self._body.battery_ok())
@@ -209,6 +212,31 @@ class EmulatedRobot:
             case "a" | "E" | "g" | "N" | "O" | "Q" | "u":
                 numbers = self._numbers(letter if letter == "g" else letter.upper())
                 return struct.pack(f"<{len(numbers)}h", *numbers)
+        return b""
+
+    def _obey_second(self, letter: str, arguments: bytes) -> bytes:
+        """Answer the commands that an e-puck2 has besides."""
+        numbers = {"\x0c": (*_SENSED["U"], 10), "\x0d": (2000,)}  # microphones, distance
+        match letter:
+            case "\x08":  # all sensors
+                moving, near, heard, rest = (
+                    b"".join(self._obey_binary(one, b"") + self._obey_second(one, b"") for one in letters)
+                    for letters in ("aAg", "tNO", "\x0d\x0c", "Qb")
+                )
+                floor = self._obey_binary("M", b"")[:6]
+                return moving + bytes(12) + near + heard + rest + bytes([0, 0, 0, 0, self._selector]) + floor + bytes(7)
+            case "\x09":  # all actuators: behaviors, wheels, lights, colors, sound
+                wheels = struct.unpack_from("<hh", arguments, 1)
+                if arguments[0] & 4:
+                    self._steps = wheels
+                else:
+                    self._drive(*wheels)
+                for k, light in enumerate((0, 2, 4, 6, 8, 9)):
+                    self._light(light, arguments[5] >> k & 1)
+            case "\x0c" | "\x0d":
+                return struct.pack(f"<{len(numbers[letter])}h", *numbers[letter])
+            case "Y" | "\x0b" | "\x0e" | "\x0f" | "\x10" | "\x11":
+                return b"\0"
         return b""
 
     def _obey(self, line: str) -> bytes:

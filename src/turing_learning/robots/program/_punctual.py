@@ -1,5 +1,6 @@
 """Images at the right moments: regular in time, and none left out."""
 
+from collections import deque
 from collections.abc import Iterator
 from typing import Protocol
 
@@ -10,6 +11,7 @@ from turing_learning.robots.tracking._images import CameraError
 
 _MOST_OLD = 200  # images that a camera may have kept for later
 _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
+_MOST_LOST = 0.1  # share of the images that may be lost, each alone
 
 
 class Camera(Protocol):
@@ -26,8 +28,9 @@ class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
     A camera takes its images regularly, but they arrive when the computer has time: an image may be late if
-    the next ones are not. After the last of `count` images, `fault` says if one was left out, or they came
-    too fast; it is empty otherwise. Iterating raises CameraError if there are no images.
+    the next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the last of `count` images,
+    `fault` says if others were left out, or they came too fast; it is empty otherwise. Iterating raises CameraError if there are
+    no images.
     """
 
     def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:
@@ -35,30 +38,48 @@ class PunctualImages:
         self._interval_s = interval_s
         self.fault = ""
 
-    def __iter__(self) -> Iterator[np.ndarray]:
-        interval_s = self._interval_s
-        self._clock.sleep(self._begin_s - interval_s - self._clock.now())
-        begun = drop_old_images(self._camera, self._clock, interval_s)
+    def __iter__(self) -> Iterator[np.ndarray | None]:
+        interval_s, camera, clock = self._interval_s, self._camera, self._clock
+        clock.sleep(self._begin_s - interval_s - clock.now())
+        begun = drop_old_images(camera, clock, interval_s)
         delays: list[float] = []  # of each image after the time at which a regular camera takes it
-        for number in range(self._count):
-            image, taken_s = take_stamped(self._camera, self._clock)
-            delays.append(taken_s - begun - number * interval_s)
-            yield image
+        ahead: deque[tuple[np.ndarray, float]] = deque()
+        frame, lost = 0, 0
+
+        def late(stamp_s: float) -> float:
+            return stamp_s - begun - frame * interval_s
+
+        while frame < self._count:
+            image, stamp_s = ahead.popleft() if ahead else take_stamped(camera, clock)
+            most = late(stamp_s) - delays[-1] if delays and hasattr(camera, "taken_s") else 0.0
+            if 0.75 < most / interval_s < 1.5 and frame < self._count - 1 and lost < _MOST_LOST * self._count:
+                ahead.append(take_stamped(camera, clock))
+                if late(ahead[0][1]) - delays[-1] > 1.75 * interval_s:
+                    yield None
+                    frame, lost = frame + 1, lost + 1
+            delays.append(late(stamp_s))
+            frame += 1
+            if frame <= self._count:
+                yield image
         while delays[-1] - min(delays) > interval_s / 2 and len(delays) < self._count + _MOST_MORE:
-            delays.append(take_stamped(self._camera, self._clock)[1] - begun - len(delays) * interval_s)
-        if found := _irregularity(np.array(delays), interval_s):
+            delays.append(late(take_stamped(camera, clock)[1]))
+            frame += 1
+        if found := _irregularity(np.array(delays), interval_s, lost):
             advice = "Check camera.fps, and that the PC has nothing else to do."
             self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {found}. {advice}"
 
 
-def _irregularity(delays: np.ndarray, interval_s: float) -> str:
-    """Return what is wrong: images came too fast, or one was left out, after which all come later; empty if nothing is."""
+def _irregularity(delays: np.ndarray, interval_s: float, lost: int) -> str:
+    """Return what is wrong: images came too fast, or one was left out, after which all come later; empty if nothing is.
+
+    If images were taken for lost that were not, all come earlier afterwards.
+    """
     before, after = np.minimum.accumulate(delays), np.minimum.accumulate(delays[::-1])[::-1]
     third = max(len(delays) // 3, 1)
     if (after - before).max() > interval_s / 2:
         return f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
     too_fast = np.median(delays[-third:]) - np.median(delays[:third]) < -interval_s / 2
-    return "them faster" if too_fast else ""
+    return "them faster" if too_fast or (lost and before[0] - before[-1] > interval_s / 2) else ""
 
 
 def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:

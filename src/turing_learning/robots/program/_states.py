@@ -197,7 +197,9 @@ class PcProgram:
         elif self._clock.now() > self._send_until:
             for name, robot in self._robots.items():
                 self._guard(name, robot.drop_signals)
-            stops = self._signals("STOP", timing.loop_s + timing.execute_s)  # one that stood in R5 leaves its next STOP out
+            stops = self._signals(
+                "STOP", timing.loop_s + timing.execute_s
+            )  # one that stood in R5 leaves its next STOP out
         else:
             stops = {}
         self._confirmed = len(self._done)
@@ -251,6 +253,7 @@ class PcProgram:
         fits = track.poses.shape == expected and np.isfinite(track.poses).all() and track.present.shape == expected[:2]
         got = f"{track.poses.shape} and present {track.present.shape}"
         require(fits, "tracker", f"give poses {expected}, all finite, and present {expected[:2]}", got)
+        track = track.bridged()
         if track.faults:
             return track
         robot = self._scenario.robot

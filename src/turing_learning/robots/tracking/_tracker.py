@@ -3,7 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -60,21 +60,40 @@ class Track:
     has_headings: bool = True  #: Whether the markers show headings
 
     @property
+    def lost(self) -> np.ndarray:
+        """Which images (T + 1,) were lost, each alone: nobody was seen in them, and everybody in those before and after."""
+        seen = self.present.sum(axis=1)
+        lost = np.zeros(len(seen), bool)
+        lost[1:-1] = (seen[1:-1] == 0) & (seen[:-2] == len(self.labels)) & (seen[2:] == len(self.labels))
+        return lost
+
+    @property
     def complete(self) -> bool:
-        """Whether everybody was seen in every image."""
-        return bool(self.present.all())
+        """Whether everybody was seen in every image that was not `lost`."""
+        return bool((self.present.all(axis=1) | self.lost).all())
+
+    def bridged(self) -> "Track":
+        """Return it with everybody in the middle of the poses before and after, where an image was lost alone."""
+        poses = self.poses.copy()
+        for frame in np.nonzero(self.lost)[0].tolist():
+            way = poses[frame + 1] - poses[frame - 1]
+            way[:, 2] = (way[:, 2] + np.pi) % (2 * np.pi) - np.pi
+            poses[frame] = poses[frame - 1] + way / 2
+            poses[frame, :, 2] = (poses[frame, :, 2] + np.pi) % (2 * np.pi) - np.pi
+        return replace(self, poses=poses)
 
     def speeds(self) -> np.ndarray:
         """Return the samples (A, T, 2): linear speed (cm/s), angular speed (rad/s); see `signed_speeds`.
 
-        A track with gaps, or without headings, is rejected: a sample is never made of guesses.
+        Where an image was lost alone, the two samples around it are both what was seen over twice the interval. A track with other
+        gaps, or without headings, is rejected: a sample is never made of guesses.
         """
         require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
         if not self.complete:
             frame, individual = (int(k) for k in np.argwhere(~self.present)[0])
             gap = f"no sight of individual {individual} ({self.labels[individual]}) at frame {frame}"
             require(False, "track", "be complete", gap, "Repeat the trial.")
-        return signed_speeds(self.poses, self.interval_s)
+        return signed_speeds(self.bridged().poses, self.interval_s)
 
 
 def impossible(track: Track, speed_cm_s: float, turn_rad_s: float) -> tuple[Fault, ...]:
@@ -82,8 +101,9 @@ def impossible(track: Track, speed_cm_s: float, turn_rad_s: float) -> tuple[Faul
     faults = []
     for who, label in enumerate(track.labels):
         seen, name = np.nonzero(track.present[:, who])[0], f"individual {who} ({label})"
-        if len(seen) < len(track.poses):
-            frame = int(np.argmin(track.present[:, who]))
+        gaps = ~track.present[:, who] & ~track.lost
+        if gaps.any():
+            frame = int(np.argmax(gaps))
             faults.append(Fault(frame, MISSING, f"{name} is out of sight. Look after it."))
         steps, times = np.diff(track.poses[seen, who], axis=0), np.diff(seen) * track.interval_s
         turned = np.abs((steps[:, 2] + np.pi) % (2 * np.pi) - np.pi)
@@ -211,10 +231,13 @@ class Tracker:
         require_image("image", image, self.image_size)
         return self.markers.detect(image, self._places)
 
-    def follow(self, image: np.ndarray) -> Sighting:
-        """Find everybody in the next image (H, W, 3)."""
-        require_image("image", image, self.image_size)
+    def follow(self, image: np.ndarray | None) -> Sighting:
+        """Find everybody in the next image (H, W, 3); in one that was lost, None, is nobody."""
         self._frame += 1
+        if image is None:
+            self._gap[self._gap >= 0] += 1
+            return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), ())
+        require_image("image", image, self.image_size)
         if self._last_image is not None and np.array_equal(image, self._last_image):
             self._gap[self._gap >= 0] += 1
             text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
@@ -237,7 +260,7 @@ class Tracker:
         self._was_present = present
         return Sighting(self._poses.copy(), present, faults)
 
-    def track(self, images: Iterable[np.ndarray]) -> Track:
+    def track(self, images: Iterable[np.ndarray | None]) -> Track:
         """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
         self.start()
         sightings = [self.follow(image) for image in images]
