@@ -235,3 +235,31 @@ def test_a_rehearsal_wears_the_markers_of_the_file(markers, labels, tmp_path):
 def test_a_dictionary_that_does_not_exist_is_named():
     with pytest.raises(ValueError, match=r"`camera\.dictionary` must be a known dictionary; got '4X4_5'.*Did you mean"):
         ArucoMarkers(dictionary="4X4_5").check_label("1")
+
+
+def test_an_installed_package_gives_its_parts_names(laboratory, tmp_path, monkeypatch):
+    _, file = laboratory
+    (tmp_path / "my_parts-1.0.dist-info").mkdir()
+    (tmp_path / "my_parts-1.0.dist-info" / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: my-parts\nVersion: 1.0\n"
+    )
+    (tmp_path / "my_parts-1.0.dist-info" / "entry_points.txt").write_text(
+        "[turing_learning.robots]\njson-robot = my_laboratory:JsonRobot\nudp-poses = my_laboratory:open_poses\n"
+    )
+    text = (
+        file.read_text()
+        .replace("my_laboratory:JsonRobot", "json-robot")
+        .replace("my_laboratory:open_poses", "udp-poses")
+    )
+    file.write_text(text)
+    loaded, out = load_laboratory(file), tmp_path / "run"
+    from any_robot import JsonRobot
+
+    assert real_equipment(loaded).open_replica is JsonRobot
+    assert start_laboratory(loaded, out, should_stop=lambda: True).generations == 1
+    assert json.loads((out / "laboratory.json").read_text())["tracker"] == "udp-poses"
+    assert resume_laboratory(out, should_stop=lambda: True).generations == 2
+    assert not [event for event in read_events(out) if event["asked"]]
+    (tmp_path / "my_parts-1.0.dist-info" / "entry_points.txt").write_text("")
+    with pytest.raises(ConfigurationError, match=r"`open_replica` must .*json-robot"):
+        real_equipment(loaded)

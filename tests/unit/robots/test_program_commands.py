@@ -1,6 +1,7 @@
 """The commands `robots check`, `robots run` and `robots track`, and `resume` for a run in a laboratory."""
 
 import re
+import subprocess
 import sys
 from pathlib import Path
 
@@ -302,3 +303,34 @@ def test_track_refuses_what_is_no_video(laboratory, call):
     code, _, err = call("robots", "track", "none.avi")
     assert code == 2
     assert "must be a camera's number, a video file or a URL; got 'none.avi'" in err
+
+
+@pytest.mark.parametrize(
+    ("hidden", "command", "told"),
+    [
+        (
+            "cv2",
+            "arena --out new",
+            "OpenCV must be installed; got no such module. Run: pip install 'turing-learning[vision]'",
+        ),
+        ("cv2", "robots check", "OpenCV"),
+        ("cv2", "robots run --emulated --out new", "OpenCV"),
+        ("cv2", "robots track trial.avi", "OpenCV"),
+        (
+            "serial",
+            "robots check",
+            "pyserial must be installed; got no such module. Run: pip install 'turing-learning[robot]'",
+        ),
+        ("serial", "robots run --out new", "pyserial"),
+    ],
+)
+def test_a_library_that_is_not_installed_is_named_in_one_line(hidden, command, told, laboratory):
+    program = f"import sys; sys.modules[{hidden!r}] = None; from turing_learning.cli import main; main(sys.argv[1:])"
+    (laboratory / "trial.avi").touch()
+    done = subprocess.run(
+        [sys.executable, "-c", program, *command.split()], cwd=laboratory, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1].startswith(f"error: {told}")
+    assert "Traceback" not in done.stderr
+    assert not (laboratory / "new").exists()
