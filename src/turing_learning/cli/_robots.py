@@ -62,6 +62,7 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Pa
 def run(
     *,
     config: Path | None = None,
+    trials: str | None = None,
     generations: str | None = None,
     seed: str | None = None,
     out: Path | None = None,
@@ -72,13 +73,13 @@ def run(
 ) -> int | None:
     """Infer the behavior of the robots in a laboratory; the operator is asked for help where it is needed.
 
-    Ctrl-C stops after the present generation, a second one at once; the generation is started again by --resume.
+    Ctrl-C stops after the present batch or generation, a second one at once; --resume executes no trial again.
 
     Examples:
 
       turing-learning robots run --config lab.toml --out runs/first
 
-      turing-learning robots run --config lab.toml --emulated --generations 20
+      turing-learning robots run --config lab.toml --emulated --trials 40
 
       turing-learning robots run --resume runs/first
 
@@ -86,8 +87,10 @@ def run(
     ----------
     config
         The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
+    trials
+        Budget in trials; 300 by default, see `turing-learning docs few-trials`.
     generations
-        Number of generations; 100 by default.
+        Number of generations instead, of 10 trials each, as in the paper.
     seed
         Seed of all random numbers.
     out
@@ -104,7 +107,10 @@ def run(
     from turing_learning.robots import load_laboratory
     from turing_learning.runs import RunFolder, new_run_path, start_laboratory
 
-    overrides, labels = settings_of(settings, {"run.generations": generations, "run.seed": seed})
+    if trials is not None and generations is not None:
+        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
+    lengths = {"run.generations": generations, "run.trials": trials}
+    overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
     if resume is not None:
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
@@ -123,8 +129,10 @@ def run(
         )
 
 
-def resume_run(path: Path, *, emulated: bool = False) -> int | None:
-    """Resume a run in a laboratory; a rehearsal is resumed with emulated robots."""
+def resume_run(
+    path: Path, *, emulated: bool = False, trials: int | None = None, tolerance: float | None = None
+) -> int | None:
+    """Resume a run in a laboratory, or give it more trials; a rehearsal is resumed with emulated robots."""
     from turing_learning.runs import RunFolder, awaits_robots, resume_laboratory, stored_laboratory
 
     stored = stored_laboratory(path)
@@ -137,8 +145,8 @@ def resume_run(path: Path, *, emulated: bool = False) -> int | None:
             laboratory,
             equipment,
             path,
-            lambda **watch: resume_laboratory(path, equipment=equipment, **watch),
-            needed=awaits_robots(path),
+            lambda **watch: resume_laboratory(path, equipment=equipment, trials=trials, tolerance=tolerance, **watch),
+            needed=trials is not None or awaits_robots(path),
             stored=RunFolder(path).laboratory_path if real else None,
         )
 
@@ -326,16 +334,18 @@ def _execute(
             text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."
             print(text, file=sys.stderr)
         return REFUSED
-    ahead, repeats = f"resume with: {resume_command(path)}", laboratory.setup.evaluation.repeats
+    ahead, of_trials = f"resume with: {resume_command(path)}", laboratory.configuration.run.trials > 0
+    repeats, step = 0 if of_trials else laboratory.setup.evaluation.repeats, "batch" if of_trials else "generation"
 
     def line(text: str) -> None:
         console.print(text, soft_wrap=True)
 
     def progressed(progress: "Progress") -> None:
-        best = zip(progress.parameter_names, progress.generation.best_model, strict=True)
-        models = " ".join(f"{name} {short_number(value)}" for name, value in best)
+        shown = progress.generation.typical_model if of_trials else progress.generation.best_model
+        pairs = zip(progress.parameter_names, shown, strict=True)
+        models = " ".join(f"{name} {short_number(value)}" for name, value in pairs)
         each = f"{progress.seconds_per_generation:.0f} s each"
-        line(f"generation {progress.completed}/{progress.total}  {each}  {models}")
+        line(f"{step} {progress.completed}/{progress.total}  {each}  {models}")
 
     def happened(event: "Event") -> None:
         stage, _, number = event.stage.rpartition("-")
@@ -347,7 +357,7 @@ def _execute(
     with stopping(ahead) as should_stop:
         result = run(observer=progressed, should_stop=should_stop, on_event=happened)
     if not result.complete:
-        raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
+        raise Interrupted(f"stopped after {step} {result.generations}; {ahead}")
     print_result(console, result, path)
     if again := read_post_evaluation(path):
         print_post_evaluation(console, again)

@@ -166,11 +166,8 @@ def resume(
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if is_laboratory_run(run):
-        if trials is not None:
-            refuse("trials", "be left out for a run in a laboratory", str(trials), place="--trials")
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
-        _robots.resume_run(run)
-        return None
+        return _robots.resume_run(run, trials=trials, tolerance=tolerance)
     if recording.given or trials is not None or RunFolder(run).manifest()["state"] != FINISHED:
         _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
         recording = recording.remembered(run)

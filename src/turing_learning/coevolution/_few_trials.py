@@ -79,7 +79,7 @@ class FewTrials:
     Parameters
     ----------
     source
-        Yields the samples of models (M, P) in the optimizer's numbers; one execution of each is one trial.
+        Yields the samples of models (M, P) in the optimizer's numbers; one execution of `together` of them is one trial.
         If it has an attribute ``failed`` (M,), it marks simulations without samples.
     classifier
         Judges samples, as the genomes of `classifiers` say.
@@ -99,8 +99,10 @@ class FewTrials:
     genuine : (K, T, D)
         All genuine samples there are, for a system that is not observed anew in each trial. None takes those
         that come with each batch.
-    groups, dependent, limits
+    groups, dependent, limits, saturated
         As for `TrialDesign`: what may be exchanged; which parameters end at `low` and `high`.
+    together
+        Number of models that a trial executes.
 
     Attributes
     ----------
@@ -130,6 +132,8 @@ class FewTrials:
         groups: Sequence[Sequence[int]] = (),
         dependent: Sequence[int] = (),
         limits: np.typing.ArrayLike = False,
+        saturated: np.typing.ArrayLike = False,
+        together: int = 1,
     ) -> None:
         low, high = array("low", low, "P"), array("high", high, "P")
         require(low.shape == high.shape and (low < high).all(), "high", "be above `low`, for each parameter", f"{high}")
@@ -140,8 +144,14 @@ class FewTrials:
         self._observers, self._fixed = observers, genuine
         self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
         self._design = TrialDesign(
-            len(low), seed=(DESIGN, self._seed), groups=groups, dependent=dependent, limits=limits
+            len(low),
+            seed=(DESIGN, self._seed),
+            groups=groups,
+            dependent=dependent,
+            limits=limits,
+            saturated=saturated,
         )
+        self._together = integer("together", together, 1)
         self._stages = (*extended, (trials, trials))
         self._schedule = batch_schedule(trials, len(low), extended)
         self.buffer = SampleBuffer(share=0.1 if genuine is None else 1.0)
@@ -158,12 +168,17 @@ class FewTrials:
     @property
     def complete(self) -> bool:
         """Whether all trials are spent."""
-        return len(self.buffer) >= self.trials
+        return self.spent >= self.trials
+
+    @property
+    def spent(self) -> int:
+        """Number of trials spent."""
+        return len(self.buffer) // self._together
 
     @property
     def _budget(self) -> int:
         """Number of trials that the phases of the next batch are relative to."""
-        return next((trials for trials, end in self._stages if len(self.buffer) < end), self.trials)
+        return next((trials for trials, end in self._stages if self.spent < end), self.trials)
 
     @property
     def _pool(self) -> int:
@@ -207,7 +222,7 @@ class FewTrials:
             explained, self._pooled = self._match(0), self._design.walkers
         self._number += 1
         self.batch = self._known(explained)
-        return self.average() if len(self.buffer) in [end for _, end in self._stages] else self.batch
+        return self.average() if self.spent in [end for _, end in self._stages] else self.batch
 
     def average(self) -> Batch:
         """Train jurors and move walkers several times more, as at the end of a run; return what is known then."""
@@ -222,11 +237,11 @@ class FewTrials:
     def _known(self, explained: np.ndarray) -> Batch:
         spread, field = self.draws.std(axis=0), self._density.near
         misfit = 1.0 if field is None else field.misfit
-        return Batch(self._number - 1, len(self.buffer), self.estimate, spread, explained, misfit)
+        return Batch(self._number - 1, self.spent, self.estimate, spread, explained, misfit)
 
     def _models(self) -> np.ndarray:
         """Return the models (M, P) of the next batch, in the design's units."""
-        spent, count = len(self.buffer), self._schedule[self._number] - len(self.buffer)
+        spent, count = self.spent, (self._schedule[self._number] - self.spent) * self._together
         return self._design.propose(count, spent / self._budget) if spent else self._design.start(count)
 
     def _widen(self) -> None:

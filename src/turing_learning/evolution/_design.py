@@ -36,6 +36,8 @@ class TrialDesign:
     limits : (P,) bool
         Which parameters end at -1 and 1. The others may leave the range at a cost, that of a normal one with the deviation
         `margin` beyond it.
+    saturated : (P,) bool
+        Of those that may leave it: for which anything beyond -1 and 1 is the same as that end, and is stated as such.
     walkers
         Number of walkers W.
     moves
@@ -46,11 +48,6 @@ class TrialDesign:
         Share of proposals that jump at the beginning; it falls to 0 at 0.6 of the run.
     margin
         See `limits`.
-
-    Attributes
-    ----------
-    walkers : (W, P)
-        Draws of the right model.
 
     Source
     ------
@@ -65,6 +62,7 @@ class TrialDesign:
         groups: Sequence[Sequence[int]] = (),
         dependent: Sequence[int] = (),
         limits: np.typing.ArrayLike = False,
+        saturated: np.typing.ArrayLike = False,
         walkers: int = WALKERS,
         moves: int = 12,
         widening: float = 2.5,
@@ -75,14 +73,21 @@ class TrialDesign:
         self._seed = check_seed(seed)
         self._groups = [list(group) for group in groups]
         self._dependent = list(dependent)
-        self._limits = np.broadcast_to(np.asarray(limits, dtype=bool), (dimension,))
+        self._limits, self._saturated = (
+            np.broadcast_to(np.asarray(one, dtype=bool), (dimension,)) for one in (limits, saturated)
+        )
         self._moves = integer("moves", moves, 1)
         self._widening = number("widening", widening, least=1)
         self._exploration = number("exploration", exploration, least=0, most=1)
         self._margin = number("margin", margin, above=0)
         count = integer("walkers", walkers, 4)
-        self.walkers = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
+        self._places = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
         self._step = 0
+
+    @property
+    def walkers(self) -> np.ndarray:
+        """Draws of the right model (W, P)."""
+        return self._stated(self._places)
 
     def start(self, count: int) -> np.ndarray:
         """Return the first models (count, P): in each parameter one in each of `count` equal parts of its range."""
@@ -93,7 +98,7 @@ class TrialDesign:
     def propose(self, count: int, progress: float) -> np.ndarray:
         """Return models (count, P) to be tried next; `progress` is the share of the trials spent."""
         rng = generation_rng(self._seed, 2 * self._step + 2)
-        walkers = self.walkers
+        walkers = self._places
         chosen = np.concatenate([rng.permutation(len(walkers)) for _ in range(-(-count // len(walkers)))])[:count]
         models, scale = walkers[chosen].copy(), walkers.std(axis=0) + 1e-9
         distances = (((walkers[chosen][:, None] - walkers) / scale) ** 2).sum(axis=2)
@@ -109,7 +114,7 @@ class TrialDesign:
     def move(self, density: Density) -> None:
         """Let all walkers follow a density."""
         rng = generation_rng(self._seed, 2 * self._step + 3)
-        place, height = self.walkers.copy(), self._height(self.walkers, density)
+        place, height = self._places.copy(), self._height(self._places, density)
         lost = np.flatnonzero(height < height.max() - _LOST)
         found = np.setdiff1d(np.arange(len(place)), lost)[rng.integers(len(place) - len(lost), size=len(lost))]
         place[lost], height[lost] = place[found], height[found]
@@ -119,7 +124,7 @@ class TrialDesign:
             new = self._height(moved, density)
             taken = np.log(rng.random(len(place))) < new - height
             place[taken], height[taken] = moved[taken], new[taken]
-        self.walkers = place
+        self._places = place
         self._step += 1
 
     def _moved(self, place: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
@@ -147,19 +152,22 @@ class TrialDesign:
 
     def _height(self, models: np.ndarray, density: Density) -> np.ndarray:
         outside = np.maximum(np.abs(models) - 1, 0)
-        height = density(models) - 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
+        height = density(self._stated(models)) - 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
         return np.where((outside[:, self._limits] > 0).any(axis=1), -np.inf, height)
 
     def _within(self, models: np.ndarray) -> np.ndarray:
-        furthest = np.where(self._limits, 1.0, 1.5)
+        furthest = np.where(self._limits | self._saturated, 1.0, 1.5)
         return np.clip(models, -furthest, furthest)
+
+    def _stated(self, models: np.ndarray) -> np.ndarray:
+        return np.where(self._saturated, np.clip(models, -1, 1), models) if self._saturated.any() else models
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the walkers and the number of moves made."""
-        return {"walkers": self.walkers.copy(), "step": np.array(self._step, dtype=np.int64)}
+        return {"walkers": self._places.copy(), "step": np.array(self._step, dtype=np.int64)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of a design with the same settings."""
         require({"walkers", "step"} <= set(state), "state", "hold 'walkers' and 'step'", str(sorted(state)))
-        self.walkers = array("state['walkers']", state["walkers"], "W P", W=len(self.walkers), P=self.dimension).copy()
+        self._places = array("state['walkers']", state["walkers"], "W P", W=len(self._places), P=self.dimension).copy()
         self._step = int(state["step"])

@@ -25,7 +25,7 @@ from turing_learning.robots import (
 from turing_learning.store import RunFolderError, told
 
 from ._checkpoints import stored_generations
-from ._folder import CALIBRATION, CAMERA, LABORATORY, RunFolder, resume_command
+from ._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
 from ._infer import start
 from ._post_evaluation import POST_EVALUATION, judged_again, keep_observed_motion, post_evaluate, read_post_evaluation
 from ._result import Result
@@ -98,14 +98,17 @@ def resume_laboratory(
     open_replica: Callable[[str], Replica] | None = None,
     tracker: Callable[[LaboratorySetup], PoseSource] | None = None,
     equipment: Equipment | None = None,
+    trials: int | None = None,
+    tolerance: float | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
     on_event: "EventObserver | None" = None,
 ) -> Result:
-    """Go on with a run in a laboratory; the generation that was not complete is started again. See `start_laboratory`.
+    """Go on with a run in a laboratory. See `start_laboratory`.
 
-    Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see `robots.as_emulated`) is refused
-    without `equipment`. Functions that have names need not be given again.
+    Trials that were executed are not executed again. With `trials`, and `tolerance`, a finished run of trials gets more of them,
+    see `Run.open`. Addresses in the folder's `laboratory.json` may have been changed meanwhile. A rehearsal (see
+    `robots.as_emulated`) is refused without `equipment`. Functions that have names need not be given again.
     """
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
@@ -118,7 +121,8 @@ def resume_laboratory(
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(Laboratory(setup, configuration), folder, equipment, on_event) as source:
-        result = conduct(Run.open(path, lambda _configuration: source), observer, should_stop)
+        run = Run.open(path, lambda _configuration: source, trials=trials, tolerance=tolerance)
+        result = conduct(run, observer, should_stop)
         _evaluate(result, folder, setup, source, should_stop)
     return result
 
@@ -132,9 +136,9 @@ class SimulatedRun:
     result
         As of any run, kept in memory.
     fitness : (repeats, M)
-        Of the models of the last generation, observed again and judged by all its classifiers.
+        Of the models of the last generation, observed again and judged by all its classifiers; none of a run of trials.
     best_model : (P,)
-        That of the highest mean fitness, in wheel speeds.
+        That of the highest mean fitness, in wheel speeds; of a run of trials the estimate.
     """
 
     result: Result
@@ -172,7 +176,8 @@ def simulate_laboratory(
     ------
     Paper, section 5.4.
     """
-    source = SimulatedLaboratory(configuration.swarm, configuration.run.seed)
+    of_trials = configuration.run.trials > 0
+    source = SimulatedLaboratory(configuration.swarm, configuration.run.seed, of_trials=of_trials)
     populations: list[tuple[np.ndarray, np.ndarray]] = []
 
     def watch(progress: Progress) -> None:
@@ -184,6 +189,8 @@ def simulate_laboratory(
     if not result.complete:
         return None
     models, classifiers = populations[0]
+    if of_trials:
+        return SimulatedRun(result, np.empty((0, len(models))), np.array(list(result.estimate.values())))
     fitness = np.array(
         [
             judged_again(configuration, classifiers, source.observe(models, f"{POST_EVALUATION}{k + 1}"))
@@ -227,9 +234,10 @@ def stored_laboratory(path: str | Path) -> Laboratory:
 def awaits_robots(path: str | Path) -> bool:
     """Return whether robots are needed to resume a run in a laboratory: for generations, or to observe its last models again."""
     folder = RunFolder(path)
-    setup, again = stored_setup(folder), read_post_evaluation(path)
-    if stored_generations(folder.checkpoints_path) < folder.configuration().run.generations:
-        return True
+    setup, again, configuration = stored_setup(folder), read_post_evaluation(path), folder.configuration()
+    unfinished = stored_generations(folder.checkpoints_path) < configuration.length
+    if unfinished or configuration.run.trials:
+        return unfinished and folder.manifest()["state"] != FINISHED  # with a tolerance also before its length
     return setup.evaluation.repeats > (0 if again is None else len(again.fitness))
 
 
@@ -240,6 +248,9 @@ def _source(
     on_event: "EventObserver | None",
 ) -> LaboratorySource:
     store, log = TrialStore(folder), EventLog(folder)
+
+    def spent(batches: int) -> int:
+        return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them
 
     def watch(event: Event) -> None:
         if event.trial is not None:
@@ -254,7 +265,8 @@ def _source(
         laboratory.configuration.swarm,
         equipment or real_equipment(laboratory),
         watch=watch,
-        last_attempt=store.last_attempt,
+        stored=store.stored,
+        spent=spent if laboratory.configuration.run.trials else None,
     )
 
 
@@ -266,7 +278,7 @@ def _evaluate(
     should_stop: Callable[[], bool] | None,
 ) -> None:
     """Observe the last models again, if the run is complete and that is not done, and keep what detectors need."""
-    if not (result.complete and setup.evaluation.repeats):
+    if result.configuration.run.trials or not (result.complete and setup.evaluation.repeats):
         return
     with folder.locked():
         observed = post_evaluate(result, folder, source, setup.evaluation.repeats, should_stop)

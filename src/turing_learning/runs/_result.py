@@ -466,6 +466,9 @@ def summarize(
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
     inferred, draws, wandering = estimate(typical, window), readout.get("draws"), None
+    trials = configuration.trials_after(traces.completed)
+    if not configuration.run.trials and origin.folder is not None and origin.folder.laboratory_path.exists():
+        trials //= configuration.swarm.replicas  # each executes a model of its own
     if configuration.run.trials:
         inferred = typical[-1]
         low, high = readout.get("interval", np.full((2, len(names)), np.nan))
@@ -488,7 +491,7 @@ def summarize(
         scenario=scenario.name,
         generations=traces.completed,
         seed=configuration.run.seed,
-        trials=configuration.trials_after(traces.completed),
+        trials=trials,
         complete=complete,
         best_model=named(names, best),
         estimate=named(names, inferred),

@@ -69,11 +69,21 @@ class TrialStore:
                 name = f"rejected-{trial.number:02d}-{rejected + 1}.npz"
             self._folder.write(f"{stage_folder}/{name}", buffer.getvalue())
 
-    def last_attempt(self, stage: str) -> int:
-        """Return the number of the last attempt at a stage that left a trial, 0 if there is none."""
+    def stored(self, stage: str) -> tuple[int, list["ObservedTrial"]]:
+        """Return the number of the last attempt at a stage that left a trial, 0 if there is none, and its trials without faults."""
+        from turing_learning.robots import ObservedTrial, Track
+
         folder = self._folder.trials_path / stage
         found = (_ATTEMPT.fullmatch(path.name) for path in folder.iterdir()) if folder.is_dir() else ()
-        return max((int(match[1]) for match in found if match), default=0)
+        last = max((int(match[1]) for match in found if match), default=0)
+        trials: list[ObservedTrial] = []
+        while (folder / (name := f"attempt-{last}/trial-{len(trials):02d}.npz")).exists():
+            held = _read_trial(self._folder, f"{self._folder.trials_path.name}/{stage}/{name}")
+            seen = Track(held["poses"], held["present"], tuple(held["labels"].tolist()), float(held["interval_s"]))
+            sequences, counts = (tuple(held[key].tolist()) for key in ("sequences", "counts"))
+            started = float(held["started_s"])
+            trials.append(ObservedTrial(len(trials), held["models"], sequences, counts, started, seen, ()))
+        return last, trials
 
 
 @dataclass(frozen=True, eq=False)

@@ -59,10 +59,11 @@ class TrialsLoop:
         jumps, self._source = configuration.representation.jumps, source
         self.classifier = classifier_of(configuration)
         dimension, models = len(configuration.parameter_names), configuration.models
-        middle, half = (models.initial_low + models.initial_high) / 2, (models.initial_high - models.initial_low) / 2
+        low, high = (models.initial_low, models.initial_high) if source.ends is None else source.ends
+        middle, half = (low + high) / 2, (high - low) / 2
         reach = half * np.broadcast_to(np.asarray(jumps.reach, float), dimension)
         ends = [each.initial == (each.low, each.high) for each in system.parameters.values()]
-        self._limits = np.array(ends if source.genuine is not None else [False] * dimension)
+        self._limits = np.array(ends if source.genuine is not None else [source.ends is not None] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
         finer = _STANDARD if source.genuine is not None else 1.0
@@ -80,7 +81,9 @@ class TrialsLoop:
             genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
             groups=jumps.groups,
             dependent=jumps.dependent,
-            limits=self._limits,
+            limits=self._limits & (source.ends is None),
+            saturated=source.ends is not None,
+            together=source.together,
         )
         self._seed, self._middle, self._reach = seed, np.full(dimension, middle), reach
         self._counts = (0, 0)  # rows of the buffer that are stored
@@ -178,5 +181,5 @@ class TrialsLoop:
         """Take over a state, with the rows of the buffer as "buffer/..."."""
         self.trials.restore(state)
         self._counts = self.trials.buffer.counts
-        extended = len(self.trials.buffer) in self._earlier
+        extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended

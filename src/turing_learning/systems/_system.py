@@ -177,12 +177,19 @@ class Source:
         Failed simulations; None where none can fail alone.
     genuine
         The samples that the run was given; None where individuals are observed anew.
+    together
+        Number of models that a trial executes.
+    ends
+        In the optimizer's numbers, lowest and highest value of each parameter, beyond which a model is that at the end; None
+        without such ends.
     """
 
     generation: int | None = 0
     fallible: bool = True
     failures: "FailureLog | None" = None
     genuine: "Genuine | None" = None
+    together: int = 1
+    ends: tuple[float, float] | None = None
 
     def __enter__(self) -> Self:
         return self

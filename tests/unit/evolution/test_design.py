@@ -91,3 +91,24 @@ def test_a_restored_design_goes_on_as_if_nothing_had_happened():
 def test_what_does_not_fit_is_rejected(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_beyond_a_saturated_end_everything_is_the_end():
+    seen = []
+
+    def density(models):
+        seen.append(models)
+        return -0.5 * (((models - [1.0, 0.0]) / 0.02) ** 2).sum(axis=1)
+
+    design = TrialDesign(2, seed=1, saturated=[True, False])
+    for _ in range(10):
+        design.move(density)
+    assert max(np.abs(models[:, 0]).max() for models in seen) == 1
+    assert np.median(design.walkers[:, 0]) == 1  # more than half of the draws lie beyond, and are stated as the end
+    assert np.abs(design.walkers[:, 0]).max() == 1
+    assert np.abs(design.propose(200, 0.9)[:, 0]).max() == 1
+    again = TrialDesign(2, seed=1, saturated=[True, False])
+    again.restore(design.state())
+    again.move(density)
+    design.move(density)
+    np.testing.assert_array_equal(again.walkers, design.walkers)

@@ -14,8 +14,8 @@ from program_laboratory import ScriptedLaboratory
 from turing_learning.robots import Event, load_laboratory
 from turing_learning.runs import resume_laboratory, start_laboratory
 
-KILLS = (("P1", 1), ("P2", 4), ("P3", 2), ("P4", 3), ("P5", 2))
-"""State, and which time that it is entered in a session."""
+KILLS = (("P1", 1), ("P2", 2), ("P3", 2), ("P4", 2), ("P5", 2))
+"""State, and which time that it is entered in a session: four of the six trials are executed then, and one more is lost."""
 
 
 def run(folder: Path, path: Path, state: str, count: int) -> None:

@@ -203,6 +203,7 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
     require_same_state(path, finished)
     completed = [event["stage"] for event in read_events(path) if event["kind"] == "complete"]
     assert sorted(set(completed)) == ["generation-0000", "generation-0001", "generation-0002"]
+    assert len(list((path / "trials").rglob("trial-*.npz"))) == 6  # those before a kill count
     assert not list(path.rglob("*.partial"))
 
 

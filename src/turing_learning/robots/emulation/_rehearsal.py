@@ -16,6 +16,7 @@ from turing_learning.purposes import REHEARSAL
 from turing_learning.robots.links._epuck import EPuck
 from turing_learning.robots.program._equipment import CameraPoses, Equipment, laboratory_tracker
 from turing_learning.robots.program._setup import Laboratory
+from turing_learning.robots.program._source import LARGEST
 from turing_learning.swarm import Scenario, Trials, alone
 from turing_learning.systems import Source
 
@@ -86,14 +87,17 @@ class SimulatedLaboratory(Source):
         The laboratory's, with R replicas.
     seed
         Of `observe`; the random numbers of `collect` come from the run.
+    of_trials
+        Whether of a run of trials, see `LaboratorySource`.
     """
 
-    def __init__(self, scenario: Scenario, seed: int = 0) -> None:
+    def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:
         self._scenario, self._seed = scenario, seed
+        self.together, self.ends = scenario.replicas, LARGEST if of_trials else None
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their tanh."""
-        return np.tanh(models)
+        """Return the wheel speeds (M, P), fractions of the maximum; see `LaboratorySource.to_units`."""
+        return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2)."""

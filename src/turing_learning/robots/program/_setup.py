@@ -48,7 +48,12 @@ _BASE = {
 No jumps (decision 0025): they are drawn from the initial range, which the hyperbolic tangent makes -0.76 to 0.76 of the
 largest speed, and 100 generations of 20 models cannot afford them.
 """
+TRIALS = 300
+"""Of a run that nothing is said of: an afternoon with robots (decision 0028)."""
 _SIZES = {"models.population", "models.parents", "models.offspring"}
+
+_OF_GENERATIONS = ("run.generations", "models", "coevolution")
+"""Settings with which a laboratory's run has generations, unless `run.trials` is given."""
 
 _DERIVED = {
     "scenario.agents": "[[robots]]",
@@ -136,8 +141,8 @@ class TimingSection(Section):
 class InterventionsSection(Section):
     """When a human has to come.
 
-    All batteries are replaced every `batteries_every` generations. A robot that moves less than `stuck_cm` in
-    a trial, and does not turn, is stuck. 0 for never.
+    All batteries are replaced every `batteries_every` generations, or ten times as many trials. A robot that moves less than
+    `stuck_cm` in a trial, and does not turn, is stuck. 0 for never.
 
     Source: paper, section 5.3.
     """
@@ -147,7 +152,10 @@ class InterventionsSection(Section):
 
 
 class EvaluationSection(Section):
-    """How often each model of the last generation is observed again, to find the best; 0 for not at all."""
+    """How often each model of the last generation is observed again, to find the best; 0 for not at all.
+
+    A run of trials, whose estimate is no single model, has none.
+    """
 
     repeats: Count = 5
 
@@ -256,7 +264,8 @@ def load_laboratory(
     ----------
     path
         A TOML file: `robots`, `camera`, `timing`, `interventions`, `evaluation`, and the sections of any run. What it leaves
-        out is as in the paper: 20 models, 100 generations, 5 s observed, an arena of 200 cm x 225 cm.
+        out is as in the paper: 5 s observed, an arena of 200 cm x 225 cm; and a run of 300 trials (decision 0028), or of 100
+        generations of 20 models where it says how generations are: `models`, `coevolution`, `run.generations`, preset "paper".
     overrides
         Dotted key -> value, settings of the run.
     labels
@@ -333,8 +342,12 @@ def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, 
         "scenario.trial.control_interval_s": 1 / setup.camera.fps,
     }
     _refuse_part_of_an_image(setup, given, file)
+    preset = document.get("preset", "default")
+    of_generations = any(key.startswith(_OF_GENERATIONS) for key in given)
+    if preset == "default" and not of_generations:
+        base["run.trials"] = TRIALS
     places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
-    return load_configuration(None, document.get("preset", "default"), base | derived | given, labels=places)
+    return load_configuration(None, preset, base | derived | given, labels=places)
 
 
 def _refuse_part_of_an_image(setup: LaboratorySetup, given: Mapping[str, Any], file: _File) -> None:
@@ -356,7 +369,8 @@ def _refuse_part_of_an_image(setup: LaboratorySetup, given: Mapping[str, Any], f
 
 def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, place: str = "") -> None:
     """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
-    fits = not setup.evaluation.repeats or configuration.run.history != "thin"
+    run = configuration.run
+    fits = not setup.evaluation.repeats or run.history != "thin" or run.trials
     rule, remedy = 'be "full" for a post-evaluation', "Or set evaluation.repeats = 0."
     require(fits, "run.history", rule, '"thin"', remedy, place=place, error=ConfigurationError)
 
@@ -366,7 +380,10 @@ def _check_together(setup: LaboratorySetup, configuration: Configuration, file: 
     scenario, replicas = configuration.swarm, len(setup.replicas)
     models = configuration.models.parents + configuration.models.offspring
     rule = f"be a multiple of the {replicas} replicas, which execute them at the same time"
-    file.require(models % replicas == 0, "models", rule, models)
+    file.require(configuration.run.trials or models % replicas == 0, "models", rule, models)
+    ends = (configuration.models.initial_low, configuration.models.initial_high)
+    rule = "be -1 and 1 with run.trials, whose first models have all wheel speeds"
+    file.require(not configuration.run.trials or ends == (-1, 1), "models.initial_low", rule, ends)
     trial, longest = scenario.trial.duration_s, setup.timing.execute_s
     file.require(trial <= longest, "scenario.trial.duration_s", f"be at most timing.execute_s, {longest}", trial)
     refuse_without_history(setup, configuration, file.where("run.history"))

@@ -1,7 +1,7 @@
 """A laboratory as a source of samples; what the PC does when a trial is disturbed."""
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,8 @@ from ._equipment import Equipment
 from ._setup import LaboratorySetup
 from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
 
+LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
+TRIALS_OF_A_GENERATION = 10  # of the paper: in how many batteries lose what one generation costs them
 PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0
 """Before links are reopened, twice as long each time; the longest pause."""
 _LOGGER = logging.getLogger(__name__)
@@ -52,13 +54,15 @@ class LaboratorySource(Source):
         Its devices.
     watch
         Called with every event.
-    last_attempt
-        Stage -> number of its attempts in earlier sessions.
+    stored
+        Stage -> number of its attempts in earlier sessions, and trials of the last one: they are not executed again.
+    spent
+        Of a run of trials: number of its batches -> trials that these spend.
 
     Attributes
     ----------
     generation
-        Number of the generation that is collected next; set by the run.
+        Number of the generation, or batch, that is collected next; set by the run.
 
     Source: paper, sections 5.2 and 5.3.
     """
@@ -68,11 +72,14 @@ class LaboratorySource(Source):
     def __init__(
         self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, *,
         watch: Callable[[Event], None] = lambda event: None,
-        last_attempt: Callable[[str], int] = lambda stage: 0,
+        stored: Callable[[str], tuple[int, Sequence[ObservedTrial]]] = lambda stage: (0, ()),
+        spent: Callable[[int], int] | None = None,
     ) -> None:  # fmt: skip
-        self._setup, self._equipment, self._watch, self._last_attempt = setup, equipment, watch, last_attempt
+        self._setup, self._equipment, self._watch, self._stored = setup, equipment, watch, stored
         self._stage, self._attempt = "", 0
         self._fresh_at = 0  # the generation at whose beginning batteries were fresh
+        self._spent = spent
+        self.together, self.ends = len(setup.replicas), LARGEST if spent else None
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
@@ -90,24 +97,28 @@ class LaboratorySource(Source):
                 self._tell("moving", self._program.state, fault, "Switch them off.")
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their tanh.
+        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them.
 
+        They are the hyperbolic tangent, which no run of trials needs: its search ends at the largest speeds.
         Source: paper, section 5.3.
         """
-        return np.tanh(models)
+        return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2).
 
         Raise `LaboratoryError` if an operator is needed and nobody answers.
         """
-        self._replace_batteries()
-        return self.observe(self.to_units(models), f"generation-{self.generation:04d}")
+        name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
+        self._replace_batteries(name)
+        return self.observe(self.to_units(models), name)
 
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`."""
-        self._stage, self._attempt = stage, self._last_attempt(stage)
-        trials, wanted = list[ObservedTrial](), len(speeds) // len(self._setup.replicas)
+        rounds = np.round(speeds, 4).reshape(-1, len(self._setup.replicas), speeds.shape[1])
+        self._stage, (self._attempt, known) = stage, self._stored(stage)
+        same = [np.array_equal(trial.models, models) for trial, models in zip(known, rounds, strict=False)]
+        trials, wanted = list(known[: [*same, False].index(False)]), len(rounds)
         tries, since_s, before = 0, 0.0, 0  # at the same trial: how often disturbed, and since when
         while len(trials) < wanted:
             self._attempt += not trials
@@ -139,16 +150,20 @@ class LaboratorySource(Source):
             self._equipment.operator.ask(f"{fault}.{again} {remedy}")
         self._equipment.clock.sleep(PAUSE_S if ask else pause_s)
 
-    def _replace_batteries(self) -> None:
-        every = self._setup.interventions.batteries_every
-        if not every or self.generation % every or self.generation == self._fresh_at:
+    def _replace_batteries(self, stage: str) -> None:
+        every, number = self._setup.interventions.batteries_every, self.generation
+        if not every or number == self._fresh_at:
             return
-        self._stage, self._attempt = f"generation-{self.generation:04d}", 0
+        begun, before = (number, number - 1) if self._spent is None else (self._spent(number), self._spent(number - 1))
+        every *= 1 if self._spent is None else TRIALS_OF_A_GENERATION
+        if begun // every == before // every:
+            return
+        self._stage, self._attempt = stage, 0
         self._program.disconnect()
         todo = f"Replace the batteries of all robots; then {REMOTE}."
         self._tell("batteries", BEGIN, asked=todo)
         self._equipment.operator.ask(todo)
-        self._fresh_at = self.generation
+        self._fresh_at = number
 
     def _follow(self, what: str | ObservedTrial) -> None:
         """Report a state or a trial of the program."""
