@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from turing_learning.report import short_number
+from turing_learning.report._tabular import tables
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
@@ -100,13 +101,13 @@ class LiveView:
             return
         self._next = now + INTERVAL_S
         self._live.transient = progress.completed == progress.total  # the result's table follows
-        self._live.update(picture(progress, self._stops.take()), refresh=True)
+        self._live.update(picture(progress, self._live.console.width, self._stops.take()), refresh=True)
 
 
 def _line(progress: "Progress") -> str:
     models = " ".join(
         f"{name} {short_number(value)}"
-        for name, value in zip(progress.parameter_names, progress.shown(progress.generation.best_model), strict=True)
+        for name, value in zip(progress.parameter_names, progress.shown(progress.generation.typical_model), strict=True)
     )
     generation = progress.generation
     fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
@@ -120,9 +121,9 @@ def _outlook(progress: "Progress") -> str:
     return "" if outlook is None else f"so far {AWAY if outlook == 'other' else outlook}"
 
 
-def picture(progress: "Progress", alarm: str = "") -> Group:
+def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
     """Return the live view of a generation, with an alarm in red below it."""
-    parts: list[Table | Text] = [_parameters(progress), _header(progress), _fitness(progress)]
+    parts: list[Table | Text] = [*_parameters(progress, width), _header(progress), *_fitness(progress, width)]
     if outlook := _outlook(progress):
         parts.append(Text(outlook, style="dim"))
     if alarm:
@@ -141,29 +142,23 @@ def _header(progress: "Progress") -> Table:
     return grid
 
 
-def _parameters(progress: "Progress") -> Table:
-    table = Table(box=None, padding=(0, 2), header_style="dim")
-    table.add_column("")
-    for name in progress.parameter_names:
-        table.add_column(name, justify="right")
-    typical = [Text(short_number(value), style="bold") for value in progress.shown(progress.generation.typical_model)]
-    table.add_row("estimate so far", *typical)
-    table.add_row("best model", *map(short_number, progress.shown(progress.generation.best_model)))
+def _parameters(progress: "Progress", width: int) -> Iterator[Table]:
+    """Say where the models are: the estimate first."""
+    generation = progress.generation
+    models = {
+        "estimate so far": progress.shown(generation.typical_model),
+        "best model": progress.shown(generation.best_model),
+    }
     if progress.truth is not None:
-        table.add_row("truth", *map(short_number, progress.truth), style="dim")
-    return table
+        models["truth"] = np.asarray(progress.truth)
+    rows = [[name, *map(short_number, model)] for name, model in models.items()]
+    return tables(["", *progress.parameter_names], rows, width)
 
 
-def _fitness(progress: "Progress") -> Table:
-    table = Table(box=None, padding=(0, 2), header_style="dim")
-    for name in ("fitness", "median", "best"):
-        table.add_column(name, justify="left" if name == "fitness" else "right")
-    for name, values in (
-        ("models", progress.generation.model_fitness),
-        ("classifiers", progress.generation.classifier_fitness),
-    ):
-        table.add_row(name, _median(values), f"{values.max():.3f}")
-    return table
+def _fitness(progress: "Progress", width: int) -> Iterator[Table]:
+    both = {"models": progress.generation.model_fitness, "classifiers": progress.generation.classifier_fitness}
+    rows = [[name, _median(values), f"{values.max():.3f}"] for name, values in both.items()]
+    return tables(["fitness", "median", "best"], rows, width)
 
 
 def _median(values: np.ndarray) -> str:

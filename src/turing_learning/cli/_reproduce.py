@@ -45,14 +45,13 @@ def reproduce(
     force
         Let --page replace a file that is no such page.
     """
-    from rich.table import Table
     from rich.text import Text
 
     from turing_learning.reproduction import Stopped, default_folder, refuse_page_path, standings, write_page
     from turing_learning.reproduction import reproduce as conduct
     from turing_learning.runs import RunFolderError, told
 
-    from ._tables import plain_console
+    from ._tables import plain_console, print_table
 
     if page is not None:
         refuse_page_path(page, force=force, name="page")
@@ -61,10 +60,9 @@ def reproduce(
         refuse("force", "be given with a page, which it may replace", "it alone", remedy)
     console = plain_console()
     if experiment is None:
-        listed = Table("experiment", "title", "cost", "state")
-        for one in standings(out, fast=fast):
-            listed.add_row(one.experiment.id, one.experiment.title, one.experiment.cost, one.state)
-        console.print(listed)
+        known = [(each.experiment, each.state) for each in standings(out, fast=fast)]
+        rows = [(one.id, one.title, one.cost, state) for one, state in known]
+        print_table(console, ("experiment", "title", "cost", "state"), rows)
     else:
         ahead = "the same command resumes"
         try:
@@ -72,12 +70,10 @@ def reproduce(
                 done = conduct(experiment, fast=fast, out=out, workers=workers, should_stop=should_stop, say=print)
         except Stopped as error:
             raise Interrupted(f"stopped at {error}; {ahead}") from error
-        claims = Table("claim", "", "verdict", "printed", "came out", show_lines=True)
         for verdict in (verdict for one in done if one.results is not None for verdict in one.results.verdicts):
-            word = Text(verdict.word, style="green" if verdict.agrees else "bold red")
-            claims.add_row(verdict.claim, verdict.variant, word, verdict.printed, verdict.outcome)
-        if claims.rows:
-            console.print(claims)
+            word = Text(f"{verdict.word:8}", style="green" if verdict.agrees else "bold red")
+            what = " ".join(filter(None, (verdict.claim, verdict.variant)))
+            console.print(word + f"{what}: printed {verdict.printed}; came out {verdict.outcome}")
         for remark in (text for one in done if one.results is not None for text in one.results.remarks):
             console.print(f"* {remark}")
         for one in done:

@@ -301,10 +301,12 @@ def pool(runs: list[Path], /) -> None:
     from turing_learning.runs import pool as pool_runs
     from turing_learning.studies import is_study
 
+    from ._tables import plain_console
+
     for run in runs:
         if is_study(run):
             refuse("RUN", "be a run folder", f"{run}, a study. Its runs are {run / 'runs'}/*")
-    print(pool_runs([opened(run) for run in runs]))
+    plain_console().print(pool_runs([opened(run) for run in runs]))
 
 
 def check(
@@ -348,9 +350,10 @@ def check(
         Check again, and replace the check that is there.
     """
     from turing_learning.identifiability import Effort
+    from turing_learning.report._tabular import judged
     from turing_learning.runs import RunFolder
 
-    from ._tables import check_table, plain_console, print_judgment
+    from ._tables import plain_console
 
     result = opened(run)
     _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
@@ -371,9 +374,8 @@ def check(
         force=force,
         stage=lambda text: stages.print(text),
     )
-    console.print(check_table(found))
-    console.print(found.verdict, soft_wrap=True)
-    print_judgment(console, result.verdicts)
+    console.print(found)
+    console.print(judged(result.verdicts))
     if (report := RunFolder(run).report_path).exists():
         console.print(f"report: {report}", soft_wrap=True)
 

@@ -11,16 +11,13 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from turing_learning.report import counted, short_number, shown
+from turing_learning.report import short_number
 
 from ._live import clock
 
 if TYPE_CHECKING:
-    from turing_learning.studies import ParameterSummary, StudyProgress, StudyResult, StudyRun
+    from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
-CAPTION = "absolute errors; paper: mean of the best model"
-MOST_FAILED = 10  # listed one by one
-MOST_GROUPS = 12  # configurations shown; the files have all
 LAST = 5  # runs in the live view
 
 
@@ -39,7 +36,7 @@ def watching_study(console: Console, should_stop: Callable[[], bool]) -> Iterato
         yield StudyLines(console)
         return
     waiting = Text("getting ready; the first study of an installation compiles for some seconds", style="dim")
-    with Live(waiting, console=console, auto_refresh=False, transient=True) as live:
+    with Live(waiting, console=console, auto_refresh=False) as live:
         yield StudyView(live, should_stop)
 
 
@@ -66,6 +63,7 @@ class StudyView:
 
     def __call__(self, progress: "StudyProgress") -> None:
         """Draw."""
+        self._live.transient = progress.done + progress.failed == progress.total  # the table follows
         self._last = [*self._last, *progress.finished][-LAST:]
         self._live.update(study_picture(progress, self._last, stopping=self._should_stop()), refresh=True)
 
@@ -107,45 +105,8 @@ def _left(progress: "StudyProgress") -> str:
 
 def print_study(console: Console, result: "StudyResult") -> None:
     """Print the table of a study, how good the runs are, which failed, and where the files are."""
-    from turing_learning.studies import describe
-
-    groups = result.groups
-    for group in groups[:MOST_GROUPS]:
-        console.print(study_table(result, group))
-    if len(groups) > MOST_GROUPS:
-        console.print(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
-    console.print(describe(result))
-    for verdict, count in result.kinds().items():
-        console.print(f"  {count:>5}  {verdict}")
-    for run in result.failed[:MOST_FAILED]:
-        console.print(f"  {_ended(run)}", soft_wrap=True)
+    console.print(result)
     for name, path in (("report", result.path / "report.html"), ("tables", result.path / "summary.csv")):
         if path.exists():
             console.print(f"{name}: {path}", soft_wrap=True)
     console.print(f"study:  {result.path}", soft_wrap=True)
-
-
-def study_table(result: "StudyResult", group: dict) -> Table:
-    """Return the table of one configuration: mean, standard deviation and median of the errors per parameter."""
-    from turing_learning.studies import paired
-
-    settings = ", ".join(f"{key} = {value}" for key, value in group.items())
-    own = [one for one in result.summaries if one.group == group]
-    title = f"{result.title}, {counted(own[0].runs, 'run')}" + (f": {settings}" if settings else "")
-    table = Table(title=title, title_justify="left", caption=CAPTION, caption_justify="left")
-    table.add_column("parameter")
-    for heading in ("estimate", "std", "median", "best model", "std", "median", "paper"):
-        table.add_column(heading, justify="right")
-    for name, pair in paired(own).items():
-        table.add_row(
-            name, *_statistics(pair["estimate"]), *_statistics(pair["best_model"]), _paper(pair["best_model"])
-        )
-    return table
-
-
-def _statistics(one: "ParameterSummary") -> tuple[str, str, str]:
-    return short_number(one.mean), shown(one.standard_deviation), short_number(one.median)
-
-
-def _paper(one: "ParameterSummary") -> str:
-    return shown(one.paper, "{:.2f}".format)

@@ -277,17 +277,18 @@ def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: S
 def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> "Figure":
     """Draw the distribution of the mean absolute errors (R,) of many runs; the limits of good and fair ones are dashed.
 
-    Errors of more than three times the second limit share the last bar.
+    The axis ends at the largest error, at most three times the second limit; errors beyond share the last bar.
 
     Source
     ------
     Paper, figure 14a.
     """
-    end, width = 3 * limits[1], limits[0] / 5
-    edges = np.arange(0, end + 1.5 * width, width)
+    end = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
     figure, axes = one_panel(5.2, 3.1)
-    axes.hist(np.minimum(maes, end + width / 2), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
-    for limit in limits:
+    edges = np.linspace(0, end, 31)
+    axes.hist(np.minimum(maes, end), bins=edges.tolist(), color=SKY, edgecolor=BLUE, linewidth=0.7)
+    axes.locator_params(axis="y", integer=True)
+    for limit in (each for each in limits if each < end):
         axes.axvline(limit, color=INK, linewidth=0.9, linestyle=DASHED)
     if beyond := int(np.count_nonzero(maes > end)):
         note(axes, f"{beyond} beyond {end:g}")

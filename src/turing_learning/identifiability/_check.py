@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.analysis import UNKNOWN, Verdict, known_or, ordered
-from turing_learning.report import Tabular
+from turing_learning.report import Tabular, shown
 
 from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, fault
 from ._profile import Profile
@@ -216,10 +216,19 @@ class Check(Tabular):
         ]
         return pd.DataFrame(rows).set_index("parameter")
 
-    def __str__(self) -> str:
-        lines = [self.verdict]
-        lines += [f"  {each.parameter}: {'; '.join(each.reasons) or 'pinned down'}" for each in self.parameters]
-        return "\n".join(lines)
+    def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
+        rows = [
+            [
+                each.parameter,
+                shown(each.interval_share, "{:.1%}".format),
+                shown(each.open_share, "{:.0%}".format),
+                shown(each.recovery_error, "{:.1%}".format),
+                "; ".join(each.reasons) or "pinned down",
+            ]
+            for each in self.parameters
+        ]
+        headings = ["parameter", "interval", "left open", "missed by", "verdict"]
+        return self.verdict, headings, rows, ["Shares of the initial range; left open: at most."]
 
 
 def check_from_json(content: Mapping[str, Any]) -> Check:

@@ -12,7 +12,6 @@ from turing_learning.analysis import (
     Verdict,
     absolute_error,
     is_known,
-    judgment,
     known_or,
     ordered,
     pooled_estimate,
@@ -22,7 +21,7 @@ from turing_learning.analysis import (
 from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
 from turing_learning.errors import brief, refuse, require, said
 from turing_learning.report import Tabular, counted, describe_unknown, shown
-from turing_learning.report._tabular import parameter_table
+from turing_learning.report._tabular import judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
 
 from ._folder import RunFolder, how_to_resume
@@ -31,6 +30,7 @@ from ._result import Result, named
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
+    from rich.text import Text
 
 AGREE, DISAGREE = 1.2, 1.5
 """R-hat up to which runs are said to agree, and above which to disagree; runs that agree reach the second if they wander slowly."""
@@ -153,33 +153,29 @@ class Pooled(Tabular):
             }
         )
 
-    def __str__(self) -> str:
-        labels = {name: self.labels.get(name, name) for name in self.estimate}
-        width = max(10, *map(len, labels.values()))
-        measure = "R-hat" if self.trials is None else "Birge"
-        heads = ("estimate", "90 % from", "to", "true", "|error|", measure, "runs")
-        lines = [f"{'parameter':>{width}}{''.join(f'{head:>10}' for head in heads)}"]
-        for name, value in self.estimate.items():
-            true = None if self.truth is None else self.truth[name]
-            error = None if self.estimate_absolute_error is None else self.estimate_absolute_error[name]
-            numbers = "".join(f"{_number(one):>10}" for one in (value, *self.interval[name], true, error))
-            lines.append(
-                f"{labels[name]:>{width}}{numbers}{shown(self.agreement[name], '{:.2f}'.format):>10}{self.runs_agree[name]:>10}"
-            )
-        apart = [name for name, word in self.runs_agree.items() if word == "disagree"]
-        lines += [f"runs disagree on {name}: {_listed(self.estimates[name])}" for name in apart]
-        agreement = {name: [value] for name, value in self.agreement.items()}
-        why = {} if self.trials is None else {"why": "at most one run has settled; resume them with more trials"}
-        unknown = (describe_unknown(self.interval, **why), describe_unknown(agreement, "Whether runs agree", **why))
-        lines += [*(sentence for sentence in unknown if sentence), judgment(self.verdicts)]
+    def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
         seeds = ", ".join(map(str, self.seeds))
         length = counted(self.generations, "generation") if self.trials is None else counted(self.trials, "trial")
-        return "\n".join(
-            [
-                f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}",
-                *lines,
-            ]
+        headings, rows = parameter_rows(
+            {name: self.labels.get(name, name) for name in self.estimate},
+            {
+                "estimate": self.estimate,
+                "90 %": self.interval,
+                "true": self.truth,
+                "error": self.estimate_absolute_error,
+                "R-hat" if self.trials is None else "Birge": {
+                    k: shown(v, "{:.2f}".format) for k, v in self.agreement.items()
+                },
+                "runs": self.runs_agree,
+            },
         )
+        apart = {name: self.estimates[name] for name, word in self.runs_agree.items() if word == "disagree"}
+        remarks = [f"runs disagree on {name}: {', '.join(map(shown, values))}" for name, values in apart.items()]
+        agreement = {name: [value] for name, value in self.agreement.items()}
+        why = {} if self.trials is None else {"why": "at most one run has settled; resume them with more trials"}
+        remarks += [describe_unknown(self.interval, **why), describe_unknown(agreement, "Whether runs agree", **why)]
+        head = f"{self.scenario}, {len(self.seeds)} runs, seeds {seeds}, {length}: {self.verdict}"
+        return head, headings, rows, [*filter(None, remarks), judged(self.verdicts)]
 
 
 def pool(runs: Sequence[Result]) -> Pooled:
@@ -336,11 +332,3 @@ def _word(agreement: float, most: float, least: float) -> str:
     if agreement <= most:
         return "agree"
     return "disagree" if agreement > least else "unclear"
-
-
-def _number(value: float | None) -> str:
-    return shown(value, "{:.4g}".format)
-
-
-def _listed(values: list[float]) -> str:
-    return ", ".join(map(_number, values))

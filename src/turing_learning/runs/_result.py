@@ -1,6 +1,6 @@
 """What a run has inferred."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field, fields
 from functools import partial
@@ -16,7 +16,6 @@ from turing_learning.analysis import (
     absolute_error,
     estimate,
     interval,
-    judgment,
     known_or,
     ordered,
     settled,
@@ -24,9 +23,9 @@ from turing_learning.analysis import (
 )
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
-from turing_learning.report import Tabular, counted, describe_unknown, short_number, shown
+from turing_learning.report import Tabular, counted, describe_unknown, shown
 from turing_learning.report._page import is_page
-from turing_learning.report._tabular import parameter_table
+from turing_learning.report._tabular import judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray
     from matplotlib.axes import Axes
+    from rich.text import Text
 
     from turing_learning.identifiability import Check
 
@@ -403,33 +403,27 @@ class Result(Tabular):
             }
         )
 
-    def __str__(self) -> str:
-        head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}"
-        state = "" if self.complete else " (incomplete)"
-        unknown, verdicts = self.unknown, self.verdicts
-        first = f"{head}{state}, {self.seconds_total:.1f} s: {verdicts[0]}"
-        return "\n".join([first, *_lines(self), *([unknown] if unknown else []), judgment(verdicts)])
-
-
-def _lines(result: Result) -> list[str]:
-    labels = result.labels
-    width = max(10, *map(len, labels.values()))
-    lines = [
-        f"{'parameter':>{width}}{'estimate':>10}{'90 % from':>10}{'to':>10}{'best':>10}{'true':>10}{'|error|':>10}"
-    ]
-    for name in result.estimate:
-        true = shown(None if result.truth is None else result.truth[name])
-        error = shown(None if result.estimate_absolute_error is None else result.estimate_absolute_error[name])
-        numbers = (result.estimate[name], *result.interval[name], result.best_model[name])
-        lines.append(
-            f"{labels[name]:>{width}}{''.join(f'{_number(result, value):>10}' for value in numbers)}{true:>10}{error:>10}"
+    def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
+        state, paper = "" if self.complete else " (incomplete)", self.paper_absolute_error
+        head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}{state}"
+        headings, rows = parameter_rows(
+            self.labels,
+            {
+                "estimate": self.estimate,
+                "90 %": self.interval,
+                "true": self.truth,
+                "error": self.estimate_absolute_error,
+                "best model": self.best_model,
+                "its error": self.absolute_error,
+                "paper": paper and {name: f"{value:g}" for name, value in paper.items()},
+            },
         )
-    return lines
-
-
-def _number(result: Result, value: float) -> str:
-    """Return a parameter as text: wheel speeds are of the order of 1, others of any size."""
-    return shown(value, short_number if result.failed_simulations is None else "{:.4g}".format)
+        stopped = self.selection_stopped and f"selection stopped in {counted(self.selection_stopped, 'generation')}"
+        networks = self.networks and "networks: their steady outputs; their weights are in the result"
+        errors = zip(("mean absolute error", "of the best model"), (self.estimate_mae, self.mae), strict=True)
+        means = ", ".join(f"{what} {shown(value)}" for what, value in errors if value is not None)
+        remarks = [each for each in (means, networks, stopped, self.unknown) if each]
+        return f"{head}, {self.seconds_total:.1f} s: {self.verdict}", headings, rows, [*remarks, judged(self.verdicts)]
 
 
 def summarize(

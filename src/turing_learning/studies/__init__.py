@@ -7,7 +7,7 @@
 `plan_study`, `Plan`
     What will run, resolved and validated before anything does.
 `StudyResult`, `StudyRun`, `ParameterSummary`
-    The table: one entry per run, and statistics of the errors per parameter; `paired` and `describe` help to print it.
+    The table: one entry per run, and statistics of the errors per parameter.
 `convergences`, `Convergence`
     Medians over the runs, generation by generation.
 `StudyProgress`

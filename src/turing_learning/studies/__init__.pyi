@@ -21,5 +21,3 @@ from ._table import ParameterSummary as ParameterSummary
 from ._table import StudyResult as StudyResult
 from ._table import StudyRun as StudyRun
 from ._table import convergences as convergences
-from ._table import describe as describe
-from ._table import paired as paired

@@ -148,19 +148,29 @@ def _estimates(result: StudyResult) -> Listing:
 
 def _kinds(result: StudyResult) -> Listing:
     note = (
+        "What the complete runs say of themselves, without the truth; then how good they are. "
         f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, and how the estimate "
         "misses the truth."
     )
-    return Listing("kinds", "Runs", ("Verdict", "Runs"), list(result.kinds().items()), note)
+    rows = [*result.verdicts().items(), *result.kinds().items()]
+    return Listing("kinds", "Runs", ("Verdict", "Runs"), rows, note)
 
 
 def _runs(result: StudyResult) -> Listing:
     keys = list(result.runs[0].settings)
-    columns = ("Run", *(key.removeprefix("run.") for key in keys), "Verdict", "MAE: estimate", "MAE: best model")
+    columns = (
+        "Run",
+        *(key.removeprefix("run.") for key in keys),
+        "Says",
+        "Against the truth",
+        "MAE: estimate",
+        "MAE: best model",
+    )
     rows = [
         (
             run.number,
             *(_shown(run.settings[key]) for key in keys),
+            run.says,
             f"{run.verdict}: {run.reason}" if run.reason else run.verdict,
             run.estimate_mae,
             None if run.result is None else run.result["mae"],

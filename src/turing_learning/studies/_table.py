@@ -2,6 +2,7 @@
 
 import json
 import logging
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -28,6 +29,10 @@ GOOD, FAIR = 0.05, 0.1
 
 MODELS = ("best_model", "estimate")
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
+
+NO_TRUTH = "no truth"
+MOST_FAILED = 10  # listed one by one
+MOST_GROUPS = 12  # configurations shown; the files have all
 
 _LOGGER = logging.getLogger("turing_learning")
 
@@ -78,12 +83,17 @@ class StudyRun:
         return None if self.result is None else self.result["estimate_mae"]
 
     @property
+    def says(self) -> str:
+        """What the run says of itself without the truth, such as "converged"; "-" until it is complete, and of old ones."""
+        return "-" if self.result is None else self.result.get("verdict", "-")
+
+    @property
     def verdict(self) -> str:
         """How good the run is: "good", "fair", "poor (how it misses the truth)", or why there is no result."""
         if self.result is None:
             return self.state
         if self.estimate_mae is None:
-            return "no truth"
+            return NO_TRUTH
         if self.estimate_mae < FAIR:
             return "good" if self.estimate_mae < GOOD else "fair"
         estimate, truth = (np.array(list(self.result[name].values())) for name in ("estimate", "truth"))
@@ -202,12 +212,17 @@ class StudyResult(Tabular):
         return sum(mae < limit for mae in self.maes)
 
     def kinds(self) -> dict[str, int]:
-        """Return verdict -> number of runs, good ones first, then the most frequent."""
+        """Return how good runs are -> number of runs, good ones first; without those that have no truth to be compared with."""
         counts: dict[str, int] = {}
         for run in self.runs:
             kind = f"failed ({run.reason.partition(':')[0]})" if run.state == FAILED else run.verdict
             counts[kind] = counts.get(kind, 0) + 1
+        counts.pop(NO_TRUTH, None)
         return dict(sorted(counts.items(), key=lambda item: (item[0] != "good", item[0] != "fair", -item[1], item[0])))
+
+    def verdicts(self) -> dict[str, int]:
+        """Return what the complete runs say of themselves, such as "converged" -> number of runs, the most frequent first."""
+        return dict(Counter(run.says for run in self.runs if run.complete).most_common())
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each run: its settings, state and verdict, models, errors and ends of intervals; as runs.csv."""
@@ -217,16 +232,24 @@ class StudyResult(Tabular):
             "run"
         )
 
-    def __str__(self) -> str:
-        lines = [f"{self.title}: {describe(self)}"]
-        for summary in self.summaries:
-            spread = shown(summary.standard_deviation, "{:.4f}".format)
-            where = " ".join(f"{key}={value}" for key, value in summary.group.items())
-            lines.append(
-                f"{summary.parameter:>8} {summary.model:<10} mean {summary.mean:.4f}  std {spread}  "
-                f"median {summary.median:.4f}  {where}".rstrip()
-            )
-        return "\n".join(lines)
+    def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
+        rows: list[list[str]] = []
+        groups = self.groups
+        for group in groups[:MOST_GROUPS]:
+            for name, pair in paired(one for one in self.summaries if one.group == group).items():
+                both = (pair["estimate"], pair["best_model"])
+                numbers = (shown(each) for one in both for each in (one.mean, one.standard_deviation, one.median))
+                rows.append([name, *map(str, group.values()), *numbers, shown(both[1].paper, "{:.2f}".format)])
+        statistics = ["estimate", "std", "median", "best model", "std", "median", "paper"]
+        headings = ["parameter", *(key.rpartition(".")[2] for key in (groups or ({},))[0]), *statistics]
+        remarks = ["Absolute errors; paper: mean of the best model."] if rows else []
+        if len(groups) > MOST_GROUPS:
+            remarks.append(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
+        remarks += [
+            f"{count:>5}  {verdict}" for each in (self.verdicts(), self.kinds()) for verdict, count in each.items()
+        ]
+        remarks += [f"run {run.number}  seed {run.seed}  failed: {run.reason}" for run in self.failed[:MOST_FAILED]]
+        return f"{self.title}: {describe(self)}", headings, rows, remarks
 
 
 def describe(result: StudyResult) -> str:

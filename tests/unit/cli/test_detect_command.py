@@ -36,7 +36,7 @@ def test_a_demonstration_ranks_every_individual(run, call):
     assert (code, err) == (0, "")
     for text in ("individual", "rank", "windows", "score", "p-value", "verdict", "since sample"):
         assert text in out
-    rows = dict(re.findall(r"│ (\w+ \d)\s.*│ (normal|abnormal)\s", out))
+    rows = dict(re.findall(r"^(\w+ \d) .* (normal|abnormal) ", out, re.MULTILINE))
     assert sorted(rows) == ["agent 1", "agent 2", "planted 1"]
     assert f"{list(rows.values()).count('abnormal')} of 3 abnormal, by windows of 10 steps; ranked by " in out
     assert re.search(r"Of the 600 normal individuals \d+ would have been called abnormal\.", out)

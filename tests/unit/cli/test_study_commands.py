@@ -48,7 +48,7 @@ def test_show_prints_the_table_of_a_study(finished, call):
     code, out, _ = call("show", finished)
     assert code == 0
     for text in (
-        "Aggregation, 2 runs",
+        "Aggregation: 2 of 2 runs",
         "estimate",
         "best model",
         "paper",

@@ -1,5 +1,7 @@
 """A run that has not moved, on the command line."""
 
+import re
+
 import pytest
 
 SHORT = [
@@ -12,7 +14,7 @@ SHORT = [
 def test_the_interval_is_a_dash_and_it_is_said_why(call):
     code, out, _ = call("infer", "aggregation", *SHORT, "--out", "run")
     assert code == 0
-    assert [row.split("│")[3].strip() for row in out.splitlines() if row.startswith("│ v")] == ["-"] * 4
+    assert [row.split()[2] for row in out.splitlines() if re.match(r"v[lr]\d ", row)] == ["-"] * 4
     assert (
         "Verdict: still moving. The models had not settled when the run ended: run longer. Such a run states no interval."
         in out
