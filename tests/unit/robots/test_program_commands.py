@@ -12,7 +12,7 @@ from program_laboratory import ARENA, CALIBRATION, FILE, HOMES, LABELS, Scripted
 
 from turing_learning.config import ConfigurationError
 from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers
-from turing_learning.runs import resume_laboratory
+from turing_learning.runs import load_run, resume_laboratory
 from turing_learning.trajectories import load_trajectories
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robots" / "laboratory.md").read_text(encoding="utf-8")
@@ -76,6 +76,25 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
     code, out, _ = call("resume", "run")
     assert code == 0
     assert "estimate" in out
+
+
+def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(laboratory, doors, call, monkeypatch):
+    answers = iter([False, True])
+    monkeypatch.setattr("turing_learning.cli._stopping.StopRequest.__call__", lambda self: next(answers, False))
+    short = ("--out", "run", "--set", "scenario.trial.duration_s=0.5")
+    code, _, err = call("robots", "run", "--trials", "20", "--generations", "3", *short)
+    assert (code, "`--trials` must be given without --generations; got 20 beside 3" in err) == (2, True)
+    code, out, err = call("robots", "run", "--trials", "20", *short)
+    assert code == 130
+    assert "stopped after batch 2; resume with: turing-learning resume run" in err
+    assert "batch 2/6" in out
+    assert call("resume", "run")[0] == 0
+    code, out, _ = call("resume", "run", "--trials", "22")
+    assert code == 0
+    assert "batch 7/7" in out
+    assert "batch 6/7" not in out
+    assert load_run("run").trials == 22
+    assert "`trials` must be more than the 22 that the run has spent" in call("resume", "run", "--trials", "22")[2]
 
 
 def test_a_rehearsal_that_was_stopped_is_gone_on_with_as_a_rehearsal(laboratory, call, monkeypatch):
