@@ -383,7 +383,7 @@ class Run:
             return self._step()
         except SystemFailedError as error:
             self._loop.restore(before)
-            if self.completed:
+            if self._saved != self.completed:
                 self._save()
             if self.folder is not None:
                 with self.storage():

@@ -178,8 +178,9 @@ class TrialsLoop:
         return state | {"tolerated": np.array(self.tolerated)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state, with the rows of the buffer as "buffer/..."."""
-        self.trials.restore(state)
+        """Take over a state, with the rows of the buffer as "buffer/..."; without these the buffer stays as it is."""
+        rows = {} if any(name.startswith("buffer/") for name in state) else self.trials.buffer.state()
+        self.trials.restore({**state, **{f"buffer/{name}": array for name, array in rows.items()}})
         self._counts = self.trials.buffer.counts
         extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended

@@ -7,7 +7,7 @@ import pytest
 from program_laboratory import CALIBRATION, FILE, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots import LaboratorySource, SimulatedLaboratory, load_laboratory
+from turing_learning.robots import LaboratoryError, LaboratorySource, SimulatedLaboratory, load_laboratory
 from turing_learning.runs import (
     RunFolderError,
     awaits_robots,
@@ -67,14 +67,14 @@ def require_same(path, expected):
 class Counting:
     """Counts executed trials; raises at the last one, as a kill would."""
 
-    def __init__(self, last=None):
-        self.executed, self.last = [], last
+    def __init__(self, last=None, error=KeyboardInterrupt):
+        self.executed, self.last, self.error = [], last, error
 
     def __call__(self, event):
         if event.trial is not None:
             self.executed.append((event.stage, event.trial.number))
             if len(self.executed) == self.last:
-                raise KeyboardInterrupt
+                raise self.error
 
 
 def test_a_trial_is_one_execution_whatever_the_number_of_replicas(finished):
@@ -100,10 +100,10 @@ def test_its_last_models_are_not_observed_again(finished):
     assert again(finished).complete
 
 
-@pytest.mark.parametrize("killed", [4, 13])
-def test_trials_that_were_executed_are_not_executed_again(folder, finished, killed):
-    first, second, path = Counting(killed), Counting(), folder / f"killed-{killed}"
-    with pytest.raises(KeyboardInterrupt):
+@pytest.mark.parametrize(("killed", "error"), [(4, KeyboardInterrupt), (13, KeyboardInterrupt), (13, LaboratoryError)])
+def test_trials_that_were_executed_are_not_executed_again(folder, finished, killed, error):
+    first, second, path = Counting(killed, error), Counting(), folder / f"{error.__name__}-{killed}"
+    with pytest.raises(error):
         begin(folder, path, first)
     assert awaits_robots(path)
     assert again(path, on_event=second).complete

@@ -12,6 +12,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import FAILED_SEARCH, FINE, WRONG_MODEL, Effort
 from turing_learning.runs._pool import _mixed
 from turing_learning.store import RunFolderError
+from turing_learning.systems import CustomSystemError
 
 SMALL = {
     "scenario.agents": 2,
@@ -256,3 +257,22 @@ def test_a_run_of_trials_is_checked(tmp_path):
     assert tl.load_run(tmp_path / "run").check(effort=effort, recoveries=2, **known) == check
     with pytest.raises(ConfigurationError, match="`recovery_generations` must be left out for a run of trials; got 5"):
         result.check(recovery_generations=5)
+
+
+def test_a_run_whose_simulator_fails_says_so_and_is_resumed_to_the_same_bits(tmp_path):
+    calls = []
+
+    def broken(parameters, rng):
+        calls.append(len(parameters))
+        if len(calls) > 4:
+            raise OSError("no license")
+        return drift(parameters, rng)
+
+    given = {"genuine": drift(np.full((30, 2), 0.4), np.random.default_rng(5)), "seed": 3, "trials": 24}
+    given |= {"parameters": {"speed": (-1, 1), "nothing": (-1, 1)}, "settings": {"run.threads": 1}}
+    expected = tl.infer(simulate=drift, **given)
+    with pytest.raises(CustomSystemError, match="no license"):
+        tl.infer(simulate=broken, out=tmp_path / "run", **given)
+    assert tl.load_run(tmp_path / "run").trials < 24
+    found = tl.resume(tmp_path / "run", genuine=given["genuine"], simulate=drift)
+    assert (found.trials, found.estimate) == (24, expected.estimate)
