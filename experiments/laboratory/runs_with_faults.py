@@ -91,7 +91,7 @@ def conduct(number: int, faulty: bool, generations: int, folder: Path) -> dict[s
         start_laboratory(loaded, out, equipment=equipment, on_event=follow)
         done.write_text(f"{laboratory.clock.now() / 3600:.2f}")
     result, events = load_run(out), read_events(out)
-    error = np.mean([abs(result.best_model[name] - value) for name, value in result.truth.items()])
+    error = np.mean([abs(result.estimate[name] - value) for name, value in result.truth.items()])
     trials = list((out / "trials").rglob("*.npz"))
     lost = sum(int((~np.load(path)["present"]).all(axis=1).sum()) for path in trials if path.name.startswith("trial"))
     return {
