@@ -22,12 +22,11 @@ from turing_learning.runs import read_events, read_trials
 EXAMPLE = Path(__file__).parents[2] / "examples" / "ros_robot.py"
 NAMES = ("robot_1", "robot_2", "robot_3", "robot_4")
 WORLD = """
-import math, sys, threading, rospy
+import math, sys, time, rospy
 from geometry_msgs.msg import PoseStamped, Twist
 from sensor_msgs.msg import Range
 from std_msgs.msg import Bool
 rospy.init_node("world")
-step = 0.02
 robots = {}
 class Robot:
     def __init__(self, name, x, y):
@@ -36,7 +35,7 @@ class Robot:
         self.sight = rospy.Publisher(f"/{name}/sight", Bool, queue_size=1)
         self.front = rospy.Publisher(f"/{name}/proximity0", Range, queue_size=1)
         rospy.Subscriber(f"/{name}/cmd_vel", Twist, lambda twist: setattr(self, "twist", twist))
-    def go(self):
+    def go(self, step):
         self.x += step * self.twist.linear.x * math.cos(self.heading)
         self.y += step * self.twist.linear.x * math.sin(self.heading)
         self.heading += step * self.twist.angular.z
@@ -48,9 +47,11 @@ class Robot:
         self.sight.publish(Bool(False))
         self.front.publish(Range(range=1.0, max_range=0.5))
 robots = [Robot(name, 0.5 + k, 0.5 + k) for k, name in enumerate(sys.argv[1:])]
-rate = rospy.Rate(1 / step)
+rate, before = rospy.Rate(50), time.monotonic()
 while not rospy.is_shutdown():
-    for robot in robots: robot.go()
+    now = time.monotonic()
+    for robot in robots: robot.go(now - before)
+    before = now
     rate.sleep()
 """
 
