@@ -300,6 +300,7 @@ def drive(programs: dict[str, Path]) -> Iterator[dict[str, str]]:
         "proximity": lambda robot: robot.proximity(), "battery_ok": lambda robot: robot.battery_ok(),
         "drive": lambda robot: robot.drive(100, 50), "speed after drive": lambda robot: robot.speed(), "stop": lambda robot: robot.stop(),
         "reset": lambda robot: robot.reset(), "proximity after reset": lambda robot: robot.proximity(),
+        "proximity after a stray byte 89": lambda robot: (robot._link.send(b"\x89"), robot.proximity())[1],
         "status": lambda robot: robot.status(), "halt": lambda robot: robot.halt(),
     }  # fmt: skip
     found: dict[str, dict[str, str]] = {}

@@ -2,7 +2,7 @@
 
 from binascii import crc_hqx
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from robot_bodies import Body, Clock
 
@@ -11,9 +11,11 @@ from turing_learning.robots.links._epuck import RESYNCHRONIZE
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.binary(max_size=60))
-def test_whatever_was_on_the_line_the_robot_listens_after_resynchronization(noise):
-    robot = EmulatedRobot(Body(), clock=Clock())
+@given(st.binary(max_size=60), st.sampled_from(["e-puck", "e-puck2"]))
+@example(b"\x89", "e-puck")  # the longest request
+@example(b"\xf7", "e-puck2")
+def test_whatever_was_on_the_line_the_robot_listens_after_resynchronization(noise, kind):
+    robot = EmulatedRobot(Body(), clock=Clock(), kind=kind)
     robot.receive(noise)
     robot.receive(RESYNCHRONIZE)
     assert robot.receive(b"N\r") == b"n,10,200,-3,4,5,6,7,3000\r\n"

@@ -36,8 +36,8 @@ _EXPECTED = (
 )  # of greetings, versions, and the stop above
 LEAST_CHARGE = 15  #: Percent
 _BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
-RESYNCHRONIZE = b"\0" * 5 + b"\rS\r"
-"""Ends any unfinished command: four bytes of arguments and the end of a binary request, or the end of a line.
+RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
+"""Ends any unfinished command: 35 bytes of arguments, of the RGB panel, and the end of a binary request, or the end of a line.
 
 Whatever the robot made of it, it stops; and the line makes it wait for a command of either kind: after an end of line alone it
 would take a binary request for text.
