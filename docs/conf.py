@@ -3,9 +3,11 @@
 import inspect
 import re
 import sys
+from html import escape
 from importlib import import_module
 from pkgutil import iter_modules
 
+from docutils import nodes
 from sphinx.pycode import ModuleAnalyzer
 
 import turing_learning
@@ -16,11 +18,13 @@ author = "the Turing Learning maintainers"
 version = release = turing_learning.__version__
 copyright = "MIT licence"
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.viewcode", "sphinx_copybutton"]
 exclude_patterns = ["decisions/0000-template.md"]
 default_role = "literal"
 
 myst_heading_anchors = 3
+nb_execution_mode = "off"  # notebooks are committed as `jupyter execute --inplace docs/gallery/*.ipynb` leaves them
+copybutton_selector = "div:not(.highlight-text):not(.output) > div.highlight > pre"
 suppress_warnings = ["ref.python"]  # the words of a shape, "(size, dimension)", are no references
 
 napoleon_google_docstring = False
@@ -56,6 +60,7 @@ def setup(app):
     app.connect("autodoc-process-signature", say_settings_without_their_rules)
     app.connect("source-read", carry_experiments)
     app.connect("source-read", carry_linked_files)
+    app.connect("html-page-context", describe)
 
 
 def carry_experiments(app, name, source):
@@ -75,6 +80,13 @@ def carry_linked_files(app, name, source):
     """Make links out of this folder, of pages that code writes, into files that come along with the site."""
     if "/" not in name:
         source[0] = re.sub(r"(?<!!)(\[[^\]]*\])\(\.\./(?=[^)]+\))", r"\1(path:../", source[0])
+
+
+def describe(app, name, template, context, doctree):
+    """Give a page without a description its first paragraph for one."""
+    paragraph = next(doctree.findall(nodes.paragraph), None) if doctree is not None else None
+    if paragraph is not None and 'name="description"' not in context["metatags"]:
+        context["metatags"] += f'<meta name="description" content="{escape(" ".join(paragraph.astext().split()))}">'
 
 
 def carry_words_of_constants(app):

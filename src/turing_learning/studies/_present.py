@@ -57,7 +57,7 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     histogram = Picture(
         "histogram",
         "Mean absolute errors",
-        f"Of the estimate, {len(result.maes)} runs; the limits {GOOD:g} and {FAIR:g} are dashed (figure 14a of the paper).",
+        f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them (paper: figure 14a).",
         error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR)),
     )
     if plan.behaviors:
@@ -79,8 +79,9 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         "Convergence",
         "Median over the runs of the parameters of the subjectively best model; the truth is thin (figure 5 of the paper).",
         convergence_figure(medians[0].best_model, names=labels, truth=truth),
+        wide=True,
     )
-    return [boxes, convergence, histogram]
+    return [boxes, histogram, convergence]
 
 
 def label(group: Mapping[str, Any]) -> str:
