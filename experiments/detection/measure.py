@@ -19,7 +19,9 @@ from turing_learning.detection import (
     KINDS,
     Detector,
     Eye,
+    RecordedMotion,
     RunClassifiers,
+    _detect,
     classifiers_eye,
     detect,
     grid_models,
@@ -29,7 +31,8 @@ from turing_learning.detection import (
     run_classifiers,
     statistics_eye,
 )
-from turing_learning.detection._alike import TOGETHER, _held_out
+from turing_learning.detection._alike import BASELINES, TOGETHER, Case, _held_out, shown_to, trained_eye
+from turing_learning.detection._detect import _planted, _windows
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed
@@ -103,7 +106,7 @@ def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
     flat = fresh.reshape(-1, *fresh.shape[2:])
     for eye in eyes(run):
         groups = [[each[None] for each in group] for group in normal]
-        score = eye.learn([eye.see(group) for group in groups], [range(len(group)) for group in groups], False)
+        score = eye.learn([eye.see(group) for group in groups], [range(len(group)) for group in groups], False, ())
         usual = np.concatenate(score(eye.see([each[None] for each in flat])))
         for size, motion in others.items():
             found = np.concatenate(score(eye.see([each[None] for each in motion])))
@@ -148,7 +151,7 @@ def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     for eye in looks:
         for count in (1, GRID_TRIALS):
             seen = [[eye.see([each])[0] for each in normal[:, :count]]]
-            learned[eye.name, count] = eye, eye.learn(seen, [range(len(normal))], False)
+            learned[eye.name, count] = eye, eye.learn(seen, [range(len(normal))], False, ())
 
     def scores(samples: np.ndarray) -> dict[tuple[str, int], np.ndarray]:
         return {
@@ -211,49 +214,68 @@ def planted(
     normal: list[tl.Trajectories],
     cases: list[tuple[str, tl.Trajectories, tl.Trajectories, int]],
 ) -> list[list[object]]:
-    """Return rows (kind, way, area, share in first place); cases are (kind, recording without, with, who)."""
+    """Return rows (kind, way, area, share in first place); cases are (kind, recording without, with, who).
+
+    What learns from planted individuals has not seen the kind that is judged.
+    """
     run = run_classifiers(result)
     genuine = [recorded_motion(each, run) for each in normal]
     shown = detect(run, recorded_motion(cases[0][1], run), genuine=genuine).rankings[0].name
+    known = {id(before): _windows(recorded_motion(before, run), True) for _, before, _, _ in cases}
+    moved = [_windows(recorded_motion(after, run), True) for _, _, after, _ in cases]
     found: dict[str, list[np.ndarray]] = {}
-    for eye in eyes(run):
-        seen = [eye.see(each.samples) for each in genuine]
-        _, score = scaled(eye, seen)
-        known: dict[int, list[np.ndarray]] = {}
-        found[eye.name] = []
-        for _, before, after, who in cases:
-            if id(before) not in known:
-                known[id(before)] = eye.see(recorded_motion(before, run).samples)
-            moved = list(known[id(before)])  # the fellows of a planted individual are looked at as they were
-            moved[who] = eye.see([recorded_motion(after, run).samples[who]])[0]
-            found[eye.name].append(np.stack([score(known[id(before)]), score(moved)]))
-    found[TOGETHER] = [np.sum(each, axis=0) for each in zip(*found.values(), strict=True)]
+    for eye, _, score in looked_at(run, genuine):
+        usual = {key: eye.see(windows) for key, windows in known.items()}
+        found[eye.name] = [
+            np.stack([score(usual[id(case[1])], case[0]), score(eye.see(windows), case[0])])
+            for case, windows in zip(cases, moved, strict=True)
+        ]
+    summed = [each for name, each in found.items() if name not in BASELINES]
+    found[TOGETHER] = [np.sum(each, axis=0) for each in zip(*summed, strict=True)]
     found["read first"] = found[shown]
     rows: list[list[object]] = []
     for way, each in found.items():
-        usual = np.concatenate(list({id(case[1]): both[0] for case, both in zip(cases, each, strict=True)}.values()))
         for kind in dict.fromkeys(case[0] for case in cases):
-            some = [(both[1], case[3]) for case, both in zip(cases, each, strict=True) if case[0] == kind]
-            area = area_under_curve(np.array([scores[who] for scores, who in some]), usual)
-            rows.append([kind, way, f"{area:.4f}", f"{np.mean([scores.argmax() == who for scores, who in some]):.4f}"])
+            some = [(both, case) for case, both in zip(cases, each, strict=True) if case[0] == kind]
+            usual = np.concatenate(list({id(case[1]): both[0] for both, case in some}.values()))
+            area = area_under_curve(np.array([both[1][case[3]] for both, case in some]), usual)
+            first = np.mean([both[1].argmax() == case[3] for both, case in some])
+            rows.append([kind, way, f"{area:.4f}", f"{first:.4f}"])
     return rows
 
 
 def eyes(run: RunClassifiers) -> tuple[Eye, ...]:
-    """Return the ways to look."""
-    return classifiers_eye(run.classifier, run.jurors), statistics_eye(), one_class_eye()
+    """Return the ways to look that know nothing of planted individuals."""
+    jury = replace(classifiers_eye(run.classifier, run.jurors), describe=run.outputs)
+    return jury, statistics_eye(), one_class_eye()
 
 
-def scaled(eye: Eye, seen: list[list[np.ndarray]]) -> tuple[np.ndarray, Callable[[list[np.ndarray]], np.ndarray]]:
-    """Return the scores of normal individuals, each by what was learned without it, and a scorer; as `judge_alike` adds them up."""
+Scored = Callable[..., np.ndarray]
+
+
+def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tuple[Eye, np.ndarray, Scored]]:
+    """Yield ways to look, scores of normal individuals, each by what was learned without it, and a scorer, as `judge_alike` has."""
+    examples = _planted(genuine, run, 0, True)[0]
+    see = slice(run.signals)
+    for eye in (
+        *(replace(eye, columns=see) for eye in eyes(run)),
+        replace(trained_eye(), columns=slice(run.signals, None)),
+    ):
+        yield eye, *scaled(eye, [eye.see(_windows(each, True)) for each in genuine], examples)
+
+
+def scaled(eye: Eye, seen: list[list[np.ndarray]], examples: list[Case]) -> tuple[np.ndarray, Scored]:
+    """Return the scores of normal individuals in units of their scatter, and a scorer of others."""
     who = [[k for k, own in enumerate(each) if len(own)] for each in seen]
-    scores = _held_out(eye, seen, who, list(range(len(seen))), True)[0]
+    owners = list(range(len(seen)))
+    shown = shown_to(eye, examples, seen, owners)
+    scores = _held_out(eye, seen, who, owners, True, shown)[0]
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
-    learned_all = eye.learn(seen, who, True)
+    learned_all = eye.learn(seen, who, True, shown)
 
-    def score(features: list[np.ndarray]) -> np.ndarray:
-        means = np.array([own.mean() if len(own) else -np.inf for own in learned_all(features)])
+    def score(features: list[np.ndarray], without: str = "") -> np.ndarray:
+        means = np.array([own.mean() if len(own) else -np.inf for own in learned_all(features, without)])
         return np.arcsinh((means - middle) / scatter)
 
     return np.arcsinh((scores - middle) / scatter), score
@@ -367,6 +389,7 @@ NEW = {
 
 def held_out(work: Path) -> Measured:
     """All kinds, and new ones, in other parts, with other seeds, than those of the other tables."""
+    _detect.KINDS = dict(KINDS)  # what `detect` plants itself has none of the new ones
     KINDS.update(NEW)
     for name, (file, fps, scale, parts) in RECORDED.items():
         whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
@@ -420,10 +443,11 @@ def alarms(work: Path) -> Measured:
                     fresh = [recorded_motion(each, run) for each in group(name, 40, 50000 + part)]
                     shown = detect(run, fresh[0], genuine=genuine).rankings[0].name
                     usual, new = {}, {}
-                    for eye in eyes(run):
-                        usual[eye.name], score = scaled(eye, [eye.see(each.samples) for each in genuine])
-                        new[eye.name] = np.stack([score(eye.see(each.samples)) for each in fresh])
-                    usual[TOGETHER], new[TOGETHER] = sum(usual.values()), sum(new.values())
+                    for eye, scores, score in looked_at(run, genuine):
+                        usual[eye.name] = scores
+                        new[eye.name] = np.stack([score(eye.see(_windows(each, True))) for each in fresh])
+                    for each in (usual, new):
+                        each[TOGETHER] = sum(value for name, value in each.items() if name not in BASELINES)
                     usual["read first"], new["read first"] = usual[shown], new[shown]
                     for way, scores in usual.items():
                         chances = (1 + (scores >= new[way][..., None]).sum(axis=-1)) / (len(scores) + 1)

@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,8 +15,6 @@ from ._options import Integer, Real, Tracks
 from ._runs import opened
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from turing_learning.detection import (
         Detection,
         Detector,
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     )
 
 SAMPLES = 10
-MOST_FRAMES = 3000  # of a path in a page
 ALIKE = "judged-alike"
 Files = Annotated[list[Path] | None, Parameter(negative="")]
 MOTION_FILES = (".npy", ".npz", ".csv")
@@ -214,31 +212,12 @@ def _show_alike(
     """Print who is unlike normal individuals, and write table and picture where that was asked for."""
     import sys
 
-    import numpy as np
-
-    from turing_learning.detection import RecordedMotion, TimedVerdict
+    from turing_learning.detection import RecordedMotion
+    from turing_learning.detection._present import timed_verdicts
 
     from ._tables import plain_console, print_standings
 
-    timed = []
-    for k, each in enumerate(found.individuals):
-        places = np.flatnonzero(each.flagged)
-        times = motion.times[k] if isinstance(motion, RecordedMotion) else np.arange(len(each.shares))[:, None] + [1, 1]
-        spells = ((float(times[places[0], 0]), float(times[places[-1], 1])),) if len(places) else ()
-        timed.append(
-            TimedVerdict(
-                individual=each.individual,
-                windows=each.windows,
-                score=each.score,
-                strength=each.score,
-                threshold=float("nan"),
-                abnormal=bool(each.abnormal),
-                spells=spells,
-                times=times,
-                scores=each.shares,
-                flagged=each.flagged,
-            )
-        )
+    timed = timed_verdicts(found, motion)
     when = "spells_s" if isinstance(motion, RecordedMotion) else "samples"
     if as_json:
         names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
@@ -274,7 +253,7 @@ def _show_alike(
     else:
         print_standings(plain_console(), found, timed, seconds=when == "spells_s", steps=steps)
     if out is not None and isinstance(motion, RecordedMotion):
-        _write(out, motion, tuple(timed), found)
+        _write(out, motion, timed, found)
         for path in _written(out):
             print(path, file=sys.stderr if as_json else sys.stdout)
 
@@ -302,86 +281,23 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
             print(path, file=sys.stderr if as_json else sys.stdout)
 
 
-def _page(found: "Detection", motion: "RecordedMotion", timed: "tuple[TimedVerdict, ...]", timeline: "Figure") -> str:
-    """Return the page of a detection: ranking, scores over time, and paths of the most unlike and the most normal individuals."""
-    import numpy as np
-
-    from turing_learning.figures import Picture
-    from turing_learning.figures._classifiers import paths_figure
-    from turing_learning.report._content import Listing, StudyReport
-    from turing_learning.report._page import study_page
-
-    from ._tables import standing_rows
-
-    columns = ("individual", "rank", "windows", "score", "p-value", "verdict", "when (s)")
-    limit = "" if found.level is None else f" Abnormal: a p-value of at most {found.level:.2g}."
-    note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit}"
-    table = Listing("ranking", "Ranking", columns, standing_rows(found, timed, seconds=True), note=note)
-    caption = (
-        "Higher bars: a window that is more unlike normal ones. Orange: the stretch that makes an individual abnormal."
-    )
-    drawn = [Picture("scores", "Scores over time", caption, timeline, wide=True)]
-    order = sorted((k for k in range(len(timed)) if timed[k].windows), key=lambda k: found.individuals[k].rank)
-    shown = list(dict.fromkeys(order[:2] + order[-2:]))
-    first = timed[shown[0]]
-    begin, end = first.spells[0] if first.spells else (first.times[0, 0], first.times[-1, 1])
-    if (recording := motion.recording) is not None:
-        frames = np.arange(round(begin * recording.fps), min(round(end * recording.fps) + 1, len(recording.positions)))
-        frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
-        places = np.where(recording.present[frames, :, None], recording.positions[frames], np.nan)
-        there = [k for k in shown if np.isfinite(places[:, k]).any()]
-        names = [f"{found.individuals[k].individual} (rank {found.individuals[k].rank})" for k in there]
-        unlike = [bool(found.individuals[k].abnormal) for k in there]
-        figure = paths_figure(names, [places[:, k] for k in there], unlike)
-        caption = f"From {begin:.1f} s to {end:.1f} s, in cm: the most unlike individuals and the most normal ones."
-        drawn.append(Picture("paths", "Paths", caption, figure, wide=True))
-    many = sum(bool(each.abnormal) for each in found.individuals)
-    said = (
-        f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. "
-        if found.level is not None
-        else ""
-    )
-    return study_page(
-        StudyReport("Who is unlike normal individuals?", said + " ".join(found.remarks), (table,), tuple(drawn))
-    )
-
-
 def _write(
-    out: Path, motion: "RecordedMotion", verdicts: "tuple[TimedVerdict, ...]", found: "Detection | None" = None
+    out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]", found: "Detection | None" = None
 ) -> None:
     """Write table, picture and page, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
-    import pandas as pd
-
-    from turing_learning.figures import save_figure, timeline_figure
+    from turing_learning.detection._present import detection_page, timeline_of, window_table
+    from turing_learning.figures import save_figure
     from turing_learning.report import write_page
     from turing_learning.runs import RunStorageError, told, write_atomically
 
-    judged = [verdict for verdict in verdicts if verdict.windows]
-    largest = max(
-        1e-12, *(float(verdict.scores.max()) for verdict in judged)
-    )  # of shares of a distance; votes are from 0 to 1
-    figure = timeline_figure(
-        [verdict.individual for verdict in judged],
-        [verdict.times for verdict in judged],
-        [verdict.scores if found is None else (verdict.scores / largest).clip(0, 1) for verdict in judged],
-        [verdict.flagged for verdict in judged],
-        limit=motion.duration_s,
-    )
-    rows = [
-        (verdict.individual, int(verdict.abnormal), number, f"{begin:.6g}", f"{end:.6g}", score, int(flagged))
-        for verdict in judged
-        for number, ((begin, end), score, flagged) in enumerate(
-            zip(verdict.times.tolist(), verdict.scores.tolist(), verdict.flagged.tolist(), strict=True), start=1
-        )
-    ]
-    columns = ["individual", "individual_abnormal", "window", "begin_s", "end_s", "score", "abnormal"]
+    figure = timeline_of(motion, verdicts, votes=found is None)
     what = f"`out` must be a file that can be written; could not write to {out}"
     with told(RunStorageError, what, "Make room, or choose another place, and give the command again."):
         try:
-            write_atomically(out, pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n").encode())
+            write_atomically(out, window_table(verdicts).encode())
             save_figure(figure, out.parent, out.stem)
             if found is not None:
-                write_page(_page(found, motion, verdicts, figure), out.with_suffix(".html"))
+                write_page(detection_page(found, motion, verdicts, figure), out.with_suffix(".html"))
         except OSError:
             for path in _written(out):
                 try:

@@ -136,6 +136,8 @@ def print_standings(
     console: Console, found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool, steps: int
 ) -> None:
     """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
+    from turing_learning.detection._present import standing_rows
+
     headings = (
         "individual",
         "rank",
@@ -152,31 +154,6 @@ def print_standings(
     console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
     for remark in found.remarks:
         console.print(remark)
-
-
-def standing_rows(found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool) -> list[tuple[str, ...]]:
-    """Return individual, rank, windows, score, p-value, verdict, and when, the most unlike individual first."""
-    rows: list[tuple[str, ...]] = []
-    for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
-        each, spells = found.individuals[k], timed[k].spells
-        when = "-"
-        if spells:
-            when = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
-        verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
-        score = f"{each.score:.3g}" if each.windows else "-"
-        p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
-        rows.append(
-            (
-                each.individual,
-                str(each.rank),
-                str(each.windows),
-                score,
-                p_value,
-                verdict if each.windows else "no window",
-                when,
-            )
-        )
-    return rows
 
 
 def _first(ranking: "Ranking") -> list[int]:

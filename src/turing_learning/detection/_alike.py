@@ -7,7 +7,7 @@ one-class support vector machine, as baselines. Source: docs/decisions/0031-judg
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -21,9 +21,13 @@ FELLOWS = 3
 """Individuals of a recording from which on their median is subtracted: what all share is no sign of anybody."""
 SHRINKAGE = 0.1
 """Added to each variance, as a share of their mean."""
+WITHIN = 0.3
+"""Share of the covariance of windows of one individual, as large as that of individuals, that is added where kinds are known."""
 LEAST_SPREAD = 1e-3
 """Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
 CLASSIFIERS = "judged alike"
+TRAINED = "trained on planted"
+BASELINES = ("window statistics", "one-class SVM")
 TOGETHER = "all together"
 MARGIN = 0.02
 """By how much the area of one way to look must be larger than that of all together to be read instead: few cases decide it."""
@@ -34,31 +38,37 @@ Windows = Sequence[np.ndarray]
 """What is known of the individuals of one recording: of each its windows (W, T, D), in order of time."""
 Seen = list[np.ndarray]
 """The same as features (W, F)."""
+Planted = Sequence[tuple[int, int, str, np.ndarray]]
+"""Individuals that behave otherwise: number of the recording, place in it, kind, and features (W, F)."""
 
 
 class Scorer(Protocol):
     """Says how unlike normal ones the individuals of a recording are."""
 
-    def __call__(self, seen: Seen) -> list[np.ndarray]:
-        """Return what each window (W,) of each individual adds; the mean over its windows is its score."""
+    def __call__(self, seen: Seen, without: str = "") -> list[np.ndarray]:
+        """Return what each window (W,) of each individual adds; the mean over its windows is its score.
+
+        What was learned from planted individuals of the kind `without` is left out.
+        """
 
 
 @dataclass(frozen=True, eq=False)
 class Eye:
     """A way to look at windows, and to learn from normal individuals what is usual.
 
-    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts, and whether individuals
-    are seen relative to their fellows.
+    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts, whether individuals
+    are seen relative to their fellows, and planted ones. It sees some `columns` of the windows.
     """
 
     name: str
     describe: Callable[[np.ndarray], np.ndarray]
-    learn: Callable[[Sequence[Seen], Sequence[Sequence[int]], bool], Scorer]
+    learn: Callable[[Sequence[Seen], Sequence[Sequence[int]], bool, Planted], Scorer]
+    columns: slice = field(default_factory=lambda: slice(None))
 
     def see(self, windows: Windows) -> Seen:
         """Return the features of the windows of each individual."""
         counts = [len(each) for each in windows]
-        return np.split(self.describe(np.concatenate(windows)), np.cumsum(counts)[:-1])
+        return np.split(self.describe(np.concatenate(windows)[..., self.columns]), np.cumsum(counts)[:-1])
 
 
 def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
@@ -68,12 +78,24 @@ def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
 
 def statistics_eye() -> Eye:
     """Look at seven statistics of each signal: a baseline that has learned nothing."""
-    return Eye("window statistics", window_statistics, _distance)
+    return Eye(BASELINES[0], window_statistics, _distance)
+
+
+def trained_eye() -> Eye:
+    """Look at ten statistics of each signal along the directions in which planted individuals differ from what they were."""
+
+    def describe(windows: np.ndarray) -> np.ndarray:
+        steps = np.diff(windows, axis=1)
+        lopsided = ((steps - steps.mean(axis=1, keepdims=True)) ** 3).mean(axis=1)
+        lopsided /= np.maximum(steps.std(axis=1) ** 3, 1e-9)
+        return np.concatenate((window_statistics(windows), lopsided, windows.min(axis=1), windows.max(axis=1)), axis=1)
+
+    return Eye(TRAINED, describe, _trained)
 
 
 def one_class_eye() -> Eye:
     """Look at the same statistics by a one-class support vector machine, as scikit-learn has it."""
-    return Eye("one-class SVM", window_statistics, _one_class)
+    return Eye(BASELINES[1], window_statistics, _one_class)
 
 
 def window_statistics(windows: np.ndarray) -> np.ndarray:
@@ -97,11 +119,49 @@ def _fellows(seen: Seen, relative: bool) -> np.ndarray | float:
     return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
 
 
-def _distance(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool) -> Scorer:
+def _distance(
+    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted = ()
+) -> Scorer:
     """Learn the covariance of the deviations of normal individuals; score by the Mahalanobis distance, whose square is a sum.
 
     Features are in units of the standard deviations of windows.
     """
+    spread, center, covariance, _ = _usual(recordings, who, relative)
+    inverse = np.linalg.inv(covariance)
+    return _scorer(spread, center, relative, lambda without: inverse)
+
+
+def _trained(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted) -> Scorer:
+    """Learn for each kind of planted individual the direction in which it differs most from what is usual; score by all of them.
+
+    Directions are those of Fisher's linear discriminant. In either sense of each, an individual is as unlike.
+    """
+    spread, center, covariance, around = _usual(recordings, who, relative)
+    changes: dict[str, list[np.ndarray]] = {}
+    for p, k, kind, features in planted:
+        before = recordings[p][k][: len(features)]
+        changes.setdefault(kind, []).append((features.mean(axis=0) - before.mean(axis=0)) / spread)
+    if not changes:
+        return _distance(recordings, who, relative)
+    each = [(seen[k] - seen[k].mean(axis=0)) / spread for seen, some in zip(recordings, who, strict=True) for k in some]
+    windows = np.concatenate(each)
+    within = windows.T @ windows
+    covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
+    towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
+    towards /= np.maximum(np.sqrt(((around @ towards) ** 2).mean(axis=0)), 1e-12)
+    kinds = np.array(list(changes))
+
+    def metric(without: str) -> np.ndarray:
+        kept = towards[:, kinds != without] if (kinds != without).any() else towards
+        return np.asarray(kept @ kept.T / kept.shape[1])
+
+    return _scorer(spread, center, relative, metric)
+
+
+def _usual(
+    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool
+) -> tuple[np.ndarray, np.ndarray | float, np.ndarray, np.ndarray]:
+    """Return the spread of windows (F,), the center of the individuals, their covariance, shrunk, and their deviations (n, F)."""
     spread = np.maximum(_scaled(recordings, who)[1], LEAST_SPREAD)
     deviations = np.stack(
         [
@@ -115,21 +175,27 @@ def _distance(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative
     around = deviations - center
     covariance = around.T @ around / max(len(around) - 1, 1)
     ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
-    inverse = np.linalg.inv(covariance + ridge * np.eye(len(covariance)))
+    return spread, center, covariance + ridge * np.eye(len(covariance)), around
 
-    def score(seen: Seen) -> list[np.ndarray]:
-        shared, found = _fellows(seen, relative), []
+
+def _scorer(
+    spread: np.ndarray, center: np.ndarray | float, relative: bool, metric: Callable[[str], np.ndarray]
+) -> Scorer:
+    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
+        shared, weights, found = _fellows(seen, relative), metric(without), []
         for each in seen:
             unlike = (each - shared) / spread - center
             mean = unlike.mean(axis=0) if len(each) else np.zeros(unlike.shape[1])
-            towards = inverse @ mean
+            towards = weights @ mean
             found.append(unlike @ towards / max(float(np.sqrt(mean @ towards)), 1e-12))
         return found
 
     return score
 
 
-def _one_class(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool) -> Scorer:
+def _one_class(
+    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted = ()
+) -> Scorer:
     from sklearn.svm import OneClassSVM
 
     center, spread = _scaled(recordings, who)
@@ -137,7 +203,7 @@ def _one_class(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relativ
     chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
     machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
 
-    def score(seen: Seen) -> list[np.ndarray]:
+    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
         counts = [len(each) for each in seen]
         outputs = -machine.decision_function((np.concatenate(seen) - center) / spread)
         return np.split(outputs, np.cumsum(counts)[:-1])
@@ -245,7 +311,7 @@ class Detection:
         compared = ", ".join(name if area is None else f"{name} {area:.3f}" for name, area in areas.items())
         if not self.cases:
             return (*said, f"Also looked at: {compared}.")
-        rivals = [area or 0.0 for name, area in areas.items() if name not in (CLASSIFIERS, TOGETHER)]
+        rivals = [area or 0.0 for name, area in areas.items() if name in BASELINES]
         if CLASSIFIERS in areas and rivals:
             beat = "beat" if (areas[CLASSIFIERS] or 0.0) > max(rivals) else "do not beat"
             said.append(f"The classifiers {beat} the baselines by {self.cases}; area under the curve: {compared}.")
@@ -254,11 +320,15 @@ class Detection:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """An individual that is known to be abnormal: its windows (W, T, D), among the fellows of a recording, or alone (None)."""
+    """An individual that is known to be abnormal: its windows (W, T, D), among the fellows of a recording, or alone (None).
+
+    One that was planted has a `kind`; it is judged by what was learned without its kind.
+    """
 
     windows: np.ndarray
     recording: int | None = None
     place: int = 0
+    kind: str = ""
 
 
 def judge_alike(
@@ -268,6 +338,7 @@ def judge_alike(
     *,
     names: Sequence[str],
     cases: Sequence[Case] = (),
+    planted: Sequence[Case] = (),
     said_of_cases: str = "",
     false_alarms: float = 0.01,
     relative: bool | None = None,
@@ -289,6 +360,8 @@ def judge_alike(
         Recordings of normal individuals, at least two individuals in all.
     cases, said_of_cases
         What is known to be abnormal, by which the ways to look are compared; and what it is, in words.
+    planted
+        Individuals of the normal recordings that behave otherwise, for ways to look that learn from them.
     false_alarms
         Share of normal individuals that may be called abnormal, in (0, 1).
     relative
@@ -306,9 +379,10 @@ def judge_alike(
     enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
     relative = enough if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
-    looks = [_look(eye, motion, pieces, owners, cases, relative) for eye in eyes]
+    looks = [_look(eye, motion, pieces, owners, cases, planted, relative) for eye in eyes]
     if len(looks) > 1:
-        looks.append(_together(looks))
+        trained = any(look.name == TRAINED for look in looks)
+        looks.append(_together([look for look in looks if not (trained and look.name in BASELINES)]))
     areas = [area_under_curve(look.cases, look.normal, look.weights) if cases else None for look in looks]
     rankings = [
         _ranked(look, names, area, false_alarms if promised else None) for look, area in zip(looks, areas, strict=True)
@@ -350,14 +424,31 @@ class _Look:
 
 
 def _look(
-    eye: Eye, motion: Windows, pieces: Sequence[Windows], owners: Sequence[int], cases: Sequence[Case], relative: bool
+    eye: Eye,
+    motion: Windows,
+    pieces: Sequence[Windows],
+    owners: Sequence[int],
+    cases: Sequence[Case],
+    planted: Sequence[Case],
+    relative: bool,
 ) -> _Look:
     seen = [eye.see(windows) for windows in pieces]
     everybody = [[k for k, each in enumerate(some) if len(each)] for some in seen]
-    normal, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative)
-    shares = eye.learn(seen, everybody, relative)(eye.see(motion))
+    shown = shown_to(eye, planted, seen, owners)
+    normal, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative, shown)
+    shares = eye.learn(seen, everybody, relative, shown)(eye.see(motion))
     known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
     return _Look(eye.name, shares, normal, whose, weights, known)
+
+
+def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int]) -> Planted:
+    """Return planted individuals as a way to look sees them, each in the first piece of its recording."""
+    found, places = [], [owners.index(case.recording or 0) for case in planted]
+    features = eye.see([case.windows for case in planted]) if planted else []
+    for case, piece, each in zip(planted, places, features, strict=True):
+        if count := len(seen[piece][case.place]):
+            found.append((piece, case.place, case.kind, each[:count]))
+    return found
 
 
 def _together(looks: Sequence[_Look]) -> _Look:
@@ -407,7 +498,12 @@ def _ranked(look: _Look, names: Sequence[str], area: float | None, false_alarms:
 
 
 def _held_out(
-    eye: Eye, seen: Sequence[Seen], everybody: Sequence[Sequence[int]], owners: Sequence[int], relative: bool
+    eye: Eye,
+    seen: Sequence[Seen],
+    everybody: Sequence[Sequence[int]],
+    owners: Sequence[int],
+    relative: bool,
+    planted: Planted = (),
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
     """Score normal individuals by what was learned without them.
 
@@ -425,7 +521,8 @@ def _held_out(
         out = {held[k] for k in fold}
         kept = [[k for k in who if keys[p][k] not in out] for p, who in enumerate(everybody)]
         known = [p for p, who in enumerate(kept) if who]
-        scorer = eye.learn([seen[p] for p in known], [kept[p] for p in known], relative)
+        others = [(known.index(p), k, kind, each) for p, k, kind, each in planted if k in kept[p]]
+        scorer = eye.learn([seen[p] for p in known], [kept[p] for p in known], relative, others)
         scorers |= dict.fromkeys(out, scorer)
         for p, row in enumerate(keys):
             members = [k for k in everybody[p] if row[k] in out]
@@ -449,10 +546,11 @@ def _of_cases(
             found.append(float(first([features])[0].mean()))
             continue
         place = owners.index(case.recording)
-        group = list(seen[place])
-        group[case.place] = features[: max(1, len(group[case.place]))]
+        features = features[: max(1, len(seen[place][case.place]))]
+        group = [each[: len(features)] for each in seen[place]]  # at about the same time
+        group[case.place] = features
         scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
-        found.append(float(scorer(group)[case.place].mean()))
+        found.append(float(scorer(group, case.kind)[case.place].mean()))
     return np.array(found)
 
 

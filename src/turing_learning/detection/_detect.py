@@ -1,6 +1,7 @@
 """The door of detection: a run, motion, and recordings of normal individuals, to a ranking."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -8,17 +9,29 @@ import numpy as np
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import require
 from turing_learning.models import Behavior
+from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone, mixed
 
-from ._alike import Case, Detection, Eye, Windows, classifiers_eye, judge_alike, one_class_eye, statistics_eye
+from ._alike import (
+    Case,
+    Detection,
+    Windows,
+    classifiers_eye,
+    judge_alike,
+    one_class_eye,
+    statistics_eye,
+    trained_eye,
+)
 from ._motion import Motion, RecordedMotion
 from ._planted import KINDS, SOCIAL, plant
-from ._run import RunClassifiers
+from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, stream
 
 Moved = Motion | RecordedMotion
-TUNED = tuple(KINDS)[:4]
-PLANTED = 24  # individuals, at most
+SIMULATED = 96  # robots with other parameters
+PLACES = 4  # individuals of recordings that each kind is planted into
+PLANTED_S = 180.0
+"""Of the recordings that individuals are planted into, at most."""
 NORMAL = 600  # simulated individuals, about
 UNLIKE = 0.2
 """Standard deviation of the parameters of simulated cases around the agents'."""
@@ -63,18 +76,26 @@ def detect(
     ------
     docs/decisions/0031-judged-alike.md.
     """
-    eyes: list[Eye] = [classifiers_eye(run.classifier, run.jurors), statistics_eye()]
+    eyes = [replace(classifiers_eye(run.classifier, run.jurors), describe=run.outputs), statistics_eye()]
     if find_spec("sklearn") is not None:
         eyes.append(one_class_eye())
-    windows = list(motion.samples)
+    beside = bool(genuine) and all(
+        isinstance(each, RecordedMotion) and each.company for each in (motion, *genuine, *abnormal)
+    )
+    if beside:  # the last columns of their windows are those of company
+        eyes = [replace(eye, columns=slice(run.signals)) for eye in eyes]
+        eyes.append(replace(trained_eye(), columns=slice(run.signals, None)))
+    windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]
     require(lengths, "motion", "hold a window", "none", "Record for longer.", error=ConfigurationError)
     normal: list[Windows]
     cases: list[Case] = []
+    planted: list[Case] = []
     said = ""
     if genuine:
-        normal = [list(each.samples) for each in genuine]
-        cases, said = _planted(genuine, run, seed)
+        normal = [_windows(each, beside) for each in genuine]
+        cases, said = _planted(genuine, run, seed, beside)
+        planted = cases if beside else []
         recordings, relative, promised = None, None, True
     elif run.scenario is not None:
         samples = int(np.median(lengths))
@@ -95,7 +116,7 @@ def detect(
         normal = _pooled(pool, int(np.median(lengths)) if promised else 1, seed)
         recordings, relative = 0, False
     if abnormal:
-        cases = [Case(each) for some in abnormal for each in some.samples if len(each)]
+        cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False
     return judge_alike(
         eyes,
@@ -103,6 +124,7 @@ def detect(
         normal,
         names=motion.individuals,
         cases=cases,
+        planted=planted,
         said_of_cases=said,
         false_alarms=false_alarms,
         relative=relative,
@@ -111,31 +133,41 @@ def detect(
     )
 
 
-def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int) -> tuple[list[Case], str]:
+def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:
+    """Return the windows (W, T, D) of each individual, or (W, T, D + 9) with what it does beside others."""
+    if not (beside and isinstance(motion, RecordedMotion)):
+        return list(motion.samples)
+    return [np.concatenate(both, axis=2) for both in zip(motion.samples, motion.company, strict=True)]
+
+
+def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int, beside: bool) -> tuple[list[Case], str]:
     """Plant individuals that behave otherwise into recordings of normal ones."""
     rng = stream(seed, CASES)
     places = [(r, k) for r, each in enumerate(genuine) for k, own in enumerate(each.samples) if len(own)]
-    some = [places[k] for k in rng.permutation(len(places))[: max(1, PLANTED // len(TUNED))]]
-    cases, kinds = [], set()
-    for recording, k in some:
+    drawn = [places[k] for k in rng.permutation(len(places))]
+    drawn = sorted(drawn, key=lambda one: [r for r, _ in drawn[: drawn.index(one)]].count(one[0]))  # recordings in turn
+    cases = []
+    for recording, k in drawn[:PLACES]:
         one = genuine[recording]
         if isinstance(one, RecordedMotion) and one.recording is not None:
-            alone = len(one.individuals) < 2
-            for kind in TUNED:
-                if not (alone and kind in SOCIAL):
-                    moved = plant(one.recording, k, kind, rng).windows(
-                        run.steps, signals=run.names, individuals=[one.individuals[k]], hold_out=0.0, jump_factor=None,
-                        smooth_frames=run.smooth_frames,
-                    )  # fmt: skip
-                    cases.append(Case(moved.learning, recording, k))
-                    kinds.add(kind)
+            whole, begin = one.recording, max(0, round(one.times[k][0, 0] * one.recording.fps) - 1)
+            first = slice(begin, begin + int(PLANTED_S * whole.fps))
+            early = replace(
+                whole, positions=whole.positions[first], present=whole.present[first], confidence=None, interpolated=None,
+                headings=None if whole.headings is None else whole.headings[first],
+            )  # fmt: skip
+            for kind in KINDS:
+                if len(one.individuals) > 1 or kind not in SOCIAL:
+                    moved = motion_of(plant(early, k, kind, rng), run, run.smooth_frames, [k], jump_factor=None)
+                    cases.append(Case(_windows(moved, beside)[0], recording, k, kind))
         else:
             mean = one.samples[k].mean(axis=(0, 1))
             for change in (0.5, 2.0):
-                cases.append(Case(mean + change * (one.samples[k] - mean), recording, k))
-                cases.append(Case(one.samples[k] - (1 - change) * mean, recording, k))
-            kinds.add("signals halved or doubled")
-    return cases, f"{len(cases)} planted individuals ({', '.join(sorted(kinds))})"
+                cases.append(Case(mean + change * (one.samples[k] - mean), recording, k, "scatter"))
+                cases.append(Case(one.samples[k] - (1 - change) * mean, recording, k, "mean"))
+    kinds = {each.kind for each in cases}
+    said = "signals halved or doubled" if "mean" in kinds else counted(len(kinds), "kind")
+    return cases, f"{len(cases)} planted individuals ({said})"
 
 
 def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None) -> tuple[list[Windows], list[Case]]:
@@ -145,7 +177,7 @@ def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None)
     speeds = Trials.draw(scenario, alone(scenario, swarms * samples), rng).observe(None, threads)
     groups = speeds.reshape(swarms, samples, *speeds.shape[1:]).swapaxes(1, 2)
     truth = np.asarray(scenario.controller)
-    models = truth + UNLIKE * rng.standard_normal((4 * PLANTED, len(truth)))
+    models = truth + UNLIKE * rng.standard_normal((SIMULATED, len(truth)))
     others = Trials.draw(scenario, mixed(scenario, len(models), samples), rng).observe(Behavior(models), threads)
     planted = others[:, scenario.agents].reshape(len(models), samples, *others.shape[2:])
     return [list(group) for group in groups], [Case(each) for each in planted]

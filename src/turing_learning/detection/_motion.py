@@ -241,6 +241,8 @@ class RecordedMotion:
         Of the recording (s).
     recording
         Where the windows are from; None if that is not known.
+    company : A arrays (W, T, 9), or none
+        What each does beside the others at the same times; none for one alone.
     """
 
     individuals: tuple[str, ...]
@@ -248,3 +250,4 @@ class RecordedMotion:
     times: tuple[np.ndarray, ...]
     duration_s: float
     recording: Trajectories | None = None
+    company: tuple[np.ndarray, ...] = ()

@@ -9,6 +9,8 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice
 from turing_learning.trajectories import Trajectories
 
+from ._company import paths_of
+
 SMOOTH_S = 2.0
 
 
@@ -27,12 +29,7 @@ def plant(recording: Trajectories, individual: int, kind: str, rng: np.random.Ge
         Draws noise, and whom an individual follows.
     """
     choice("kind", kind, KINDS, noun="kind of planted individual", error=ConfigurationError)
-    frames, paths = np.arange(len(recording.positions)), recording.positions.copy()
-    for k in range(paths.shape[1]):
-        known = recording.present[:, k]
-        if known.any():
-            for axis in range(2):
-                paths[:, k, axis] = np.interp(frames, frames[known], paths[known, k, axis])
+    paths = paths_of(recording)
     moved = KINDS[kind](paths, individual, recording.fps, rng)
     low, high = paths.min(axis=(0, 1)), paths.max(axis=(0, 1))
     size = np.maximum(high - low, 1e-9)
@@ -119,7 +116,7 @@ KINDS: dict[str, Kind] = {
     "circling": _paced(drift=0.3),
     "stopping": _stopping,
 }
-"""Kinds of planted individuals; the first four are those that `detect` plants itself, and that its settings were tuned on."""
+"""Kinds of planted individuals, all of which `detect` plants itself; its settings were tuned on the first four."""
 
 SOCIAL = ("too near", "follows nobody", "too far", "follows always", "delayed copy")
 """Kinds that need others."""

@@ -1,6 +1,6 @@
 """What a run has learned to see."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -15,12 +15,14 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
+from ._company import company, paths_of
 from ._motion import RecordedMotion
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
 JURY = 300
 FITTEST = 20
+LATEST = 20  # of the jury of a run of trials: those of its last batch
 
 
 class StoredRun(Protocol):
@@ -35,12 +37,20 @@ class StoredRun(Protocol):
         """Whether robots in a laboratory are observed, real or emulated ones."""
 
     @property
+    def complete(self) -> bool:
+        """Whether the run has come to its end."""
+
+    @property
     def system(self) -> System:
         """What was observed."""
 
     @property
     def history(self) -> Any:
         """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
+
+    @property
+    def jury(self) -> Sequence[tuple[Classifier, np.ndarray]]:
+        """Who judges in a run of trials: the best of the whole run, the fittest last; and random ones."""
 
     @property
     def calibration(self) -> Mapping[str, np.ndarray] | None:
@@ -60,7 +70,10 @@ class RunClassifiers:
     best : (up to 100, Q)
         The subjectively best of generations that are evenly spread over the run, the last included.
     jurors : (up to 300, Q)
-        One of the 20 fittest of each of as many generations, drawn at random from the whole run.
+        One of the 20 fittest of each of as many generations, drawn at random from the whole run; of a run of trials
+        all evolved ones that judged at its end.
+    observers
+        Of a run of trials its random classifiers, too: what judges by them, and their genomes (R, S).
     steps, signals
         Steps T and signals D of a sample.
     scenario
@@ -98,6 +111,13 @@ class RunClassifiers:
     in_laboratory: bool = False
     kind: str = "one on a custom system"
     smooth_frames: int = 1
+    observers: tuple[Classifier, np.ndarray] | None = None
+
+    def outputs(self, windows: np.ndarray) -> np.ndarray:
+        """Return what all jurors say (K, J) of windows (K, T, D)."""
+        juries = [(self.classifier, self.jurors), *([] if self.observers is None else [self.observers])]
+        found = [classifier.judge(genomes, windows).T for classifier, genomes in juries]
+        return np.concatenate(found, axis=1).astype(np.float64)
 
     def voters(self, rule: str) -> np.ndarray:
         """Return the classifiers (N, Q) among which a rule of `Detector` chooses."""
@@ -119,19 +139,26 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     assert result.path is not None
     path, history = result.path / "config.toml", result.history
     configuration = load_configuration(path)
-    if "classifier" not in history:
-        got, system = f'{result.path} with run.history = "thin", which keeps no classifiers', result.system
-        refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
-    system, stored = result.system, result.calibration
-    network = classifier_of(configuration)
-    populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
-    total = len(fitness)
-    archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
+    system, stored, jury = result.system, result.calibration, result.jury
+    if jury:
+        (network, jurors), (random, drawn) = jury
+        last, best = jurors[-LATEST:], jurors
+    else:
+        if "classifier" not in history:
+            got = f'{result.path} with run.history = "thin", which keeps no classifiers'
+            refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
+        network, random = classifier_of(configuration), None
+        populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
+        total = len(fitness)
+        archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
+        last, best = np.asarray(populations[-1]), _chosen(populations, archived, fitness[archived].argmax(axis=1))
+        jurors = _jurors(populations, fitness)
     return RunClassifiers(
         classifier=system.classifier(network),
-        last=np.asarray(populations[-1]),
-        best=_chosen(populations, archived, fitness[archived].argmax(axis=1)),
-        jurors=_jurors(populations, fitness),
+        last=last,
+        best=best,
+        jurors=jurors,
+        observers=None if random is None else (system.classifier(random), drawn),
         steps=system.steps,
         signals=len(configuration.input_scale),
         scenario=system.simulated,
@@ -139,7 +166,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         interval_s=system.interval_s,
         headings=system.headings,
         calibration=None if stored is None else (stored["genuine"][:, None], stored["abnormal"][:, None]),
-        complete=total == configuration.run.generations,
+        complete=result.complete,
         in_laboratory=result.in_laboratory,
         kind=system.kind,
         smooth_frames=system.smooth_frames,
@@ -234,19 +261,37 @@ def recorded_motion(
         recording = replace(recording, headings=None)
     smooth = run.smooth_frames if smooth_frames is None else smooth_frames
     try:
-        windows = recording.windows(run.steps, signals=run.names, hold_out=0.0, smooth_frames=smooth)
+        return motion_of(recording, run, smooth)
     except ValueError as error:
         if recording.every > 1:
             raise ConfigurationError(str(error)) from error
         rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
         got = f"{len(recording.positions)} frames, of which none does"
         refuse("motion", rule, got, "Record for longer, or bridge gaps.", error=ConfigurationError)
+
+
+def motion_of(
+    recording: Trajectories, run: RunClassifiers, smooth_frames: int, whose: Sequence[int] | None = None, **options: Any
+) -> RecordedMotion:
+    """Return the windows of some individuals of a recording, all by default, and what they do beside the others."""
+    whose = range(len(recording.individuals)) if whose is None else whose
+    names = tuple(recording.individuals[k] for k in whose)
+    windows = recording.windows(
+        run.steps, signals=run.names, individuals=names, hold_out=0.0, smooth_frames=smooth_frames, **options
+    )
     who, first = windows.learning_index.T
-    places = [np.flatnonzero(who == k) for k in range(len(recording.individuals))]
+    places = [np.flatnonzero(who == k) for k in whose]
+    paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)
+    beside = ()
+    if paths.shape[1] > 1:
+        beside = tuple(
+            company(paths, k, recording.fps)[first[p, None] + steps] for k, p in zip(whose, places, strict=True)
+        )
     return RecordedMotion(
-        individuals=recording.individuals,
+        individuals=names,
         samples=tuple(windows.learning[place] for place in places),
         times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
         duration_s=recording.duration_s,
         recording=recording,
+        company=beside,
     )

@@ -21,6 +21,7 @@ from turing_learning.analysis import (
     settled,
     told,
 )
+from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
 from turing_learning.report import Tabular, counted, describe_unknown, shown
@@ -69,6 +70,10 @@ class Pictures(Protocol):
         """Draw distributions of genuine and simulated motion, a panel for each quantity."""
 
 
+Jury = tuple[tuple[Classifier, np.ndarray], ...]
+"""Classifiers of a kind, and their genomes (J, Q)."""
+
+
 class Owner(Protocol):
     """The run that a result belongs to."""
 
@@ -88,6 +93,9 @@ class Owner(Protocol):
 
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the estimate; None where there are none."""
+
+    def jury(self) -> Jury:
+        """Return who judges in a run of trials."""
 
     def report(self, result: "Result", target: Path) -> Path:
         """Write the report."""
@@ -376,6 +384,11 @@ class Result(Tabular):
         if {"genuine", "abnormal"} <= found.keys():
             return dict(found)
         raise folder.damaged(CALIBRATION, "it holds something else")
+
+    @property
+    def jury(self) -> Jury:
+        """Who judges in a run of trials at its end, kind by kind: the best of the whole run, the fittest last; and random ones."""
+        return self._owner().jury()
 
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""

@@ -54,8 +54,8 @@ from ._history import (
     thin_dataset,
     with_units,
 )
-from ._result import Result, result_from_json, summarize
-from ._trials_loop import TrialsLoop
+from ._result import Jury, Result, result_from_json, summarize
+from ._trials_loop import TrialsLoop, jury_of
 
 if TYPE_CHECKING:
     import xarray
@@ -698,6 +698,13 @@ class Origin:
         if self.folder is None:
             return self.matched
         return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
+
+    def jury(self) -> Jury:
+        """Return who judges in a run of trials, see `Result.jury`; nobody where its last state is not stored."""
+        if self.folder is None or not self.configuration.run.trials:
+            return ()
+        stored = _stored_checkpoint(self.folder, self.configuration).arrays
+        return jury_of(self.configuration, part(stored, "coevolution/"))
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from turing_learning.analysis import Matched, match
 from turing_learning.classifiers import PooledClassifier
-from turing_learning.coevolution import THRESHOLD, FewTrials, Generation
+from turing_learning.coevolution import THRESHOLD, Classifier, FewTrials, Generation
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.evolution import generation_rng
 from turing_learning.purposes import CLASSIFIERS, MATCHING
@@ -38,6 +38,20 @@ class _BatchGeneration(Generation):
         return self.estimate
 
 
+def _observers(configuration: Configuration) -> PooledClassifier:
+    finer = _STANDARD if hasattr(configuration.system, "centered") else 1.0
+    scale = [each / finer for each in configuration.input_scale]
+    return PooledClassifier(inputs=len(scale), scale=scale, threads=configuration.threads)
+
+
+def jury_of(configuration: Configuration, state: Mapping[str, np.ndarray]) -> tuple[tuple[Classifier, np.ndarray], ...]:
+    """Return who judges in a run of trials: evolved classifiers, the fittest of the last batch last, and random ones."""
+    if "drawn" not in state:
+        return ()
+    evolved = np.concatenate((state["archive/genomes"], state["present"][::-1]))
+    return (classifier_of(configuration), evolved), (_observers(configuration), state["drawn"])
+
+
 class TrialsLoop:
     """`FewTrials` for a configuration and its samples, as the loop of a run.
 
@@ -66,8 +80,6 @@ class TrialsLoop:
         self._limits = np.array(ends if source.genuine is not None else [source.ends is not None] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
-        finer = _STANDARD if source.genuine is not None else 1.0
-        inputs = [scale / finer for scale in configuration.input_scale]
         self.trials = FewTrials(
             source,
             self.classifier,
@@ -77,7 +89,7 @@ class TrialsLoop:
             trials=configuration.run.trials,
             seed=seed,
             extended=configuration.run.extended,
-            observers=PooledClassifier(inputs=len(inputs), scale=inputs, threads=configuration.threads),
+            observers=_observers(configuration),
             genuine=None if learning is None else system.centered(learning),  # type: ignore[attr-defined]
             groups=jumps.groups,
             dependent=jumps.dependent,

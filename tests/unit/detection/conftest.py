@@ -53,6 +53,18 @@ def thin_run(tmp_path_factory):
     return _stored_run(tmp_path_factory.mktemp("thin") / "run", **{"run.history": "thin"})
 
 
+@pytest.fixture(scope="session")
+def run_of_trials(tmp_path_factory):
+    """A small run of 40 trials in a folder; not to be changed."""
+    return _stored_run(tmp_path_factory.mktemp("trials") / "run", **{"run.trials": 40})
+
+
+@pytest.fixture(scope="session")
+def thin_run_of_trials(tmp_path_factory):
+    """The same with a thin history."""
+    return _stored_run(tmp_path_factory.mktemp("thin") / "trials", **{"run.trials": 20, "run.history": "thin"})
+
+
 @pytest.fixture
 def motion_at():
     """Make motion (individuals, samples, 4, 2) whose first signal is given by sample (individuals, samples)."""

@@ -1,5 +1,7 @@
 """Judged alike: who is unlike normal individuals, what can be promised, and which way to look is read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from turing_learning.detection import (
     statistics_eye,
     window_statistics,
 )
+from turing_learning.detection._alike import trained_eye
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)
@@ -116,6 +119,54 @@ def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measur
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
     assert found.rankings[0].name in ("window statistics", "all together")
     assert "The classifiers do not beat the baselines by 12 planted individuals" in found.remarks[-1]
+
+
+def kinds(by, what):
+    """Individuals of the normal recordings whose first or second signal is shifted: two kinds."""
+    shift = [0.0, 0.0]
+    shift[what] = by
+    return [Case(NORMAL[r][k] + np.array(shift), r, k, f"signal {what}") for r in range(3) for k in range(2)]
+
+
+@pytest.mark.parametrize("by", [2.0, -2.0])
+def test_what_is_trained_on_planted_individuals_tells_them_in_either_sense(by):
+    motion = group()
+    motion[2] = motion[2] + [by, 0.0]
+    options = {"planted": kinds(2.0, 0), "cases": kinds(2.0, 0), "said_of_cases": "planted ones"}
+    found = judged(motion, NORMAL, [trained_eye()], **options)
+    assert found.individuals[2].rank == 1
+    assert found.individuals[2].abnormal
+
+
+def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
+    both, seen = kinds(2.0, 0) + kinds(2.0, 1), []
+    eye = trained_eye()
+
+    def learn(*arguments):
+        scorer = eye.learn(*arguments)
+
+        def score(features, without=""):
+            seen.append((without, {kind for *_, kind, _ in arguments[3]}))
+            return scorer(features, without)
+
+        return score
+
+    watched = replace(eye, learn=learn)
+    found = judged(strange(), NORMAL, [watched], planted=both, cases=both, said_of_cases="planted ones")
+    assert {without for without, _ in seen} == {"", "signal 0", "signal 1"}
+    assert {"signal 0", "signal 1"} in [known for _, known in seen]
+    windows = [eye.see(each) for each in NORMAL]
+    shown = [(case.recording, case.place, case.kind, eye.see([case.windows])[0]) for case in both]
+    who = [range(5)] * 6
+    whole, half = (eye.learn(windows, who, True, some) for some in (shown, shown[len(kinds(2.0, 0)) :]))
+    without = whole(windows[0], "signal 0")
+    np.testing.assert_allclose(np.concatenate(without), np.concatenate(half(windows[0])))
+    assert found.rankings[0].area > 0.5
+
+
+def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
+    eye = trained_eye()
+    assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
 
 
 def test_a_one_class_machine_finds_what_is_far_away():

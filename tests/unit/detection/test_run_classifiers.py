@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import Detector, _run, random_controllers, run_classifiers, simulate_behaviors
+from turing_learning.detection import (
+    Detector,
+    _run,
+    detect,
+    plant_abnormal,
+    random_controllers,
+    run_classifiers,
+    simulate_behaviors,
+)
 from turing_learning.runs import infer, load_run, resume
 from turing_learning.store import DamagedError
 
@@ -34,6 +42,27 @@ def test_jurors_are_among_the_fittest_of_the_whole_run(run):
     for juror, population in zip(jurors, populations, strict=True):
         assert (population == juror).all(axis=1).any()
     np.testing.assert_array_equal(jurors, run_classifiers(run).jurors)
+
+
+def test_all_who_judged_at_the_end_of_a_run_of_trials_are_its_jurors(run_of_trials):
+    learned = run_classifiers(run_of_trials)
+    (_, evolved), (random, drawn) = run_of_trials.jury
+    assert learned.complete
+    assert len(drawn) == 200
+    np.testing.assert_array_equal(learned.jurors, evolved)
+    np.testing.assert_array_equal(learned.best[-1], learned.last[-1])
+    windows = np.random.default_rng(0).normal(5, 3, (3, learned.steps, 2))
+    outputs = learned.outputs(windows)
+    assert outputs.shape == (3, len(evolved) + 200)
+    np.testing.assert_allclose(outputs[:, len(evolved) :], random.judge(drawn, windows).T, atol=1e-6)
+    found = detect(learned, plant_abnormal(learned.scenario, 1, samples=3, seed=1, threads=1), threads=1)
+    assert len(found.individuals) == 3
+
+
+def test_a_run_of_trials_with_a_thin_history_is_refused(thin_run_of_trials):
+    assert thin_run_of_trials.jury == ()
+    with pytest.raises(ConfigurationError, match=r"^`run` must have a full history"):
+        run_classifiers(thin_run_of_trials)
 
 
 def test_the_network_is_that_of_the_run(run):

@@ -1,0 +1,120 @@
+"""A detection as rows, a picture and a page: hand the numbers to the rooms that draw."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turing_learning.figures import Picture, timeline_figure
+from turing_learning.figures._classifiers import paths_figure
+from turing_learning.report._content import Listing, StudyReport
+from turing_learning.report._page import study_page
+
+from ._alike import Detection
+from ._chance import TimedVerdict
+from ._motion import Motion, RecordedMotion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_FRAMES = 3000  # of a path in a page
+
+
+def timed_verdicts(found: Detection, motion: Motion | RecordedMotion) -> list[TimedVerdict]:
+    """Return what is said of each individual, with the time that the verdict rests on: in s, or counted in samples."""
+    timed = []
+    for k, each in enumerate(found.individuals):
+        places = np.flatnonzero(each.flagged)
+        times = motion.times[k] if isinstance(motion, RecordedMotion) else np.arange(len(each.shares))[:, None] + [1, 1]
+        spells = ((float(times[places[0], 0]), float(times[places[-1], 1])),) if len(places) else ()
+        said = (each.individual, each.windows, each.score, each.score, float("nan"), bool(each.abnormal))
+        timed.append(TimedVerdict(*said, spells, times, each.shares, each.flagged))
+    return timed
+
+
+def standing_rows(found: Detection, timed: Sequence[TimedVerdict], *, seconds: bool) -> list[tuple[str, ...]]:
+    """Return individual, rank, windows, score, p-value, verdict, and when, the most unlike individual first."""
+    rows: list[tuple[str, ...]] = []
+    for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
+        each, spells = found.individuals[k], timed[k].spells
+        when = "-"
+        if spells:
+            when = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
+        verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
+        score = f"{each.score:.3g}" if each.windows else "-"
+        p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
+        rows.append(
+            (
+                each.individual,
+                str(each.rank),
+                str(each.windows),
+                score,
+                p_value,
+                verdict if each.windows else "no window",
+                when,
+            )
+        )
+    return rows
+
+
+def timeline_of(motion: RecordedMotion, verdicts: Sequence[TimedVerdict], *, votes: bool) -> "Figure":
+    """Draw scores over time: shares of votes, which are from 0 to 1, or of a distance, relative to the largest."""
+    judged = [verdict for verdict in verdicts if verdict.windows]
+    largest = 1.0 if votes else max(1e-12, *(float(verdict.scores.max()) for verdict in judged))
+    return timeline_figure(
+        [verdict.individual for verdict in judged],
+        [verdict.times for verdict in judged],
+        [verdict.scores if votes else (verdict.scores / largest).clip(0, 1) for verdict in judged],
+        [verdict.flagged for verdict in judged],
+        limit=motion.duration_s,
+    )
+
+
+def window_table(verdicts: Sequence[TimedVerdict]) -> str:
+    """Return a row for each window of each individual, as CSV."""
+    import pandas as pd
+
+    rows = [
+        (verdict.individual, int(verdict.abnormal), number, f"{begin:.6g}", f"{end:.6g}", score, int(flagged))
+        for verdict in verdicts
+        for number, ((begin, end), score, flagged) in enumerate(
+            zip(verdict.times.tolist(), verdict.scores.tolist(), verdict.flagged.tolist(), strict=True), start=1
+        )
+    ]
+    columns = ["individual", "individual_abnormal", "window", "begin_s", "end_s", "score", "abnormal"]
+    return str(pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n"))
+
+
+def detection_page(found: Detection, motion: RecordedMotion, timed: Sequence[TimedVerdict], timeline: "Figure") -> str:
+    """Return the page of a detection: ranking, scores over time, and paths of the most unlike and the most normal individuals."""
+    columns = ("individual", "rank", "windows", "score", "p-value", "verdict", "when (s)")
+    limit = "" if found.level is None else f" Abnormal: a p-value of at most {found.level:.2g}."
+    note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit}"
+    table = Listing("ranking", "Ranking", columns, standing_rows(found, timed, seconds=True), note=note)
+    caption = (
+        "Higher bars: a window that is more unlike normal ones. Orange: the stretch that makes an individual abnormal."
+    )
+    drawn = [Picture("scores", "Scores over time", caption, timeline, wide=True)]
+    order = sorted((k for k in range(len(timed)) if timed[k].windows), key=lambda k: found.individuals[k].rank)
+    shown = list(dict.fromkeys(order[:2] + order[-2:]))
+    first = timed[shown[0]]
+    begin, end = first.spells[0] if first.spells else (first.times[0, 0], first.times[-1, 1])
+    if (recording := motion.recording) is not None:
+        frames = np.arange(round(begin * recording.fps), min(round(end * recording.fps) + 1, len(recording.positions)))
+        frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
+        places = np.where(recording.present[frames, :, None], recording.positions[frames], np.nan)
+        there = [k for k in shown if np.isfinite(places[:, k]).any()]
+        names = [f"{found.individuals[k].individual} (rank {found.individuals[k].rank})" for k in there]
+        unlike = [bool(found.individuals[k].abnormal) for k in there]
+        figure = paths_figure(names, [places[:, k] for k in there], unlike)
+        caption = f"From {begin:.1f} s to {end:.1f} s, in cm: the most unlike individuals and the most normal ones."
+        drawn.append(Picture("paths", "Paths", caption, figure, wide=True))
+    many = sum(bool(each.abnormal) for each in found.individuals)
+    said = (
+        f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. "
+        if found.level is not None
+        else ""
+    )
+    return study_page(
+        StudyReport("Who is unlike normal individuals?", said + " ".join(found.remarks), (table,), tuple(drawn))
+    )

@@ -1,0 +1,47 @@
+"""What individuals of a recording do beside each other."""
+
+import numpy as np
+import pytest
+
+from turing_learning.detection._company import company, paths_of
+from turing_learning.trajectories import Trajectories
+
+
+def walks(frames=600, individuals=3, seed=0):
+    rng = np.random.default_rng(seed)
+    course = np.cumsum(rng.normal(0, 0.3, (frames, individuals)), axis=0)
+    return np.cumsum(np.stack((np.cos(course), np.sin(course)), axis=-1), axis=0)
+
+
+def test_own_motion_and_that_beside_others_by_hand():
+    # the first goes to the right at 2 cm/s, the others rest: one 3 cm to the left of its start, one 4 cm ahead of it
+    paths = np.zeros((4, 3, 2))
+    paths[:, 0, 0] = np.arange(4)
+    paths[:, 1] = [0.0, 3.0]
+    paths[:, 2] = [4.0, 0.0]
+    found = company(paths, 0, 2.0)
+    assert found.shape == (3, 9)
+    speed, turn, acceleration, distance, bearing, middle, ahead, border, _ = found.T
+    np.testing.assert_allclose(speed, 2.0)
+    np.testing.assert_allclose([turn, acceleration], 0.0)
+    np.testing.assert_allclose(distance, [3.0, 3.0, 2.0])  # from the second step on the one ahead is nearer
+    np.testing.assert_allclose(bearing, [np.pi / 2, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(middle[0], 2.5)
+    np.testing.assert_allclose(ahead[0], 0.8)
+    np.testing.assert_allclose(border, 0.0)
+
+
+@pytest.mark.parametrize(("delay_s", "followed"), [(1.0, True), (5.0, True), (9.0, False)])
+def test_who_does_what_another_did_some_seconds_ago_follows_and_who_is_ahead_does_not(delay_s, followed):
+    whole, fps = walks(frames=700), 10.0
+    paths, begin = whole[100:].copy(), 100 - int(delay_s * fps)
+    paths[:, 1] = whole[begin : begin + 600, 0] + 3.0
+    copy, leader = (company(paths, k, fps)[100:, -1].mean() for k in (1, 0))
+    assert (copy > 0.9) == followed
+    assert leader < 0.8
+
+
+def test_gaps_are_bridged_by_straight_motion():
+    positions = np.array([[[0.0, 0.0]], [[9.0, 9.0]], [[2.0, 4.0]]])
+    recording = Trajectories(positions, np.array([[True], [False], [True]]), 10.0, ("a",))
+    np.testing.assert_allclose(paths_of(recording)[1, 0], [1.0, 2.0])
