@@ -27,8 +27,8 @@ Detection:
     Genuine and abnormal motion of a scenario (`SimulatedBehaviors`), to calibrate, to compare, and to show.
 `run_classifiers`, `RunClassifiers`, `StoredRun`
     The classifiers of a run: its last generation, the best of all generations, and a jury of the whole run.
-`compare_detectors`, `compare_rules`, `RuleComparison`, `roc_curve`, `RocCurve`
-    Detection and false-alarm rates of several rules on held-out motion, at every threshold.
+`roc_curve`, `RocCurve`
+    Detection and false-alarm rates at every threshold.
 
 Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges at once, T steps.
 """

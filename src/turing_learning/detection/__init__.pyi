@@ -27,9 +27,6 @@ from ._post_evaluation import grid_models as grid_models
 from ._post_evaluation import post_evaluate as post_evaluate
 from ._post_evaluation import sampled_generations as sampled_generations
 from ._rates import RocCurve as RocCurve
-from ._rates import RuleComparison as RuleComparison
-from ._rates import compare_detectors as compare_detectors
-from ._rates import compare_rules as compare_rules
 from ._rates import roc_curve as roc_curve
 from ._run import RunClassifiers as RunClassifiers
 from ._run import StoredRun as StoredRun
