@@ -425,6 +425,68 @@ def held_out(work: Path) -> Measured:
         yield (f"{name} {signals} {model}", "7"), simulated
 
 
+def direct(work: Path) -> Measured:
+    """What can be told at all: each kind by a classifier that was trained on that very kind, in the other parts."""
+    KINDS.update(NEW)
+    for name, (file, fps, scale, parts) in RECORDED.items():
+        whole = tl.load_trajectories(DATA / file, fps=fps, pixels_per_cm=scale, y_axis="down").bridged(15).thinned(3)
+        ends = np.linspace(0, len(whole.positions), parts).astype(int)
+        bare = replace(whole, confidence=None, interpolated=None)
+        pieces = [replace(bare, positions=bare.positions[a:b], present=bare.present[a:b]) for a, b in pairwise(ends)]
+
+        def told(pieces=pieces, name=name):
+            from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+
+            run = run_classifiers(learned(work, pieces[0], "couzin", "all", 7, name))
+            eye = replace(trained_eye(), columns=slice(run.signals, None))
+
+            def seen(recording: tl.Trajectories) -> list[np.ndarray]:
+                """Return windows relative to the median of all individuals."""
+                found = eye.see(_windows(recorded_motion(recording, run), True))
+                middle = np.median([each.mean(axis=0) for each in found if len(each)], axis=0)
+                return [each - middle for each in found]
+
+            normal, rows = [seen(each) for each in pieces], []
+            for kind in KINDS:
+                moved = [
+                    [
+                        seen(plant(each, k, kind, np.random.default_rng((43, p, k))))
+                        for k in range(len(each.individuals))
+                    ]
+                    for p, each in enumerate(pieces)
+                ]
+                usual, other, first = [], [], []
+                for out in range(1, len(pieces)):
+                    known = [p for p in range(len(pieces)) if p != out]
+                    own = np.concatenate([each for p in known for each in normal[p]])
+                    planted_ones = np.concatenate([group[k] for p in known for k, group in enumerate(moved[p])])
+                    windows, labels = (
+                        np.concatenate((own, planted_ones)),
+                        np.repeat([0, 1], [len(own), len(planted_ones)]),
+                    )
+                    spread = windows.std(axis=0) + 1e-6
+                    machine = LinearDiscriminantAnalysis(solver="lsqr", shrinkage=0.1).fit(windows / spread, labels)
+
+                    def scores(group: list[np.ndarray], machine=machine, spread=spread) -> np.ndarray:
+                        return np.array(
+                            [
+                                machine.decision_function(each / spread).mean() if len(each) else -np.inf
+                                for each in group
+                            ]
+                        )
+
+                    usual.append(scores(normal[out]))
+                    for k, group in enumerate(moved[out]):
+                        found = scores(group)
+                        other.append(found[k])
+                        first.append(found.argmax() == k)
+                area = area_under_curve(np.array(other), np.concatenate(usual))
+                rows.append([kind, f"{area:.4f}", f"{np.mean(first):.4f}"])
+            return rows
+
+        yield (name, "7"), told
+
+
 def alarms(work: Path) -> Measured:
     """False alarms on 200 normal recordings of each family, whose individuals differ lastingly."""
     for name, signals, model in (
@@ -468,6 +530,7 @@ MEASURED: dict[str, tuple[list[str], Callable[[Path], Measured]]] = {
     "families": (["case", "seed and recordings", "kind", "way", "area", "first"], families),
     "recordings": (["case", "part", "kind", "way", "area", "first"], recordings),
     "held-out": (["case", "seed", "kind", "way", "area", "first"], held_out),
+    "direct": (["case", "seed", "kind", "area", "first"], direct),
     "alarms": (["case", "calibration", "way", "asked", "promised", "recordings", "false_alarms"], alarms),
 }
 if __name__ == "__main__":
