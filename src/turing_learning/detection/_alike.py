@@ -6,7 +6,7 @@ from those of normal individuals; the same is done with window statistics instea
 one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -31,6 +31,8 @@ BASELINES = ("window statistics", "one-class SVM")
 TOGETHER = "all together"
 MARGIN = 0.02
 """By how much the area of one way to look must be larger than that of all together to be read instead: few cases decide it."""
+WORSE = 0.1
+"""By how much the area of a way to look may be smaller than the largest, to be added up."""
 FOLDS = 10
 WINDOWS = 2000  # that a support vector machine learns from, at most
 
@@ -380,10 +382,11 @@ def judge_alike(
     relative = enough if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
     looks = [_look(eye, motion, pieces, owners, cases, planted, relative) for eye in eyes]
-    if len(looks) > 1:
-        trained = any(look.name == TRAINED for look in looks)
-        looks.append(_together([look for look in looks if not (trained and look.name in BASELINES)]))
     areas = [area_under_curve(look.cases, look.normal, look.weights) if cases else None for look in looks]
+    if len(looks) > 1:
+        kept = added({look.name: area for look, area in zip(looks, areas, strict=True)})
+        looks.append(_together([look for look in looks if look.name in kept]))
+        areas.append(area_under_curve(looks[-1].cases, looks[-1].normal, looks[-1].weights) if cases else None)
     rankings = [
         _ranked(look, names, area, false_alarms if promised else None) for look, area in zip(looks, areas, strict=True)
     ]
@@ -396,6 +399,12 @@ def judge_alike(
         recordings=len(normal) if recordings is None else recordings,
         cases=said_of_cases if cases else "",
     )
+
+
+def added(areas: Mapping[str, float | None]) -> list[str]:
+    """Return the names of the ways to look that are added up: none that tells cases much worse, and no baseline beside training."""
+    ways = {name: area or 0.0 for name, area in areas.items() if not (TRAINED in areas and name in BASELINES)}
+    return [name for name, area in ways.items() if area >= max(ways.values()) - WORSE]
 
 
 def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list[int]]:

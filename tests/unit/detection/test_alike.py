@@ -20,7 +20,7 @@ from turing_learning.detection import (
     statistics_eye,
     window_statistics,
 )
-from turing_learning.detection._alike import trained_eye
+from turing_learning.detection._alike import added, trained_eye
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)
@@ -167,6 +167,17 @@ def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
     eye = trained_eye()
     assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
+
+
+def test_what_tells_cases_much_worse_is_not_added_up_and_no_baseline_is_beside_training():
+    baselines = {"window statistics": 0.99, "one-class SVM": 0.8}
+    assert added({"judged alike": 0.85, **baselines}) == ["window statistics"]
+    assert added({"judged alike": 0.9, **baselines}) == ["judged alike", "window statistics"]
+    assert added({"judged alike": 0.85, **baselines, "trained on planted": 0.9}) == [
+        "judged alike",
+        "trained on planted",
+    ]
+    assert added(dict.fromkeys(("judged alike", *baselines))) == ["judged alike", *baselines]
 
 
 def test_a_one_class_machine_finds_what_is_far_away():
