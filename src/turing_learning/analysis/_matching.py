@@ -107,6 +107,7 @@ def match(
     start: np.ndarray,
     spread: np.ndarray,
     recordings: np.ndarray | None = None,
+    averaged: int = 1,
     rng: np.random.Generator,
     draws: int = 600,
     size: int = 1200,
@@ -127,6 +128,9 @@ def match(
         Where to look, and how far around: samples count the less the farther they are.
     recordings : (K,)
         A label for each genuine sample; those with the same one are alike. None: each is on its own.
+    averaged
+        How many samples each counterfeit output is the mean of, from one trial. As many genuine samples count as one: they may
+        be of one trial, too.
     rng
         For the folds and the draws.
     draws
@@ -165,6 +169,7 @@ def match(
         groups = len(np.unique(recordings))
         require(groups > 1, "recordings", "tell at least 2 groups apart", str(groups))
     require(len(g) > 1, "genuine_outputs", "be of at least 2 samples", str(len(g)))
+    require(averaged >= 1, "averaged", "be 1 or more", str(averaged))
     units = (high - low) / 2
     z, center, width = (parameters - low) / units - 1, (start - low) / units - 1, spread / units
     fold, inert = _folds(z, rng)
@@ -173,14 +178,14 @@ def match(
     size = min(size, max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
-        broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, FAR)
+        broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)
         points = _sample(broad, draws, rng)
         before, middle = middle, np.median(points, axis=0)
         near = broad.remoteness(z)
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
     proposals = _sample(broad, draws, rng, PROPOSED)
-    local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, logs, size, 0.0)
+    local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0)
     local = replace(local, region=broad)
     if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
         local = broad
@@ -191,7 +196,7 @@ def match(
     middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
     known = high_z - low_z < WHOLE
     leverage = float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
-    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, rng)
+    distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, averaged, rng)
     settled = p_value >= LEAST_P and moved <= MOST_MOVED and canary >= LEAST_CANARY
     return Matched(
         estimate=low + units * (middle + 1),
@@ -283,6 +288,7 @@ def _fit(
     fold: np.ndarray,
     weights: np.ndarray,
     recordings: np.ndarray | None,
+    averaged: int,
     logs: np.ndarray | None,
     size: int,
     far: float,
@@ -313,7 +319,7 @@ def _fit(
         logs, longer, emulator = found, min(longer, LONGER), conditioned(z, (t - offset) @ whiten, found)
         misses = _left_out(emulator, z, (t - offset) @ whiten) @ np.linalg.inv(whiten)
     residual = (misses * weights[:, None]).T @ misses / weights.sum()
-    target, covariance = _target(target_samples, residual, recordings)
+    target, covariance = _target(target_samples, residual, recordings, averaged)
     trust = float(np.quantile(emulator.predict(z)[1].mean(axis=1), TRUST))
     outputs = (t - offset) @ whiten
     return _Local(emulator, z, outputs, trust, (target - offset) @ whiten, whiten.T @ covariance @ whiten), found
@@ -352,16 +358,24 @@ def _readout(x: np.ndarray, z: np.ndarray, weights: np.ndarray) -> tuple[np.ndar
     return middle, vectors @ (projected / (values + best)[:, None]), offset
 
 
-def _target(samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _target(
+    samples: np.ndarray, residual: np.ndarray, recordings: np.ndarray | None, averaged: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean composite judgment of genuine samples and its covariance.
 
     Few samples say little of their own covariance: that of the model's samples stands in for 2 P + 10 of them. It knows nothing of
-    recordings that differ; where there are labels, it stands in for 2, and the rest is as uncertain as Student's t has it.
+    recordings that differ; where there are labels, it stands in for 2, and the rest is as uncertain as Student's t has it. Where
+    trials have several samples, it is the least that is expected, as samples of one trial are alike.
     """
-    mean, count, expected = samples.mean(axis=0), len(samples), residual / len(samples)
+    mean, count = samples.mean(axis=0), len(samples)
+    expected = residual * averaged / count
     if recordings is None:
-        prior = 2 * samples.shape[1] + 10
-        return mean, (prior * expected + np.atleast_2d(np.cov(samples.T))) / (prior + count)
+        prior, own = 2 * samples.shape[1] + 10, np.atleast_2d(np.cov(samples.T)) / count
+        if averaged > 1:
+            factor = np.linalg.cholesky(expected)
+            values, vectors = np.linalg.eigh(np.linalg.solve(factor, np.linalg.solve(factor, own).T))
+            own = factor @ (vectors * np.maximum(values, 1)) @ vectors.T @ factor.T
+        return mean, (prior * expected + count * own) / (prior + count)
     groups = np.unique(recordings, return_inverse=True)[1]
     sums = np.zeros((groups.max() + 1, samples.shape[1]))
     np.add.at(sums, groups, samples - mean)
@@ -477,6 +491,7 @@ def _distance(
     places: np.ndarray,
     weights: np.ndarray,
     leverage: float,
+    averaged: int,
     rng: np.random.Generator,
 ) -> tuple[float, float]:
     """Return the mean squared miss over classifiers, in standard errors, and how often samples of the model exceed it.
@@ -492,14 +507,15 @@ def _distance(
     inverse = np.linalg.inv(f.T @ f + np.diag(penalty))
     coefficients = inverse @ (f.T @ x)
     misses = x - f @ coefficients
-    scale = misses.std(axis=0) + 1e-9
+    count = max(round(len(g) / averaged), 2)
+    scale = np.maximum(misses.std(axis=0), g.std(axis=0) / np.sqrt(averaged)) + 1e-9  # genuine events may be rare
     basis = np.linalg.qr((coefficients[1 : 1 + d.shape[1]] / scale).T)[0]
 
     def statistic(mean: np.ndarray) -> float:
         mean = mean / scale
-        return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * len(g))
+        return float(((mean - basis @ (basis.T @ mean)) ** 2).mean() * count)
 
-    simulated = np.array([statistic(misses[rng.integers(len(x), size=len(g))].mean(axis=0)) for _ in range(CHANCES)])
-    simulated *= 1 + len(g) * (inverse[0, 0] + leverage)
+    simulated = np.array([statistic(misses[rng.integers(len(x), size=count)].mean(axis=0)) for _ in range(CHANCES)])
+    simulated *= 1 + count * (inverse[0, 0] + leverage)
     observed = statistic(g.mean(axis=0) - coefficients[0])
     return observed, float((1 + (simulated >= observed).sum()) / (1 + len(simulated)))

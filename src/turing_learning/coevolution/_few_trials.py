@@ -331,7 +331,8 @@ class FewTrials:
         system = np.concatenate((self._seen_genuine, self._classifier.judge(jury, genuine).T), axis=1)
         parameters = self.buffer.parameters[trials]
         moments = train_moments(parameters, outputs.astype(np.float64), system.astype(np.float64), rng)
-        field = MomentField(parameters, moments.values, 1 / len(genuine), rng, inducing=points)
+        noise = samples.shape[1] / len(genuine)  # of the genuine mean: as many samples of a trial may be alike
+        field = MomentField(parameters, moments.values, noise, rng, inducing=points)
         field.calibrate(self._design.walkers)
         return field, moments.explained
 

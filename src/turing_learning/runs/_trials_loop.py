@@ -170,6 +170,7 @@ class TrialsLoop:
                 high=wide,
                 start=np.clip((trials.estimate - self._middle) / self._reach, -wide, wide),
                 spread=2 * np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3),
+                averaged=trials.buffer.samples.shape[1],
                 rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
             )
         self._matched = self.generation, found

@@ -16,14 +16,15 @@ def outputs(parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return 0.5 + (MIXING @ samples.T) / 4 + 0.002 * rng.normal(size=(12, len(parameters)))
 
 
-def matched(seed: int, genuine: int = 100, counterfeit: int = 600, alien: float = 0.0, labels: int = 0):
-    """Match samples of the truth, with an output `alien` to all models, or of `labels` individuals that differ."""
+def matched(seed: int, genuine: int = 100, counterfeit: int = 600, alien: float = 0.0, labels: int = 0, alike: int = 1):
+    """Match samples of the truth: with an output `alien` to all models, of `labels` that differ, or each `alike` times."""
     rng = np.random.default_rng(seed)
     parameters = rng.uniform(LOW, HIGH, (counterfeit, 3))
     recordings = np.arange(genuine) * labels // genuine if labels else None
     shifts = rng.normal(size=(labels, 3))[recordings] if labels else np.zeros((genuine, 3))
     genuine_outputs = outputs(TRUTH + shifts, rng)
     genuine_outputs[0] += alien
+    genuine_outputs = np.repeat(genuine_outputs, alike, axis=1)
     return match(
         parameters,
         outputs(parameters, rng),
@@ -33,6 +34,7 @@ def matched(seed: int, genuine: int = 100, counterfeit: int = 600, alien: float 
         start=(LOW + HIGH) / 2,
         spread=(HIGH - LOW) / 2,
         recordings=recordings,
+        averaged=alike,
         rng=rng,
     )
 
@@ -61,6 +63,14 @@ def test_no_interval_is_given_where_the_classifiers_still_tell_the_model_from_th
 def test_recordings_that_differ_make_the_interval_wider():
     alike, differing = matched(5), matched(5, labels=6)
     assert np.sqrt(differing.covariance[0, 0]) > 1.5 * np.sqrt(alike.covariance[0, 0])
+
+
+@pytest.mark.parametrize("alike", [1, 4])
+def test_samples_of_one_trial_say_no_more_than_the_trial(alike):
+    solutions = [matched(seed, genuine=25, alike=alike) for seed in range(5)]
+    assert sum(solution.settled for solution in solutions) >= 4
+    widths = [np.sqrt(solution.covariance[0, 0]) for solution in solutions]
+    assert 0.2 < np.median(widths) < 0.35  # of the mean of 25 samples: 0.2
 
 
 def test_proposals_are_wider_than_draws():
