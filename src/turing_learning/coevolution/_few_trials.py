@@ -401,9 +401,9 @@ class _Density:
     def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:
         self.near, self.wide, self._reference = near, wide, reference
 
-    def __call__(self, models: np.ndarray) -> np.ndarray:
+    def __call__(self, models: np.ndarray, hopeful: bool = False) -> np.ndarray:
         assert self.near is not None
-        density = self.near.log_density(models)
+        density = self.near.log_density(models, hopeful)
         if self.wide is not None:
             open_ = density > density.max() - _HOPELESS
             density[open_] += np.minimum(self.wide.log_density(models[open_]) - self._reference + _SLACK, 0)

@@ -1,6 +1,7 @@
 """Where to spend the next trials: models that may be right, as a cloud of walkers in the space of parameters."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -8,12 +9,13 @@ from ..arrays import array
 from ..errors import integer, number, require
 from ._randomness import Seed, check_seed, generation_rng
 
-Density = Callable[[np.ndarray], np.ndarray]
-"""Logarithm (N,) of the density with which models (N, P) are the right one."""
+Density = Callable[..., np.ndarray]
+"""Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too."""
 
 WALKERS = 150
 _NEAREST = 2  # a walker's companions are the nearest 1 / 2 of all
 _SCATTER = 1e-4
+_SCOUTS = 0.25  # of all proposals
 _LOST = 20.0  # a walker so far below the best, in the logarithm of the density, starts again beside another
 
 
@@ -24,6 +26,10 @@ class TrialDesign:
     first part of a run some proposals have a parameter drawn anew, or two groups exchanged. `move` lets the walkers follow a
     new density by the Metropolis rule: by differences of two others, by one parameter drawn anew, and by exchanges of two
     groups, in turn. Moves cost no trial, so every exchange is tried in earnest, and as many centers stay alive as the density has.
+
+    A quarter of each batch is drawn from scouts. They are walkers to which a model is not less likely for being little known.
+    Where only a product of two parameters shows, many models are equally good. Without scouts, trials gather in the part of
+    them that is known best.
 
     Parameters
     ----------
@@ -82,6 +88,7 @@ class TrialDesign:
         self._margin = number("margin", margin, above=0)
         count = integer("walkers", walkers, 4)
         self._places = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
+        self._scouts = self._places[: count // 2].copy()
         self._step = 0
 
     @property
@@ -109,12 +116,19 @@ class TrialDesign:
         models[~jump] += (np.sqrt((self._widening**2 - 1) / 2) * (first - second))[~jump]
         for k in np.flatnonzero(jump):
             self._jump(models[k : k + 1], rng, exchange=bool(rng.random() < 0.5))
+        sent = rng.permutation(count)[: round(_SCOUTS * count)]
+        models[sent] = self._scouts[rng.integers(len(self._scouts), size=len(sent))]
         return self._within(models)
 
     def move(self, density: Density) -> None:
         """Let all walkers follow a density."""
         rng = generation_rng(self._seed, 2 * self._step + 3)
-        place, height = self._places.copy(), self._height(self._places, density)
+        self._places = self._followed(self._places, density, rng)
+        self._scouts = self._followed(self._scouts, partial(density, hopeful=True), rng)
+        self._step += 1
+
+    def _followed(self, place: np.ndarray, density: Density, rng: np.random.Generator) -> np.ndarray:
+        place, height = place.copy(), self._height(place, density)
         lost = np.flatnonzero(height < height.max() - _LOST)
         found = np.setdiff1d(np.arange(len(place)), lost)[rng.integers(len(place) - len(lost), size=len(lost))]
         place[lost], height[lost] = place[found], height[found]
@@ -124,8 +138,7 @@ class TrialDesign:
             new = self._height(moved, density)
             taken = np.log(rng.random(len(place))) < new - height
             place[taken], height[taken] = moved[taken], new[taken]
-        self._places = place
-        self._step += 1
+        return place
 
     def _moved(self, place: np.ndarray, number: int, rng: np.random.Generator) -> np.ndarray:
         moved, count = place.copy(), len(place)
@@ -164,10 +177,16 @@ class TrialDesign:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the walkers and the number of moves made."""
-        return {"walkers": self._places.copy(), "step": np.array(self._step, dtype=np.int64)}
+        return {
+            "walkers": self._places.copy(),
+            "scouts": self._scouts.copy(),
+            "step": np.array(self._step, dtype=np.int64),
+        }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of a design with the same settings."""
         require({"walkers", "step"} <= set(state), "state", "hold 'walkers' and 'step'", str(sorted(state)))
         self._places = array("state['walkers']", state["walkers"], "W P", W=len(self._places), P=self.dimension).copy()
+        scouts = state.get("scouts", self._places[: len(self._scouts)])  # states of before had none
+        self._scouts = array("state['scouts']", scouts, "W P", W=len(self._scouts), P=self.dimension).copy()
         self._step = int(state["step"])

@@ -106,14 +106,16 @@ class MomentField:
             variance[:, columns] = (left + ((kernel @ spread) ** 2).sum(axis=1))[:, None]
         return mean, variance
 
-    def log_density(self, parameters: np.ndarray) -> np.ndarray:
+    def log_density(self, parameters: np.ndarray, hopeful: bool = False) -> np.ndarray:
         """Return the logarithm (N,) of the density with which models (N, P) are the right one, up to a constant.
 
-        It is that of the moments 0 where they are expected so; where nothing has been tried little is excluded.
+        It is that of the moments 0 where they are expected so; where nothing has been tried little is excluded. If hopeful,
+        models are not the less likely for being little known.
         """
         mean, variance = self.predict(parameters)
         variance += self._noise
-        return -0.5 * (mean**2 / variance + np.log(variance)).sum(axis=1) / self.temper
+        surprise = mean**2 / variance if hopeful else mean**2 / variance + np.log(variance)
+        return -0.5 * surprise.sum(axis=1) / self.temper
 
     @property
     def temper(self) -> float:

@@ -5,7 +5,7 @@ from turing_learning.evolution import TrialDesign
 
 
 def normal(center, deviation):
-    return lambda models: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
+    return lambda models, hopeful=False: -0.5 * (((models - center) / deviation) ** 2).sum(axis=1)
 
 
 def follow(design, density, moves=15):
@@ -37,7 +37,9 @@ def test_walkers_leave_exchanged_states():
 
 def test_two_centers_stay_alive():
     first, second = normal(np.array([-0.6, 0.2]), 0.04), normal(np.array([0.6, 0.2]), 0.04)
-    walkers = follow(TrialDesign(2, seed=1), lambda models: np.logaddexp(first(models), second(models)), moves=30)
+    walkers = follow(
+        TrialDesign(2, seed=1), lambda models, hopeful=False: np.logaddexp(first(models), second(models)), moves=30
+    )
     assert 0.2 < (walkers[:, 0] > 0).mean() < 0.8
 
 
@@ -54,6 +56,16 @@ def test_proposals_lie_wider_than_walkers():
     proposed = design.propose(2000, progress=1.0)
     ratio = proposed.std(axis=0) / walkers.std(axis=0)
     assert ((ratio > 1.8) & (ratio < 3.3)).all()
+
+
+@pytest.mark.parametrize(("deviation", "least", "most"), [(0.02, 0, 0), (0.5, 0.06, 0.25)])
+def test_a_quarter_of_the_proposals_goes_where_little_is_known(deviation, least, most):
+    known, hoped = normal(np.zeros(2), 0.02), normal(np.zeros(2), deviation)
+    design = TrialDesign(2, seed=1)
+    walkers = follow(design, lambda models, hopeful=False: (hoped if hopeful else known)(models))
+    assert np.abs(walkers).max() < 0.1
+    far = (np.abs(design.propose(400, progress=1.0)) > 0.3).any(axis=1).mean()
+    assert least <= far <= most
 
 
 def test_proposals_jump_at_the_beginning_only():
@@ -96,7 +108,7 @@ def test_what_does_not_fit_is_rejected(make, message):
 def test_beyond_a_saturated_end_everything_is_the_end():
     seen = []
 
-    def density(models):
+    def density(models, hopeful=False):
         seen.append(models)
         return -0.5 * (((models - [1.0, 0.0]) / 0.02) ** 2).sum(axis=1)
 
