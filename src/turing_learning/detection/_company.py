@@ -3,7 +3,7 @@
 import numpy as np
 
 from turing_learning.trajectories import Trajectories
-from turing_learning.trajectories._stretches import smooth, wrap
+from turing_learning.trajectories._signals import smooth, wrap
 
 LAGS_S = (0.3, 6.0)
 STRETCH_S = 30.0

@@ -12,10 +12,10 @@ from turing_learning.errors import Setting, brief, choice, refuse, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
-from .readers import _columns, _deeplabcut, _idtracker_ai, _movement, _sleap, _toxtrac, _trex, _wide
-from .readers._frames import read_frame
+from .readers import _deeplabcut, _movement, _tables, _trackers
 from .readers._movement import read_dataset
 from .readers._shared import check_rate, names_in
+from .readers._tables import read_frame
 from .readers._text import LONGEST_LINE, refuse_utf16
 
 if TYPE_CHECKING:
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
-    _wide.IDTRACKER_FORMAT,
-    _idtracker_ai.H5_FORMAT,
-    _wide.CSV_FORMAT,
-    _idtracker_ai.NPY_FORMAT,
-    _trex.FORMAT,
-    _toxtrac.FORMAT,
-    _columns.TRACKTOR_FORMAT,
-    _sleap.FORMAT,
+    _tables.IDTRACKER_FORMAT,
+    _trackers.H5_FORMAT,
+    _tables.CSV_FORMAT,
+    _trackers.NPY_FORMAT,
+    _trackers.TREX_FORMAT,
+    _tables.TOXTRAC_FORMAT,
+    _tables.TRACKTOR_FORMAT,
+    _trackers.SLEAP_FORMAT,
     _deeplabcut.CSV_FORMAT,
     _deeplabcut.H5_FORMAT,
     _movement.FORMAT,
-    _columns.TIDY_FORMAT,
+    _tables.TIDY_FORMAT,
 )
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
@@ -256,7 +256,7 @@ def _numbers(line: str) -> bool:
 
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance("npz", names=tuple(_trex.archive_names(file) for file in _trex.files_of(path)))
+        return Glance("npz", names=tuple(_trackers.archive_names(file) for file in _trackers.files_of(path)))
     with path.open("rb") as file:
         head = file.read(1 << 16)
     if not head:
@@ -264,7 +264,7 @@ def _look(path: Path) -> Glance:
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
-        return Glance("npz", names=(_trex.archive_names(path),))
+        return Glance("npz", names=(_trackers.archive_names(path),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     refuse_utf16(head, path)

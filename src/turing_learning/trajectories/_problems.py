@@ -7,7 +7,7 @@ import numpy as np
 
 from turing_learning.errors import refuse
 
-from ._stretches import every, next_true, wrap
+from ._signals import every, next_true, wrap
 
 JUMP_FACTOR = 20.0
 """Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,

@@ -7,7 +7,7 @@ import pytest
 from tracker_files import SAID, WRITERS, expected, idtracker_ai_h5, idtracker_ai_npy, sleap, trex, walk
 
 from turing_learning.trajectories import load_trajectories
-from turing_learning.trajectories.readers import _shared, _trex
+from turing_learning.trajectories.readers import _shared, _trackers
 
 SAY = {"fps": 25, "pixels_per_cm": 10}
 
@@ -268,7 +268,7 @@ def test_no_pickle_in_an_npz_is_opened(tmp_path):
 
 
 def test_an_npz_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(_trex, "MOST_BYTES", 1000)
+    monkeypatch.setattr(_trackers, "MOST_BYTES", 1000)
     with pytest.raises(ValueError, match=r"unpack to at most 1000 bytes; got \d+ \["):
         load_trajectories(trex(tmp_path, walk()))
 

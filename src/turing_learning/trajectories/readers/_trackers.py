@@ -1,17 +1,120 @@
-"""TRex: one npz file for each individual."""
+"""Files of SLEAP, idtracker.ai and TRex: HDF5, npy, and npz."""
 
+import json
 import struct
 import zipfile
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from turing_learning.errors import refuse
 from turing_learning.trajectories._recording import Format, Options, Recording, assemble, natural, refusal
 
-from ._shared import check_rate, check_unpacked, choose, stated_rate
+from ._shared import check_rate, check_unpacked, choose, dataset, from_array, member, open_hdf5, stated_rate, texts
+
+DIMENSIONS = ["track", "xy", "node", "frame"]
+
+
+def read_sleap(path: Path, options: Options) -> Recording:
+    """Read `tracks` (tracks, 2, nodes, frames) in pixels, one node of each track, with `point_scores` as confidence.
+
+    Where the attribute `dims` of `tracks` names the dimensions in another order, that order holds.
+
+    Source: Pereira et al. 2022, SLEAP, Nature Methods 19; its documentation of the analysis format.
+    """
+    with open_hdf5(path) as file:
+        tracks = _ordered(file, path)
+        nodes, names = texts(file, "node_names", path), texts(file, "track_names", path)
+        names = names or [str(k + 1) for k in range(tracks.shape[0])]
+        if tracks.shape[:3] != (len(names), 2, len(nodes)):
+            rule = f"have `tracks` of (tracks, 2, nodes, frames) = ({len(names)}, 2, {len(nodes)}, F)"
+            raise refusal(rule, tracks.shape, f"{path}, dataset tracks")
+        node = nodes.index(choose(options.keypoint, nodes, path))
+        scores = _point_scores(file, tracks, node, path)
+    if len(set(names)) < len(names):
+        raise refusal("name each track once", names, f"{path}, dataset track_names")
+    return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), f"{path}, dataset tracks", confidence=scores)
+
+
+def _ordered(file: Any, path: Path) -> np.ndarray:
+    tracks = dataset(file, "tracks", 4, path)
+    stated = file["tracks"].attrs.get("dims")
+    if stated is None:
+        return tracks
+    try:
+        order = [str(name).rstrip("s") for name in json.loads(stated)]
+        return tracks.transpose([order.index(name) for name in DIMENSIONS])
+    except ValueError:
+        raise refusal(f"name the dimensions {DIMENSIONS}", stated, f"{path}, dataset tracks, dims") from None
+
+
+def _point_scores(file: Any, tracks: np.ndarray, node: int, path: Path) -> np.ndarray | None:
+    if getattr(member(file, "point_scores", path), "shape", None) != (tracks.shape[0], *tracks.shape[2:]):
+        return None
+    return dataset(file, "point_scores", 3, path)[:, node].T
+
+
+SLEAP_FORMAT = Format("sleap", lambda glance: glance.holds("tracks", "node_names"), read_sleap, has_keypoints=True)
+
+
+def read_h5(path: Path, options: Options) -> Recording:
+    """Read `trajectories` (F, A, 2) in pixels; frame rate from the attribute `frames_per_second`.
+
+    Source: Romero-Ferrero et al. 2019, idtracker.ai, Nature Methods 16; its documentation of the output.
+    """
+    with open_hdf5(path) as file:
+        positions = dataset(file, "trajectories", 3, path)
+        rate = file.attrs.get("frames_per_second")
+        scores = _probabilities(file, positions, path)
+    return _recording(positions, scores, rate, f"{path}, dataset trajectories", path)
+
+
+def _probabilities(file: Any, positions: np.ndarray, path: Path) -> np.ndarray | None:
+    found = member(file, "id_probabilities", path)
+    if found is None:
+        return None
+    scores = dataset(file, "id_probabilities", len(found.shape), path)
+    return scores.reshape(positions.shape[:2]) if scores.size == positions[..., 0].size else None
+
+
+def read_npy(path: Path, options: Options) -> Recording:
+    """Read a pickled dictionary with `trajectories` and `frames_per_second`, if the user allows pickle."""
+    if not options.allow_pickle:
+        refuse(
+            "path",
+            "not be a pickle",
+            "an npy file",
+            "Opening it can run any code it holds. Let idtracker.ai write h5 or csv; allow_pickle=True in Python opens it.",
+            place=str(path),
+        )
+    try:
+        content = np.load(path, allow_pickle=True)
+        content = content.item() if content.shape == () else {}
+    except Exception as error:  # a damaged pickle can raise anything
+        raise refusal("be a whole npy file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+    positions = content.get("trajectories") if isinstance(content, dict) else None
+    if not isinstance(positions, np.ndarray) or positions.ndim != 3 or positions.dtype.kind not in "fiu":
+        raise refusal("hold a dictionary with the array `trajectories` (F, A, 2)", type(content).__name__, path)
+    return _recording(
+        positions.astype(np.float64), None, content.get("frames_per_second"), f"{path}, trajectories", path
+    )
+
+
+def _recording(positions: np.ndarray, scores: np.ndarray | None, rate: object, place: str, path: Path) -> Recording:
+    if positions.shape[2] != 2 or 0 in positions.shape:
+        raise refusal("hold trajectories of shape (F, A, 2), not empty", positions.shape, place)
+    names = tuple(str(k + 1) for k in range(positions.shape[1]))
+    fps = None if rate is None else check_rate(rate, path)
+    return from_array(positions, names, place, confidence=scores, fps=fps)
+
+
+H5_FORMAT = Format("idtracker.ai-h5", lambda glance: glance.holds("trajectories"), read_h5)
+NPY_FORMAT = Format("idtracker.ai-npy", lambda glance: glance.kind == "npy", read_npy)
+
 
 MOST_BYTES = 1 << 32
 CENTROID = "wcentroid"
@@ -38,7 +141,7 @@ def _is_track(arrays: frozenset[str]) -> bool:
     return "frame" in arrays and bool(points(arrays))
 
 
-def read(path: Path, options: Options) -> Recording:
+def read_trex(path: Path, options: Options) -> Recording:
     """Read X, Y (cm) by `frame` of each individual; infinity or `missing` marks frames without a position.
 
     The weighted centroid (`X#wcentroid`) stands for the animal unless `keypoint` says otherwise. Frame rate from
@@ -144,6 +247,6 @@ def _individual(
     return values["frame"], positions, values.get("angle"), rate
 
 
-FORMAT = Format(
-    "trex", lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)), read, has_keypoints=True
+TREX_FORMAT = Format(
+    "trex", lambda glance: glance.kind == "npz" and any(map(_is_track, glance.names)), read_trex, has_keypoints=True
 )

@@ -1,0 +1,336 @@
+"""Text files and data frames: a row for each position, or for each frame."""
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turing_learning.errors import refuse
+from turing_learning.trajectories._recording import (
+    LARGEST,
+    Format,
+    Glance,
+    Options,
+    Place,
+    Recording,
+    YAxis,
+    assemble,
+    natural,
+    refusal,
+)
+
+from ._deeplabcut import read_points
+from ._shared import RATE_DIGITS, check_rate, from_array, stated_rate
+from ._text import Sheet, Table, read_sheet, read_table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TIME = ("time", "time_s", "time (s)", "seconds", "t")
+WHO = ("id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id")
+"""Names of columns of individuals; without one all rows are of one individual."""
+LATE = 0.25
+"""Frames by which a time may be beside that of its frame."""
+
+
+def _separator(line: str) -> str:
+    return max(",\t;", key=line.count)
+
+
+def _names(glance: Glance) -> set[str]:
+    return {name.lower() for name in glance.cells(_separator(glance.lines[0]))} if glance.lines else set()
+
+
+def _is_tidy(glance: Glance) -> bool:
+    return {"x", "y"} <= _names(glance) and not _names(glance).isdisjoint(("frame", *TIME))
+
+
+def read_tracktor(path: Path, options: Options) -> Recording:
+    """Read columns frame, pos_x, pos_y (pixels) and, for several individuals, id.
+
+    Source: Sridhar, Roche and Gingins 2019, Tracktor, Methods in Ecology and Evolution 10.
+    """
+    return read_long(_sheet(path), options, "pos_x", "pos_y", y_axis="down")
+
+
+def read_tidy(path: Path, options: Options) -> Recording:
+    """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; others are left alone."""
+    return read_long(_sheet(path), options)
+
+
+def _sheet(path: Path) -> Sheet:
+    with path.open("rb") as file:
+        return read_sheet(path, _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace")))
+
+
+def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", *, y_axis: YAxis | None = None) -> Recording:
+    """Read a table with a row for each individual and frame; names of columns are in any case."""
+    names = [name.lower() for name in sheet.names]
+    when = "frame" if "frame" in names else next((name for name in TIME if name in names), "frame")
+    missing = [name for name in (when, x, y) if name not in names]
+    if missing:
+        raise refusal(f"have the columns frame, {x}, {y}", sheet.names, sheet.place)
+    who = ["id"] if "id" in names else [name for name in WHO if name in names]
+    if len(who) > 1:
+        raise refusal("name the column of its individuals id", f"{' and '.join(who)}", sheet.place, "Rename one.")
+    extra = [name for name in ("heading", "confidence") if name in names and y_axis is None]
+    wanted = [when, x, y, *extra]
+    twice = [name for name in (*wanted, *who) if names.count(name) > 1]
+    if twice:
+        raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
+    table = sheet.read(numbers=[names.index(name) for name in wanted], texts=[names.index(name) for name in who])
+    frames, positions, fps = table.numbers[:, 0], table.numbers[:, 1:3], None
+    if when != "frame":
+        frames, fps = frames_at(frames, options.fps, table.place)
+    extras: dict[str, np.ndarray] = {}
+    for k, name in enumerate(extra):
+        extras["headings" if name == "heading" else name] = values = table.numbers[:, 3 + k]
+        unknown = np.isnan(values) & ~np.isnan(positions[:, 0])
+        if unknown.any():
+            raise refusal(f"give `{name}` wherever it gives x and y", "none", table.place(int(np.argmax(unknown))))
+    unread = ", ".join(name for name in sheet.names if name and name.lower() not in wanted) if not who else ""
+    return assemble(
+        frames,
+        table.texts[0] if who else ["1"] * len(frames),
+        positions,
+        table.place,
+        extras=extras,
+        fps=fps,
+        y_axis=y_axis,
+        remarks=(f"without a column id all rows are of one individual; columns not read: {unread}",) if unread else (),
+        twice=f"If a column that is not read names the individuals, call it id: {unread}." if unread else "",
+    )
+
+
+def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.ndarray, float | None]:
+    """Return frame numbers (rows,) at times (s), and the frame rate that the times state unless it is given as `fps`."""
+    absurd = ~(np.abs(seconds) <= LARGEST)
+    if absurd.any():
+        row = int(np.argmax(absurd))
+        raise refusal(f"have times within +-{LARGEST:.0e} s", seconds[row], place(row))
+    known = np.unique(seconds)
+    since, span = seconds - known[0], float(known[-1] - known[0])
+    rates = [fps or 1.0]
+    if fps is None and span > 0:
+        steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
+        rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
+    off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
+    rate, away = next(
+        ((rate, each > LATE) for rate, each in zip(rates, off, strict=True) if each.max() <= LATE),
+        (rates[0], off[0] > LATE),
+    )
+    if away.any():
+        row = int(np.argmax(away))
+        rule = f"have times that are whole frames apart, at {rate:.6g} per second"
+        raise refusal(rule, f"{seconds[row]:.10g} s", place(row), "Give the frame rate as `fps`, or number the frames.")
+    stated = float(f"{rate:.{RATE_DIGITS}g}") if fps is None and span > 0 else None
+    return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
+
+
+TRACKTOR_FORMAT = Format("tracktor", lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance), read_tracktor)
+TIDY_FORMAT = Format("tidy", _is_tidy, read_tidy)
+
+
+COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
+
+
+def _is_csv(glance: Glance) -> bool:
+    names = glance.cells(",")
+    return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else []) if names else False
+
+
+def read_idtracker(path: Path, options: Options) -> Recording:
+    """Read one row for each frame, three columns for each individual, in pixels.
+
+    ProbId, the probability of the identity, is the confidence where it is a probability; idTracker writes NaN
+    where it did not compute one, and negative numbers where it estimated the position during a crossing.
+
+    Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
+    """
+    return read_wide(read_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=3)
+
+
+def read_csv(path: Path, options: Options) -> Recording:
+    """Read a row for each frame: time (s), then x and y (pixels) of each individual.
+
+    The frame rate is that of attributes.json beside the file, or follows from the times.
+    """
+    return read_wide(read_sheet(path, ","), "x1, y1, x2, y2, ... after the time", fps=_attribute(path))
+
+
+def read_wide(sheet: Sheet, rule: str, *, each: int | None = 2, fps: float | None = None) -> Recording:
+    """Read x, y and perhaps a confidence of each individual; `each` is their number, None for 2 or 3.
+
+    Columns are called x1 or fish_x; one of times (s) or frames may be among them.
+    """
+    found: dict[str, dict[int, int]] = {}
+    when = None
+    for place, name in enumerate(sheet.names):
+        number, suffix = (
+            re.fullmatch(r"(?i)(x|y|probid)([0-9]+)", name),
+            re.fullmatch(r"(?i)(.+)[ _.:](x|y|likelihood|confidence)", name),
+        )
+        if number is None and suffix is None and when is None and name.lower() in ("frame", *TIME):
+            when = place
+            continue
+        who, what = (number[2], number[1]) if number else (suffix[1], suffix[2]) if suffix else ("", "")
+        kind = COORDINATES.get(what.lower())
+        if kind is None or kind in found.setdefault(who, {}):
+            raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place)
+        found[who][kind] = place
+    widths = {len(columns) for columns in found.values()}
+    if (
+        len(widths) != 1
+        or not widths <= ({2, 3} if each is None else {each})
+        or not all({0, 1} <= set(columns) for columns in found.values())
+    ):
+        raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {sheet.names[-1]!r}", sheet.place)
+    individuals = sorted(found, key=natural)
+    wanted = [found[who][kind] for who in individuals for kind in sorted(found[who])]
+    table = sheet.read(numbers=[*([] if when is None else [when]), *wanted])
+    values = table.numbers[:, when is not None :].reshape(len(table.numbers), len(individuals), -1)
+    first, rate = 0, fps
+    if when is not None:
+        first, rate = _timed(table.numbers[:, 0], sheet.names[when].lower() == "frame", table.place, fps)
+    sure = values[..., 2] if values.shape[2] > 2 else None
+    known = ~np.isnan(values[..., 0])
+    complete = sure is not None and bool((sure >= 0).all(where=known))
+    estimated = 0 if sure is None else int((sure < 0).sum())
+    return from_array(
+        values[..., :2],
+        tuple(individuals),
+        table.place,
+        confidence=sure if complete else None,
+        fps=rate,
+        first_frame=first,
+        numbered=when is not None,
+        remarks=(f"{estimated} positions were estimated by idTracker (negative ProbId)",) if estimated else (),
+    )
+
+
+def _timed(times: np.ndarray, frames: bool, place: Place, fps: float | None) -> tuple[int, float | None]:
+    """Return first frame and frame rate of rows at times (s), or with frame numbers, that follow without a break."""
+
+    def check(bad: np.ndarray, rule: str, got: str) -> None:
+        if bad.any():
+            row = int(np.argmax(bad))
+            raise refusal(rule, got.format(times[row], times[row] - times[row - 1]), place(row))
+
+    check(~(np.abs(times) <= LARGEST), f"have times within +-{LARGEST:.0e} s", "{0}")
+    check(np.concatenate([[False], np.diff(times) <= 0]), "have times that grow from row to row", "{0}")
+    steps = np.diff(times)
+    if frames:
+        check(times != times[0] + np.arange(len(times)), "have frame numbers that follow without a break", "{0}")
+        check(times != np.floor(times), "have frame numbers that are whole", "{0}")
+        return int(times[0]), fps
+    if len(steps):
+        uneven = np.abs(steps / np.median(steps) - 1) > 0.5
+        check(np.concatenate([[False], uneven]), "have evenly spaced times", "a step of {1:.6g} s")
+    return 0, fps or stated_rate(times, np.arange(len(times)))
+
+
+def _attribute(path: Path) -> float | None:
+    """Return the frame rate that attributes.json beside the file states."""
+    beside = path.parent / "attributes.json"
+    if not beside.is_file():
+        return None
+    try:
+        stated = json.loads(beside.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
+    rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
+    return None if rate is None else check_rate(rate, beside)
+
+
+IDTRACKER_FORMAT = Format("idtracker", lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"], read_idtracker)
+CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
+
+
+def _is_toxtrac(glance: Glance) -> bool:
+    """Whether the first line is six numbers between tabs: frame, arena, track, x, y, label."""
+    row = glance.cells("\t")
+    try:
+        numbers = [float(cell) for cell in row[:6]]
+    except ValueError:
+        return False
+    return len(numbers) == 6 and not any(row[6:]) and all(numbers[k].is_integer() for k in (0, 1, 2, 5))
+
+
+def read_toxtrac(path: Path, options: Options) -> Recording:
+    """Read rows of frame, arena, track, x, y, label; a track within an arena is an individual.
+
+    Positions are in pixels from the corner of the arena's region in the image, in Tracking_RealSpace.txt in mm.
+
+    Source: Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9.
+    """
+    table = read_table(path, "\t", 6, skip=0, numbers=range(6))
+    frames, arena, track, x, y, label = table.numbers.T
+    whole = np.isfinite([arena, track, label]).all(axis=0) & (
+        np.floor([arena, track, label]) == [arena, track, label]
+    ).all(axis=0)
+    if not whole.all():
+        row = int(np.argmin(whole))
+        rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
+        raise refusal(rule, table.numbers[row, [1, 2, 5]].tolist(), table.place(row))
+    several = len(np.unique(arena)) > 1
+    names = [f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)]
+    unlabeled = int((label == 0).sum())
+    remarks = (f"{unlabeled} rows have the label 0",) if unlabeled else ()
+    return assemble(frames, names, np.column_stack([x, y]), table.place, remarks=remarks)
+
+
+TOXTRAC_FORMAT = Format("toxtrac", _is_toxtrac, read_toxtrac)
+
+
+WIDE = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
+
+
+def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
+    """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate)."""
+    if not len(frame):
+        raise refusal("have at least one row", "none", "DataFrame")
+    levels = frame.columns.nlevels
+    if levels in (3, 4):
+        labels = [tuple(map(str, label)) for label in frame.columns]
+        return read_points(labels, _frame_sheet(frame.reset_index(names="frame")), options)
+    if options.keypoint is not None:
+        refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
+    if levels == 2:
+        frame = frame.set_axis([f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1)
+    if any(name is not None for name in frame.index.names):
+        frame = frame.reset_index()
+    names = {str(name).lower() for name in frame.columns}
+    if {"x", "y"} <= names:
+        return read_long(_frame_sheet(frame), options)
+    if names.isdisjoint(("frame", *TIME)):
+        frame = frame.reset_index(names="frame")
+    return read_wide(_frame_sheet(frame), WIDE, each=None)
+
+
+def _frame_sheet(frame: "pd.DataFrame") -> Sheet:
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
+        import pandas as pd
+
+        found = np.empty((len(frame), len(numbers)))
+        for k, column in enumerate(numbers):
+            series = frame.iloc[:, column]
+            values = (
+                pd.to_numeric(series, errors="coerce")
+                if series.dtype.kind in "fiuO"
+                else pd.Series(np.nan, series.index)
+            )
+            found[:, k] = values.to_numpy(dtype=float, na_value=np.nan)
+            bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
+            if bad.any():
+                row = int(np.argmax(bad))
+                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), place(row))
+        names = tuple(["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts)
+        return Table(found, names, place)
+
+    def place(row: int) -> str:
+        return f"DataFrame, row {row}"
+
+    return Sheet([str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns], read, "DataFrame")
