@@ -24,17 +24,14 @@ In the order of the data:
 Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or classifier.
 """
 
-from ._archive import ClassifierArchive
-from ._buffer import SampleBuffer
 from ._few_trials import Batch, FewTrials, Observers, batch_schedule
-from ._generation import Generation
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
 from ._judgments import THRESHOLD, Judgments
-from ._loop import Coevolution
+from ._loop import Coevolution, Generation
+from ._memory import ClassifierArchive, SampleBuffer
 from ._moments import Moments, train_moments
-from ._protocols import Classifier, InteractiveSource, Interrogation, SampleSource
+from ._protocols import Classifier, InteractiveSource, Interrogation, Samples, SampleSource
 from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
-from ._samples import Samples
 
 __all__ = [
     "THRESHOLD",

@@ -11,9 +11,8 @@ from ..arrays import array
 from ..errors import integer, require
 from ..evolution import INDUCING, MomentField, Optimizer, TrialDesign, generation_rng
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
-from ._archive import ClassifierArchive
-from ._buffer import SampleBuffer
 from ._judgments import THRESHOLD
+from ._memory import ClassifierArchive, SampleBuffer
 from ._moments import train_moments
 from ._protocols import Classifier, SampleSource
 

@@ -4,8 +4,7 @@ import numpy as np
 
 from ..errors import integer
 from ._judgments import Judgments
-from ._protocols import Classifier, InteractiveSource, SampleSource
-from ._samples import Samples
+from ._protocols import Classifier, InteractiveSource, Samples, SampleSource
 
 
 class PassiveInterrogation:

@@ -18,14 +18,13 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 ===========================  ===============================================================================
 """
 
+from ._checks import Seed, check_seed, generation_rng
 from ._cma import CMAEvolutionStrategy
 from ._design import TrialDesign
 from ._evolution_strategy import EvolutionStrategy
 from ._field import INDUCING, MomentField
-from ._optimizer import Optimizer
+from ._optimizer import Optimizer, RenewedOptimizer
 from ._parts import FitnessMemory, Jumper, Mating, PhasedMating, TwoParents
-from ._randomness import Seed, check_seed, generation_rng
-from ._renewal import RenewedOptimizer
 
 __all__ = [
     "INDUCING",

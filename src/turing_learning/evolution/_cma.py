@@ -7,14 +7,16 @@ import numpy as np
 
 from ..errors import integer, require
 from ._checks import (
+    Seed,
     Turns,
     check_fitness,
     check_generation,
     check_range,
+    check_seed,
     check_state_array,
     check_vector,
+    generation_rng,
 )
-from ._randomness import Seed, check_seed, generation_rng
 
 PARAMETER_LIMIT = 1e12
 """Largest magnitude of a parameter that `ask` returns."""

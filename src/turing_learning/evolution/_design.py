@@ -7,7 +7,7 @@ import numpy as np
 
 from ..arrays import array
 from ..errors import integer, number, require
-from ._randomness import Seed, check_seed, generation_rng
+from ._checks import Seed, check_seed, generation_rng
 
 Density = Callable[..., np.ndarray]
 """Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too."""

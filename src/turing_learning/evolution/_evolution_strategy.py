@@ -5,9 +5,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..errors import integer, require
-from ._checks import Turns, check_fitness, check_generation, check_range, check_state_array, check_vector
+from ._checks import (
+    Seed,
+    Turns,
+    check_fitness,
+    check_generation,
+    check_range,
+    check_seed,
+    check_state_array,
+    check_vector,
+    generation_rng,
+)
 from ._parts import FitnessMemory, Jumper, Mating, TwoParents
-from ._randomness import Seed, check_seed, generation_rng
 
 PARAMETER_LIMIT = 1e12
 """Largest magnitude of a parameter: nothing becomes infinite where selection has stopped or rewards growth."""

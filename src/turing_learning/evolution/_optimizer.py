@@ -1,9 +1,11 @@
-"""The protocol that every optimizer fits."""
+"""The protocol of optimizers, and how one is renewed."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+
+from ..errors import integer, refuse
 
 
 @runtime_checkable
@@ -94,3 +96,76 @@ class Optimizer(Protocol):
         state
             What `state` returned, from an optimizer with the same settings.
         """
+
+
+class RenewedOptimizer:
+    """Replace an optimizer by a fresh one at regular intervals.
+
+    A population can settle where no small step leads on. In a coevolution in which an archive remembers the past
+    classifiers, the present ones may be replaced by random ones: they look for differences that the old ones could not see.
+
+    Parameters
+    ----------
+    make
+        Makes the optimizer number k = 0, 1, ...; all of the same size and dimension, with different seeds.
+    interval
+        Generations after which the optimizer is replaced, >= 1.
+    last
+        No replacement after this many generations; None: without end.
+    """
+
+    def __init__(self, make: Callable[[int], Optimizer], interval: int, *, last: int | None = None) -> None:
+        self._make = make
+        self._interval = integer("interval", interval, 1)
+        self._last = last
+        self._generation = 0
+        self._optimizer = make(0)
+
+    @property
+    def size(self) -> int:
+        """Candidates per generation."""
+        return self._optimizer.size
+
+    @property
+    def dimension(self) -> int:
+        """Parameters of a candidate."""
+        return self._optimizer.dimension
+
+    @property
+    def step_sizes(self) -> np.ndarray:
+        """Step sizes (size, dimension) of the population last asked for."""
+        return self._optimizer.step_sizes
+
+    def ask(self) -> np.ndarray:
+        """Return the population (size, dimension) to be scored."""
+        return self._optimizer.ask()
+
+    def tell(self, fitness: np.ndarray) -> np.ndarray:
+        """Hand on the fitness (size,), larger being better; where the interval is over, a fresh optimizer takes over.
+
+        Returns what the candidates were ranked by (size,).
+        """
+        scores = self._optimizer.tell(fitness)
+        self._generation += 1
+        number = self._number(self._generation)
+        if number != self._number(self._generation - 1):
+            self._optimizer = self._make(number)
+        return scores
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the state of the present optimizer and the number of completed generations ("renewal")."""
+        return {"renewal": np.array(self._generation, dtype=np.int64), **self._optimizer.state()}
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state of an optimizer with the same settings."""
+        if "renewal" not in state:
+            refuse("state", "hold an array 'renewal'", str(sorted(state)))
+        generation = int(state["renewal"])
+        optimizer = self._make(self._number(generation))
+        optimizer.restore({name: array for name, array in state.items() if name != "renewal"})
+        self._generation, self._optimizer = generation, optimizer
+
+    def _number(self, generation: int) -> int:
+        """Return which optimizer a generation belongs to."""
+        until = generation if self._last is None else min(generation, self._last)
+        return until // self._interval

@@ -16,14 +16,10 @@ A family of one's own derives from `Particles`, names its parameters and yields 
 directions of motion are complex numbers x + iy there, one for each model and individual: a turn is a product then.
 """
 
-from ._boids import Boids
-from ._burst_and_coast import BurstAndCoast
-from ._couzin import Couzin
 from ._family import Family
+from ._particles import Boids, BurstAndCoast, Couzin, Vicsek
 from ._plane import Particles
-from ._replicates import Replicates, as_recorded
-from ._robots import Robots
-from ._vicsek import Vicsek
+from ._replicates import Replicates, Robots, as_recorded
 
 FAMILIES: dict[str, type[Family]] = {
     "vicsek": Vicsek,

@@ -13,10 +13,8 @@
 """
 
 from ._elman import ElmanModel
-from ._morphology import MorphologyModel
-from ._named import REPRESENTATIONS
 from ._parameters import Parameter
-from ._reactive import ReactiveModel
+from ._reactive import REPRESENTATIONS, MorphologyModel, ReactiveModel
 from ._representation import FULL_VIEW, AgentsRepresentation, Behavior, Jumps, Representation
 
 __all__ = [

@@ -1,14 +1,69 @@
-"""Scenarios: what moves, what it senses and for how long it is observed, as frozen data."""
+"""The paper's scenarios, what a scenario says, and where its swarm starts."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
-from ._start import Start
 
 ITEM_KINDS = ("background", "robot", "object")
+
+
+@dataclass(frozen=True)
+class Start:
+    """Robots and objects, and the rectangle in which their centers are placed.
+
+    Attributes
+    ----------
+    disks
+        (number, radius in cm) of the robots, then of the objects; objects only where there are some.
+    corner_cm
+        x and y of the corner of the rectangle.
+    sides_cm
+        Its width and height.
+    """
+
+    disks: tuple[tuple[int, float], ...]
+    corner_cm: float
+    sides_cm: tuple[float, float]
+
+    @property
+    def bodies(self) -> int:
+        """Number of robots and objects."""
+        return sum(number for number, _ in self.disks)
+
+    @property
+    def crowd(self) -> str:
+        """Which bodies have no room side by side, in words; empty if nothing speaks against it."""
+        for _, radius in self.disks:
+            larger = [disk for disk in self.disks if disk[1] >= radius]
+            count, most = sum(number for number, _ in larger), most_disks(self.sides_cm, radius)
+            if count > most:
+                size = f"radius {radius:g} cm{' or more' if len(larger) > 1 else ''}"
+                return f"at most {math.floor(most)} of {count} bodies of {size} have room"
+        return ""
+
+
+def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
+    """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap.
+
+    Fewer may be as many as fit; never more.
+
+    Parameters
+    ----------
+    sides_cm
+        Of the rectangle, 0 or more.
+    radius_cm
+        Of the disks, above 0.
+
+    Source
+    ------
+    N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a convex region of area A and
+    perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
+    """
+    width, height = (side / (2 * radius_cm) for side in sides_cm)
+    return (2 / math.sqrt(3) * width * height + width + height + 1) * (1 + 1e-9)  # rounding never refuses a body
 
 
 @dataclass(frozen=True)
@@ -313,3 +368,54 @@ class Scenario:
         """Largest linear (cm/s) and angular speed (rad/s) of the robot, by which the classifiers' inputs are divided."""
         speed = self.robot.maximum_speed_cm_s
         return (speed, 2 * speed / self.robot.wheel_distance_cm)
+
+
+AGGREGATION = Scenario(
+    name="aggregation",
+    title="Aggregation",
+    description="Robots that see other robots gather in one place (paper, section 3.2.1).",
+    controller=(-0.7, -1.0, 1.0, -1.0),
+    agents=10,
+    replicas=1,
+    trial=Trial(start_side_cm=331.66),
+)
+"""The paper's first case study: robots gather."""
+
+OBJECT_CLUSTERING = Scenario(
+    name="object-clustering",
+    title="Object clustering",
+    description="Robots that see objects and robots push the objects together (paper, section 3.2.1).",
+    controller=(0.5, 1.0, 1.0, 0.5, 0.1, 0.5),
+    agents=4,
+    replicas=1,
+    objects=Objects(count=10),
+    sensor=Sensor(readings=("background", "object", "robot")),
+    trial=Trial(start_side_cm=100.0),
+)
+"""The paper's second case study: robots push objects together."""
+
+AGGREGATION_VIEW_0 = replace(
+    AGGREGATION,
+    name="aggregation-field-of-view-0",
+    title="Aggregation, field of view 0",
+    description="As aggregation; the field of view of the sensor is inferred too, and is 0 (paper, section 4.6.1).",
+    representation="morphology",
+    trial=replace(AGGREGATION.trial, duration_s=100.0),
+)
+"""Aggregation where the field of view is inferred too, and is 0 (paper, section 4.6.1)."""
+
+AGGREGATION_VIEW_60 = replace(
+    AGGREGATION_VIEW_0,
+    name="aggregation-field-of-view-60",
+    title="Aggregation, field of view 60 degrees",
+    description="As aggregation; the field of view of the sensor is inferred too, and is pi / 3 (paper, section 4.6.1).",
+    controller=(-0.7, -1.0, 1.0, 0.0),
+    sensor=Sensor(field_of_view=math.pi / 3),
+)
+"""The same with a field of view of 60 degrees. The paper does not print this controller; it was found by
+`turing_learning.search.search_controller`, see experiments/4.6.1."""
+
+SCENARIOS: dict[str, Scenario] = {
+    scenario.name: scenario for scenario in (AGGREGATION, OBJECT_CLUSTERING, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60)
+}
+"""The scenarios by their names, as commands and files of configuration use them."""

@@ -7,7 +7,7 @@ import pytest
 from turing_learning.robots import LABORATORY
 from turing_learning.studies import BEHAVIORS
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena, Objects, Robot, Sensor, Trial
-from turing_learning.swarm._start import most_disks
+from turing_learning.swarm._scenario import most_disks
 
 
 def test_presets_are_the_papers_case_studies():

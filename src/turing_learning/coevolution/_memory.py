@@ -1,11 +1,97 @@
-"""All samples of a run: nothing observed is thrown away."""
+"""What is kept of a run: past classifiers and all samples."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
+from turing_learning.evolution import Seed, check_seed, generation_rng
+
 from ..arrays import array
 from ..errors import integer, require
+
+
+class ClassifierArchive:
+    """A sample of the best classifiers of all past generations, drawn uniformly (reservoir sampling).
+
+    Coevolution forgets: classifiers lose an ability once no model needs it, and models fall back into what
+    they had left. Archived classifiers judge the models beside the present ones. They cost no simulation,
+    earn nothing, and do not change the fitness of the present classifiers.
+
+    Parameters
+    ----------
+    capacity
+        Largest number of classifiers kept, >= 1.
+    seed
+        Entropy: a non-negative integer or a sequence of them.
+
+    Attributes
+    ----------
+    genomes : (B, Q)
+        The classifiers kept; empty at first.
+    specificity : (B,)
+        Share of genuine samples that each judged genuine in its own generation. It stays true, because the
+        system does not change.
+
+    Raises
+    ------
+    ValueError
+        If `capacity` or `seed` breaks the rules above.
+
+    Source
+    ------
+    Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random sampling with a
+    reservoir (1985).
+    """
+
+    def __init__(self, capacity: int, *, seed: Seed) -> None:
+        if capacity < 1:
+            raise ValueError(f"`capacity` must be 1 or more; got {capacity}.")
+        self.capacity = capacity
+        self.genomes = np.empty((0, 0))
+        self.specificity = np.empty(0)
+        self._seed = check_seed(seed)
+        self._seen = 0
+
+    def admit(self, genome: np.ndarray, specificity: float) -> None:
+        """Offer a classifier (Q,): kept with probability capacity / number offered so far, in the place of another."""
+        place = int(generation_rng(self._seed, self._seen).integers(self._seen + 1))
+        self._seen += 1
+        if len(self.genomes) < self.capacity:
+            self.genomes = np.vstack([*self.genomes, genome])
+            self.specificity = np.append(self.specificity, specificity)
+        elif place < self.capacity:
+            self.genomes, self.specificity = self.genomes.copy(), self.specificity.copy()
+            self.genomes[place], self.specificity[place] = genome, specificity
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Return the classifiers, their specificity, and the number offered so far."""
+        return {
+            "genomes": self.genomes.copy(),
+            "specificity": self.specificity.copy(),
+            "seen": np.array(self._seen, dtype=np.int64),
+        }
+
+    def restore(self, state: Mapping[str, np.ndarray]) -> None:
+        """Take over a state.
+
+        Raises
+        ------
+        ValueError
+            If the state lacks an array or holds more classifiers than the capacity.
+        """
+        if not {"genomes", "specificity", "seen"} <= set(state):
+            raise ValueError(f"`state` must hold 'genomes', 'specificity' and 'seen'; got {sorted(state)}.")
+        genomes = np.array(state["genomes"], dtype=np.float64)
+        if genomes.ndim != 2 or len(genomes) > self.capacity or not np.isfinite(genomes).all():
+            raise ValueError(
+                f"`state['genomes']` must be at most {self.capacity} finite classifiers (B, Q); got shape {genomes.shape}."
+            )
+        specificity = np.array(state["specificity"], dtype=np.float64)
+        if specificity.shape != (len(genomes),) or not ((specificity >= 0) & (specificity <= 1)).all():
+            raise ValueError(
+                f"`state['specificity']` must be {len(genomes)} shares from 0 to 1; got shape {specificity.shape}."
+            )
+        self.genomes, self.specificity, self._seen = genomes, specificity, int(state["seen"])
 
 
 class SampleBuffer:

@@ -1,0 +1,328 @@
+"""Groups of particles: alignment (Vicsek), zones (Couzin), forces (boids), and walks in kicks and glides."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from turing_learning.errors import brief, refuse
+
+from ..models import Parameter
+from ._plane import Particles, draw, offsets, rotation, total, unit
+
+ROUNDING = 1e-12
+"""By which the cosine of an angle of view may be off."""
+
+REST_CM_S = 1e-8
+"""Speed below which a glide has ended (cm/s): the direction of a smaller displacement would not outlive rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vicsek(Particles):
+    """Particles of constant speed that take the mean direction of all within a radius, themselves included, and noise.
+
+    x(t + 1) = x(t) + v(t) dt, and the angle of v(t + 1) is the mean angle within the radius plus noise drawn uniformly from
+    [-noise / 2, noise / 2]. Parameters: speed (cm/s), noise (rad per step, up to 2 pi), radius (cm).
+
+    Parameters
+    ----------
+    period_cm
+        Side of the square (cm) that is repeated in both directions, as in the source; None for the unbounded plane. Positions
+        run on over its border, so that speeds are right; neighbor signals need the unbounded plane.
+
+    Source
+    ------
+    T. Vicsek, A. Czirok, E. Ben-Jacob, I. Cohen, O. Shochet, Physical Review Letters 75 (1995) 1226, equations 1 and 2. It has no
+    units. It leaves open what a particle does when the mean has no direction: here it keeps its own.
+    """
+
+    period_cm: float | None = 20.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.period_cm is None:
+            return
+        self._check_above_zero("period_cm")
+        if self.tank_cm is not None:
+            refuse("tank_cm", "be None in a periodic square", brief(self.tank_cm), "Set period_cm=None.")
+        if any(name.startswith("neighbor") for name in self.signals):
+            refuse("signals", "be speed and turn in a periodic square", brief(self.signals), "Set period_cm=None.")
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Speed, noise, radius."""
+        return {
+            "speed": Parameter(0, 20, unit="cm/s"),
+            "noise": Parameter(0, 2 * np.pi, unit="rad"),
+            "radius": Parameter(0, 10, unit="cm"),
+        }
+
+    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+        speed, noise, radius = parameters
+        positions, directions = self._scattered(rngs)
+        shaken = draw(rngs, lambda rng: rng.uniform(-0.5, 0.5, (self.moves, self.individuals)))
+        yield positions
+        for step in range(self.moves):
+            near = np.abs(offsets(positions, self.period_cm)) <= radius[..., None]
+            mean = total(near, directions[:, None])
+            positions = positions + speed * self.interval_s * directions
+            directions = unit(mean, directions) * rotation(noise * shaken[:, step])
+            positions, directions = self._within(positions, directions)
+            yield positions
+
+
+@dataclass(frozen=True, kw_only=True)
+class Couzin(Particles):
+    """Individuals of constant speed that turn away from the nearest, along with the nearer and toward the farther others.
+
+    With d the distance of another individual, the zones are repulsion, d < r_r; orientation, r_r <= d < r_o; attraction,
+    r_o <= d <= r_a. Whoever has others in the zone of repulsion wants to go away from them, ``-sum r_ij / |r_ij|``. Else the wish
+    is the sum of the directions of those in the zone of orientation and of the unit vectors to those in the zone of attraction,
+    both visible ones only. Without a wish an individual keeps its direction. The wish is rotated by a normal angle, and the
+    individual turns toward it by at most turning_rate times the time step.
+
+    Parameters: speed (cm/s), turning_rate (rad/s), repulsion_radius r_r (cm), orientation_width r_o - r_r (cm),
+    attraction_width r_a - r_o (cm), noise (standard deviation of the angle, rad per step).
+
+    Parameters
+    ----------
+    field_of_view_rad
+        Angle (rad) in which others are seen, symmetric to the direction of motion; it does not limit repulsion.
+
+    Source
+    ------
+    I. D. Couzin, J. Krause, R. James, G. D. Ruxton, N. R. Franks, Journal of Theoretical Biology 218 (2002) 1, equations 1 to 3 and
+    table 1, where a step is 0.1 s; here in the plane instead of in space. Left open there, and chosen here: the new
+    direction is taken before the step in space; nobody counts as one's own neighbor; who is at exactly the same place repels
+    nobody; a group starts in a square.
+    """
+
+    field_of_view_rad: float = 1.5 * math.pi
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 < self.field_of_view_rad <= 2 * math.pi:
+            refuse("field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad))
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Speed, turning rate, one radius and two widths of zones, noise."""
+        return {
+            "speed": Parameter(0, 20, unit="cm/s"),
+            "turning_rate": Parameter(0, 6, unit="rad/s"),
+            "repulsion_radius": Parameter(0, 5, unit="cm"),
+            "orientation_width": Parameter(0, 15, unit="cm"),
+            "attraction_width": Parameter(0, 15, unit="cm"),
+            "noise": Parameter(0, 0.5, unit="rad"),
+        }
+
+    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+        speed, turning_rate, *zones, noise = parameters
+        borders = np.cumsum(zones, axis=0)
+        most = turning_rate * self.interval_s
+        positions, directions = self._scattered(rngs)
+        shaken = draw(rngs, lambda rng: rng.standard_normal((self.moves, self.individuals)))
+        yield positions
+        for step in range(self.moves):
+            wish = unit(self._wish(positions, directions, borders), directions) * rotation(noise * shaken[:, step])
+            angle = np.angle(wish * directions.conj())
+            directions = directions * rotation(np.clip(angle, -most, most))
+            positions = positions + speed * self.interval_s * directions
+            positions, directions = self._within(positions, directions)
+            yield positions
+
+    def _wish(self, positions: np.ndarray, directions: np.ndarray, borders: np.ndarray) -> np.ndarray:
+        """Return where individuals want to go (M, A), zero without a wish; borders (3, M, 1) of the zones."""
+        repulsion, orientation, attraction = borders[..., None]
+        way = offsets(positions)
+        distance = np.abs(way)
+        toward = np.divide(way, distance, out=np.zeros_like(way), where=distance > 0)
+        others = ~np.eye(self.individuals, dtype=bool)
+        ahead = (toward * directions.conj()[..., None]).real
+        seen = others & (ahead >= math.cos(self.field_of_view_rad / 2) - ROUNDING)
+        close = others & (distance < repulsion)
+        middle = seen & (distance >= repulsion) & (distance < orientation)
+        far = seen & (distance >= orientation) & (distance <= attraction)
+        social = total(middle, directions[:, None]) + total(far, toward)
+        return np.where(close.any(axis=-1), -total(close, toward), social)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Boids(Particles):
+    """Individuals that avoid collisions, match velocities and stay close, in this order of precedence.
+
+    Each urge requests an acceleration. With r the way to another boid within the radius and ``w = 1 / |r|^2``:
+
+    * collision avoidance, ``-separation sum w r / |r|``;
+    * velocity matching, alignment (mean of the others' velocities weighted by w, minus the own velocity);
+    * flock centering, cohesion (mean of r weighted by w).
+
+    Requests are granted in this order until their lengths sum up to the maximum acceleration; the last one is trimmed.
+
+    Parameters: speed (the largest, cm/s), separation (cm^3/s^2), alignment (1/s), cohesion (1/s^2).
+
+    Parameters
+    ----------
+    radius_cm
+        How far a boid perceives others (cm).
+    acceleration_per_s
+        Largest acceleration as a multiple of the largest speed (1/s).
+    slowest
+        Lowest speed as a share of the largest, in [0, 1].
+
+    Source
+    ------
+    C. W. Reynolds, Computer Graphics 21 (1987) 25, which has no equations: the three behaviors and their order, prioritized
+    acceleration allocation, sensitivity by the inverse square of the distance within a radius, and a maximum acceleration
+    expressed as a fraction of the maximum speed are his. Left open there, and chosen here: the formulas above, a lowest speed
+    so that boids keep moving, the largest speed at the start, the plane instead of space. Boids at the same place do not
+    perceive each other. There is no noise: groups differ by their start alone.
+    """
+
+    radius_cm: float = 10.0
+    acceleration_per_s: float = 2.0
+    slowest: float = 0.5
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_above_zero("radius_cm", "acceleration_per_s")
+        if not 0 <= self.slowest <= 1:
+            refuse("slowest", "be in [0, 1]", brief(self.slowest))
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Speed, and the strengths of the three urges."""
+        return {
+            "speed": Parameter(0, 20, unit="cm/s"),
+            "separation": Parameter(0, 100, unit="cm^3/s^2"),
+            "alignment": Parameter(0, 5, unit="1/s"),
+            "cohesion": Parameter(0, 5, unit="1/s^2"),
+        }
+
+    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+        speed, *strengths = parameters
+        positions, directions = self._scattered(rngs)
+        velocities = speed * directions
+        yield positions
+        for _ in range(self.moves):
+            requests = self._requests(positions, velocities, strengths)
+            velocities = velocities + self.interval_s * allocated(requests, self.acceleration_per_s * speed)
+            velocities = limited(velocities, self.slowest * speed, speed)
+            positions = positions + self.interval_s * velocities
+            positions, velocities = self._within(positions, velocities)
+            yield positions
+
+    def _requests(
+        self, positions: np.ndarray, velocities: np.ndarray, strengths: Sequence[np.ndarray]
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the requested accelerations (M, A), the most urgent first."""
+        separation, alignment, cohesion = strengths
+        way = offsets(positions)
+        square = way.real**2 + way.imag**2
+        perceived = (square > 0) & (square <= self.radius_cm**2)
+        square = np.where(perceived, square, 1.0)
+        weight = perceived / square
+        away = (weight / np.sqrt(square) * way).sum(axis=-1)
+        weights = weight.sum(axis=-1)
+        share = weight / np.where(weights > 0, weights, 1.0)[..., None]
+        mean_velocity = np.where(weights > 0, (share * velocities[:, None]).sum(axis=-1), velocities)
+        return -separation * away, alignment * (mean_velocity - velocities), cohesion * (share * way).sum(axis=-1)
+
+
+def allocated(requests: Sequence[np.ndarray], most: np.ndarray) -> np.ndarray:
+    """Return the sum of requests granted in order until their lengths sum up to `most`, the last one trimmed."""
+    granted, left = np.zeros_like(requests[0]), most
+    for request in requests:
+        length = np.abs(request)
+        part = np.minimum(length, left)
+        granted = granted + np.divide(part * request, length, out=np.zeros_like(request), where=length > 0)
+        left = left - part
+    return granted
+
+
+def limited(velocities: np.ndarray, least: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return velocities whose length lies between two limits; rest has no direction and stays."""
+    length = np.abs(velocities)
+    wanted = np.clip(length, least, most)
+    return np.divide(wanted * velocities, length, out=np.zeros_like(velocities), where=length > 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BurstAndCoast(Particles):
+    """Individuals that take no notice of each other: sudden turns with a burst of speed, and straight glides between them.
+
+    At each kick the direction changes by a normal angle and a new speed v is drawn; within a kick, after time
+    t, the speed is v exp(-t / glide_time), and the way v glide_time (1 - exp(-t / glide_time)).
+
+    Parameters: speed (mean speed at the start of a kick, cm/s), kick_interval (mean duration of a kick, s),
+    glide_time (s), turn (standard deviation of the change of direction at a kick, rad).
+
+    Parameters
+    ----------
+    variation
+        Standard deviation of the durations and of the initial speeds of kicks, as a share of their means.
+
+    Source
+    ------
+    D. S. Calovi, A. Litchinko, V. Lecheval, U. Lopez, A. Perez Escudero, H. Chate, C. Sire, G. Theraulaz, PLoS Computational
+    Biology 14 (2018) e1005933: the motion of a fish that neither walls nor others influence. Durations and speeds come from
+    bell-shaped distributions there, as measured in one species; here from gamma distributions, independently. A duration below a
+    time step is taken as one time step; walks start at a random moment of a kick.
+    """
+
+    variation: float = 0.5
+
+    social: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_above_zero("variation")
+
+    @property
+    def parameters(self) -> dict[str, Parameter]:
+        """Speed, duration of a kick, time constant of the glide, turn."""
+        return {
+            "speed": Parameter(0, 40, unit="cm/s"),
+            "kick_interval": Parameter(0.1, 2, unit="s"),
+            "glide_time": Parameter(0.1, 2, unit="s"),
+            "turn": Parameter(0, 1.5, unit="rad"),
+        }
+
+    def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
+        speed, kick_interval, glide_time, turn = parameters
+        glide_time = np.maximum(glide_time, 1e-300)  # no division by zero
+        positions, directions = self._scattered(rngs)
+        durations, speeds, angles = self._drawn(rngs)
+        durations = np.maximum(kick_interval[:, None] * durations, self.interval_s)
+        elapsed = durations[:, 0] * draw(rngs, lambda rng: rng.random(self.individuals))
+        left = durations[:, 0] - elapsed
+        paces = speed * speeds[:, 0] * np.exp(-elapsed / glide_time)
+        yield positions
+        for step in range(1, self.moves + 1):
+            before = np.minimum(left, self.interval_s)
+            after = self.interval_s - before
+            way, paces = glided(paces, before, glide_time)
+            positions, directions = self._within(positions + way * directions, directions)
+            kicked = left < self.interval_s
+            directions = np.where(kicked, directions * rotation(turn * angles[:, step]), directions)
+            paces = np.where(kicked, speed * speeds[:, step], paces)
+            left = np.where(kicked, durations[:, step], left - before) - after
+            way, paces = glided(paces, after, glide_time)
+            positions, directions = self._within(positions + way * directions, directions)
+            yield positions
+
+    def _drawn(self, rngs: Sequence[np.random.Generator]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return durations and initial speeds, with a mean of 1, and angles (M, moves + 1, A), enough for a kick in each step."""
+        shape = (self.moves + 1, self.individuals)
+        form = self.variation**-2
+        kicks = draw(rngs, lambda rng: rng.gamma(form, 1 / form, (2, *shape)))
+        return kicks[:, 0], kicks[:, 1], draw(rngs, lambda rng: rng.standard_normal(shape))
+
+
+def glided(paces: np.ndarray, time: np.ndarray, glide_time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the way (cm) of a glide of that duration (s), and the speed at its end, from the speed (cm/s) at its start."""
+    moving = np.where(paces < REST_CM_S, 0.0, paces)
+    loss = -np.expm1(-time / glide_time)
+    return moving * glide_time * loss, moving * (1 - loss)
