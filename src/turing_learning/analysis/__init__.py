@@ -29,23 +29,34 @@
 """
 
 from ._disks import dispersion, largest_cluster, least_dispersion
-from ._errors import absolute_error, mean_absolute_error, name_failure
+from ._errors import (
+    DYNAMIC_READINGS,
+    absolute_error,
+    dynamic_outputs,
+    mean_absolute_error,
+    median_place,
+    name_failure,
+    response_error,
+    steady_outputs,
+)
 from ._estimate import (
     UNKNOWN,
     WHY_UNKNOWN,
+    Verdict,
     estimate,
     interval,
     is_known,
+    judgment,
     known_or,
+    ordered,
     pooled_estimate,
     pooled_interval,
     r_hat,
+    settled,
+    told,
 )
-from ._jury import Jury, area_under_curve, competence
 from ._matching import LEAST_P, Matched, match
-from ._responses import DYNAMIC_READINGS, dynamic_outputs, median_place, response_error, steady_outputs
-from ._tests import Comparison, compare, decision_accuracy, polarization
-from ._verdict import Verdict, judgment, ordered, settled, told
+from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
     "DYNAMIC_READINGS",

@@ -1,17 +1,24 @@
-"""Errors of inferred parameters, and what went wrong in a run whose truth is known, by name."""
+"""Errors of inferred parameters, what went wrong in a run whose truth is known, by name, and what black-box models do."""
 
 from itertools import permutations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..arrays import array
 from ..errors import require
 
+if TYPE_CHECKING:
+    from turing_learning.models import ElmanModel
+
 GOOD = "good"
 LIMIT = 0.1
 """Mean absolute error from which on a run has failed."""
 _CLOSE = 0.2
 _RUNAWAY = 3.0
+
+DYNAMIC_READINGS = np.repeat((0, 1, 0), 10)
+"""Sensor readings of the dynamic response: paper, section 4.6.2, figure 12."""
 
 
 def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
@@ -101,3 +108,52 @@ def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
         if state != other and distance[state, state] >= _CLOSE:
             return f"I = {state} as I = {other}"
     return "other"
+
+
+def steady_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
+    """Return the outputs (..., 2 n) of networks (..., Q) in the 20th step of each constant reading, from the reset network.
+
+    Source
+    ------
+    Paper, section 4.6.2, figure 11.
+    """
+    return model.described(networks)
+
+
+def dynamic_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
+    """Return the outputs (..., 30, 2) of networks (..., Q) for I = 0 (steps 1 to 10), 1 (11 to 20) and 0 (21 to 30).
+
+    Source
+    ------
+    Paper, section 4.6.2, figure 12.
+    """
+    return model.respond(networks, DYNAMIC_READINGS)
+
+
+def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.ArrayLike) -> np.ndarray:
+    """Compute how far the outputs of networks are from the agents' parameters over 20 steps of each constant reading.
+
+    Parameters
+    ----------
+    networks : (..., Q)
+        Weights; finite.
+    truth : (2 n,)
+        Parameters of the agent.
+
+    Returns
+    -------
+    (...)
+        Sum of the squared differences over all parameters and steps.
+
+    Source
+    ------
+    Paper, section 4.6.2: the metric by which the network of median performance is chosen.
+    """
+    true = array("truth", truth, "P", finite=False, P=2 * model.states)
+    return np.square(model.constant_responses(networks) - true).sum(axis=(-2, -1))
+
+
+def median_place(errors: np.typing.ArrayLike) -> int:
+    """Return the place of the median among errors (R,), of two middle ones the smaller."""
+    errors = array("errors", errors, "R")
+    return int(np.argsort(errors, kind="stable")[(errors.size - 1) // 2])

@@ -1,7 +1,7 @@
 """The command line: parse, call, print.
 
 `main` is the entry point of ``turing-learning``. `_app` lists the commands; those of runs, studies, robots, detection and
-reproduction have a module each. `_options` has what they share, `_live` and `_study_view` the live views, `_tables` the tables,
+reproduction have a module each. `_options` has what they share, `_live` the live views, `_tables` the tables,
 `_stopping` what Ctrl-C does, and `_words` the names of options in messages. Exit codes: 0 done; 2 rejected before anything ran;
 130 interrupted, can be resumed; 1 anything else.
 """

@@ -124,7 +124,7 @@ def show(path: Path) -> None:
     """Print the table of a study."""
     from turing_learning.studies import load_study
 
-    from ._study_view import print_study
+    from ._live import print_study
     from ._tables import plain_console
 
     print_study(plain_console(), load_study(path))
@@ -166,7 +166,7 @@ def study_collect(study: Path, /) -> None:
     """
     from turing_learning.studies import collect_study
 
-    from ._study_view import print_study
+    from ._live import print_study
     from ._tables import plain_console
 
     print_study(plain_console(), collect_study(study))
@@ -178,7 +178,7 @@ def _execute(execute: "Callable[..., StudyResult]", path: Path) -> int | None:
     from turing_learning.report import counted
     from turing_learning.runs import resume_command
 
-    from ._study_view import print_study, watching_study
+    from ._live import print_study, watching_study
     from ._tables import plain_console
 
     console = plain_console()

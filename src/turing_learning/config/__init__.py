@@ -19,7 +19,6 @@ Other modules with a file of their own take `Section`, `read_toml` and `line_of`
 from turing_learning.errors import is_integer, nearest
 
 from ._configuration import Configuration, classifier_of, require_seen, require_whole_cycles
-from ._flat import dotted, flat_settings, single_settings, stated_once, with_settings
 from ._load import PRESETS, SCENARIOS, load_configuration
 from ._parts import built, give_again, part_named, part_of
 from ._sections import (
@@ -35,7 +34,7 @@ from ._sections import (
     Section,
     require_at_least,
 )
-from ._study import Variant, load_variants
+from ._study import Variant, dotted, flat_settings, load_variants, single_settings, stated_once, with_settings
 from ._toml import line_of, read_toml, to_toml
 
 __all__ = [

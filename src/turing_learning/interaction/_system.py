@@ -14,9 +14,8 @@ from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..systems import CustomSystem, CustomSystemError, FailureLog, Given, GuardedInterrogation, Source
 from ..systems._genuine import SCALE_PERCENTILE, SMALLEST_SCALE
-from . import _light, _sensors
-from ._interrogator import Dialogue, Interrogator
-from ._stimulus import Stimulus
+from . import _examples
+from ._stimulus import Dialogue, Interrogator, Stimulus
 
 _LOGGER = logging.getLogger("turing_learning")
 Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, np.ndarray]]
@@ -25,9 +24,9 @@ Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, n
 The first state is `initial(n, rng)`, where the function has such a method; else zeros (n, states)."""
 
 BEHAVIORS: dict[str, Step] = {
-    "light-response": _light.LightResponse(),
-    "light-response-stochastic": _light.LightResponse(stochastic=True),
-    "sensor-configuration": _sensors.SensorConfiguration(),
+    "light-response": _examples.LightResponse(),
+    "light-response-stochastic": _examples.LightResponse(stochastic=True),
+    "sensor-configuration": _examples.SensorConfiguration(),
 }
 _TOLD_APART = 20  # models with another value of a parameter, by which an interrogator is chosen for a report
 
@@ -407,8 +406,8 @@ def _built_in(
 
 
 _LIGHT: dict[str, Any] = {
-    "parameters": _light.PARAMETERS, "true": _light.TRUTH, "ranges": {"light": (0.0, 1.0)}, "center": {"speed": 5.0},
-    "scale": (4.0,),
+    "parameters": _examples.LIGHT_PARAMETERS, "true": _examples.LIGHT_TRUTH,
+    "ranges": {"light": (0.0, 1.0)}, "center": {"speed": 5.0}, "scale": (4.0,),
 }  # fmt: skip
 STIMULATED: dict[str, StimulatedSystem] = {
     system.name: system
@@ -418,8 +417,8 @@ STIMULATED: dict[str, StimulatedSystem] = {
         _built_in(
             "sensor-configuration",
             "Sensors of a robot",
-            _sensors.PARAMETERS,
-            _sensors.TRUTH,
+            _examples.SENSOR_PARAMETERS,
+            _examples.SENSOR_TRUTH,
             {"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)},
             dict.fromkeys(("reading1", "reading2", "reading3"), 15.0),
             (15.0,) * 3,

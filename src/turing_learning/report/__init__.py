@@ -17,11 +17,9 @@
 The pages of runs and studies are in the modules of this room: `_content` has what they show, `_page` how.
 """
 
-from ._film import write_gif, write_mp4
-from ._numbers import counted, describe_unknown, short_number, shown
 from ._page import replay_page, write_page
-from ._replay import Replay, Swarm
-from ._tabular import Tabular
+from ._replay import Replay, Swarm, write_gif, write_mp4
+from ._tabular import Tabular, counted, describe_unknown, short_number, shown
 
 __all__ = [
     "Replay", "Swarm", "Tabular", "counted", "describe_unknown", "replay_page", "short_number", "shown", "write_gif", "write_mp4",

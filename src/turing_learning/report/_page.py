@@ -18,8 +18,8 @@ from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
 from ._content import Cell, Listing, RunReport, RunTable, StudyReport, describe_selection
-from ._numbers import aligned, short_number, shown
 from ._replay import Replay, Swarm
+from ._tabular import aligned, short_number, shown
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""

@@ -1,15 +1,35 @@
 """What a replay shows: swarms in motion, plain data."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from turing_learning._files import whole
 from turing_learning.arrays import array
-from turing_learning.errors import integer, number, require
+from turing_learning.errors import integer, number, optional, require
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageDraw import ImageDraw
 
 MARGIN = 0.04  # of the longer side, around everything that moves
 NARROWEST = 0.6  # shorter side of the view, relative to the longer one
+
+PAPER, INK, MUTED, RULE = "#ffffff", "#1f2933", "#5f6a75", "#d5dae0"
+BLUE, ORANGE, GREEN = "#0072b2", "#d55e00", "#4dbb9d"
+PALE_BLUE, PALE_ORANGE = "#b3d4e8", "#f2cfb3"
+
+PANEL = 480  # pixels, width of one swarm
+HEAD = 30  # pixels, height of the line above it
+GAP = 12  # pixels, around every panel
+FINE = 2  # drawn this much larger, then reduced, for smooth edges
+TRAIL_S = 4.0
+TRAIL_POINTS = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,3 +132,152 @@ class Replay:
         left, bottom = center - wanted / 2
         right, top = center + wanted / 2
         return float(left), float(bottom), float(right), float(top)
+
+
+def write_gif(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 20) -> Path:
+    """Write a replay as GIF that repeats forever.
+
+    Parameters
+    ----------
+    replay
+        What to show.
+    path
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
+    speed
+        Seconds of the swarm's time in one second of film, > 0.
+    frames_per_second
+        Frames per second, 1 to 50 (GIF knows hundredths of a second only, and viewers slow shorter frames down).
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written.
+    """
+    from PIL.Image import Dither
+
+    number("speed", speed, above=0)
+    integer("frames_per_second", frames_per_second, 1, 50)
+    pictures = _pictures(replay, speed, frames_per_second)
+    palette = next(pictures).quantize(64)
+    indexed = (
+        picture.quantize(palette=palette, dither=Dither.NONE) for picture in _pictures(replay, speed, frames_per_second)
+    )
+    first, milliseconds = next(indexed), 10 * round(100 / frames_per_second)
+    with whole(Path(path)) as temporary:
+        first.save(temporary, format="GIF", save_all=True, append_images=indexed, duration=milliseconds, loop=0)
+    return Path(path)
+
+
+def write_mp4(replay: Replay, path: str | Path, *, speed: float = 1.0, frames_per_second: int = 30) -> Path:
+    """Write a replay as MP4 (H.264); needs the extra ``video``.
+
+    Parameters
+    ----------
+    replay
+        What to show.
+    path
+        The file, in an existing folder; one that exists is replaced. It appears complete or not at all.
+    speed
+        Seconds of the swarm's time in one second of film, > 0.
+    frames_per_second
+        Frames per second, 1 to 120.
+
+    Raises
+    ------
+    MissingExtraError
+        If the extra is not installed.
+    OSError
+        If the file cannot be written.
+    """
+    number("speed", speed, above=0)
+    integer("frames_per_second", frames_per_second, 1, 120)
+    av = optional("av", "av", "video")
+    options = {"movflags": "faststart"}
+    with whole(Path(path)) as temporary, av.open(str(temporary), "w", format="mp4", options=options) as film:
+        stream = film.add_stream("libx264", rate=Fraction(frames_per_second))
+        stream.pix_fmt, stream.options = "yuv420p", {"crf": "20"}
+        stream.width, stream.height = _size(replay)
+        for picture in _pictures(replay, speed, frames_per_second):
+            film.mux(stream.encode(av.VideoFrame.from_image(picture)))
+        film.mux(stream.encode())
+    return Path(path)
+
+
+def _size(replay: Replay) -> tuple[int, int]:
+    left, bottom, right, top = replay.view_cm
+    height = round(PANEL * (top - bottom) / (right - left))
+    width = len(replay.swarms) * (PANEL + GAP) + GAP
+    return width + width % 2, HEAD + height + GAP + (HEAD + height + GAP) % 2
+
+
+def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator["Image"]:
+    count = int(replay.duration_s / speed * frames_per_second + 1e-9) + 1
+    for k in range(count):
+        yield _picture(replay, k * speed / frames_per_second)
+
+
+def _picture(replay: Replay, time_s: float) -> "Image":
+    from PIL import Image, ImageDraw
+
+    width, height = _size(replay)
+    canvas = Image.new("RGB", (FINE * width, FINE * height), PAPER)
+    for k, swarm in enumerate(replay.swarms):
+        panel = Image.new("RGB", (FINE * PANEL, FINE * (height - HEAD - GAP)), PAPER)
+        _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
+        canvas.paste(panel, (FINE * (GAP + k * (PANEL + GAP)), FINE * HEAD))
+    picture = canvas.resize((width, height), Image.Resampling.BOX)
+    _write_head(ImageDraw.Draw(picture), replay, time_s)
+    return picture
+
+
+def _write_head(pen: "ImageDraw", replay: Replay, time_s: float) -> None:
+    from PIL import ImageFont
+
+    font = ImageFont.load_default(14)
+    for k, swarm in enumerate(replay.swarms):
+        pen.text((GAP + k * (PANEL + GAP), HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
+    right = len(replay.swarms) * (PANEL + GAP)
+    pen.text((right, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm")
+
+
+def poses_at(replay: Replay, swarm: Swarm, time_s: float) -> np.ndarray:
+    """Return the poses (A + O, 3) at a time (s) between two frames, headings along the shorter arc."""
+    frame = min(max(time_s / replay.interval_s, 0.0), replay.frames - 1.0)
+    before = int(frame)
+    after = min(before + 1, replay.frames - 1)
+    change = swarm.poses[after] - swarm.poses[before]
+    change[:, 2] = (change[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return swarm.poses[before] + (frame - before) * change
+
+
+def _draw_swarm(pen: "ImageDraw", size: tuple[int, int], replay: Replay, swarm: Swarm, time_s: float) -> None:
+    left, bottom, right, _ = replay.view_cm
+    scale = size[0] / (right - left)
+
+    def on_panel(poses: np.ndarray) -> np.ndarray:
+        return np.stack([(poses[..., 0] - left) * scale, size[1] - (poses[..., 1] - bottom) * scale], axis=-1)
+
+    pen.rectangle((0, 0, size[0] - 1, size[1] - 1), outline=RULE, width=FINE)
+    if replay.walls_cm is not None:
+        (x, low), (far, high) = on_panel(np.reshape(replay.walls_cm, (2, 2)))
+        pen.rectangle((x, high, far, low), outline=MUTED, width=FINE)
+    times = np.linspace(max(0.0, time_s - TRAIL_S), time_s, TRAIL_POINTS)
+    trails = on_panel(np.stack([poses_at(replay, swarm, time) for time in times])[:, : swarm.robots])
+    for k, replica in enumerate(swarm.is_replica):
+        pen.line([tuple(point) for point in trails[:, k]], fill=PALE_ORANGE if replica else PALE_BLUE, width=FINE)
+    poses = poses_at(replay, swarm, time_s)
+    centers = on_panel(poses)
+    for center in centers[swarm.robots :]:
+        pen.circle(tuple(center), replay.object_radius_cm * scale, fill=GREEN)
+    robot_radius = max(replay.robot_radius_cm * scale, 2.0 * FINE)
+    for k, replica in enumerate(swarm.is_replica):
+        _draw_robot(pen, centers[k], poses[k, 2], robot_radius, replica)
+
+
+def _draw_robot(pen: "ImageDraw", center: np.ndarray, heading: float, radius: float, replica: bool) -> None:
+    if replica:
+        pen.circle(tuple(center), radius, fill=PALE_ORANGE, outline=ORANGE, width=round(0.28 * radius))
+    else:
+        pen.circle(tuple(center), radius, fill=BLUE)
+    tip = center + radius * np.array([np.cos(heading), -np.sin(heading)])
+    pen.line([tuple(center), tuple(tip)], fill=INK if replica else PAPER, width=max(1, round(0.25 * radius)))

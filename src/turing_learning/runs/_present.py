@@ -12,8 +12,13 @@ from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
 from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
-from turing_learning.figures._dialogues import dialogues_figure
-from turing_learning.figures._one_run import error_figure, fitness_figure, parameters_figure, step_sizes_figure
+from turing_learning.figures._one_run import (
+    dialogues_figure,
+    error_figure,
+    fitness_figure,
+    parameters_figure,
+    step_sizes_figure,
+)
 from turing_learning.purposes import REPLAY
 from turing_learning.report._content import Listing, ParameterRow, RunReport, RunTable
 from turing_learning.report._page import report_page as markup

@@ -1,3 +1,5 @@
+from ._backends import refuse_script as refuse_script
+from ._backends import write_slurm as write_slurm
 from ._conduct import StudyProgress as StudyProgress
 from ._folder import ExecutorError as ExecutorError
 from ._folder import StudyFolder as StudyFolder
@@ -5,8 +7,6 @@ from ._folder import is_study as is_study
 from ._plan import BEHAVIORS as BEHAVIORS
 from ._plan import Plan as Plan
 from ._plan import plan_study as plan_study
-from ._slurm import refuse_script as refuse_script
-from ._slurm import write_slurm as write_slurm
 from ._study import Hands as Hands
 from ._study import collect_study as collect_study
 from ._study import create_study as create_study

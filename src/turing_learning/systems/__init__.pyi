@@ -1,4 +1,7 @@
 from ._calls import Simulator as Simulator
+from ._calls import importable_name as importable_name
+from ._calls import imported as imported
+from ._calls import name_of as name_of
 from ._custom import CenteredClassifier as CenteredClassifier
 from ._custom import CustomSource as CustomSource
 from ._custom import CustomSystem as CustomSystem
@@ -13,9 +16,6 @@ from ._genuine import SplitSamples as SplitSamples
 from ._genuine import cut_samples as cut_samples
 from ._genuine import observed as observed
 from ._genuine import read_genuine as read_genuine
-from ._names import importable_name as importable_name
-from ._names import imported as imported
-from ._names import name_of as name_of
 from ._swarm import Laboratory as Laboratory
 from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps

@@ -1,20 +1,58 @@
-"""Calls of a simulator: what is asked, what comes back, and making them in this process or in others."""
+"""Calls of a simulator: by the name that another process imports it by, what is asked, what comes back, and making them."""
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from ..errors import integer, number, refuse, require
+from ..errors import RefusedError, brief, integer, number, refuse, require
 from ..workers import NotImportable, WorkerDied, Workers, packed
 from ._genuine import with_gaps
 from ._system import CustomSystemError
 
+_RULE = 'be "module:function", or a function of a module, which another process can import'
+_REMEDY = "Define it at the top level of a module, and have the module's folder in PYTHONPATH."
+
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 """(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
+
+
+def importable_name(function: Any) -> str | None:
+    """Return the name of a function, class or instance of a module, "module:function"; None where it has none."""
+    name = f"{getattr(function, '__module__', '')}:{getattr(function, '__qualname__', '')}"
+    return name if not name.startswith("__main__:") and _found(name) is function else None
+
+
+def name_of(function: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError) -> str:
+    """Return the name of a function; reject one that cannot be imported by it."""
+    name = function if isinstance(function, str) else importable_name(function)
+    require(name, argument, _RULE, brief(function), _REMEDY, error=error)
+    imported(name, argument, error)
+    return str(name)
+
+
+def imported(name: Any, argument: str = "simulate", error: type[RefusedError] = RefusedError) -> Any:
+    """Return the function of a name, "module:function"; reject a name of nothing."""
+    found = _found(name)
+    got = f"{name!r} ({found})" if isinstance(found, Exception) else f"{name!r}, a {type(found).__name__}"
+    require(callable(found), argument, _RULE, got, _REMEDY, error=error)
+    return found
+
+
+def _found(name: str) -> Any:
+    """Return the object of a name, or why there is none."""
+    module, _, path = name.partition(":")
+    try:
+        found: Any = import_module(module)
+        for part in path.split("."):
+            found = getattr(found, part)
+    except Exception as error:  # whatever a module does when it is imported
+        return error
+    return found
 
 
 @dataclass(frozen=True, eq=False)

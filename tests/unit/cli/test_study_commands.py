@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from turing_learning.cli import main
-from turing_learning.cli._study_view import StudyLines, study_picture
+from turing_learning.cli._live import StudyLines, study_picture
 from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
 pytestmark = pytest.mark.usefixtures("wide")

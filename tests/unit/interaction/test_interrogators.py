@@ -6,8 +6,8 @@ import pytest
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Judgments, classifier_reward, jury_reward, model_reward, sensitivity
 from turing_learning.errors import RefusedError
-from turing_learning.interaction import Interrogator, Stimulus, _light, _sensors
-from turing_learning.interaction._interrogator import Dialogue
+from turing_learning.interaction import Interrogator, Stimulus, _examples
+from turing_learning.interaction._stimulus import Dialogue
 
 LIGHTS = Stimulus({"light": (0.0, 1.0), "warmth": (-5.0, 15.0)})
 
@@ -82,8 +82,8 @@ def test_wrong_stimuli_are_refused(given, message):
 
 
 def test_an_agent_climbs_where_darkness_and_light_alternate_in_time(monkeypatch):
-    monkeypatch.setattr(_light, "NOISE_CM_S", 0.0)
-    agent, rng = _light.LightResponse(), np.random.default_rng(1)
+    monkeypatch.setattr(_examples, "NOISE_CM_S", 0.0)
+    agent, rng = _examples.LightResponse(), np.random.default_rng(1)
     parameters = np.tile([[2.0, 6.0, 1.0, 8.0, 0.3]], (2, 1))
     state, speeds = agent.initial(2, rng), []
     # four steps of 0.3 reach the next state; the second agent sees darkness for one step too long
@@ -96,7 +96,7 @@ def test_an_agent_climbs_where_darkness_and_light_alternate_in_time(monkeypatch)
 
 
 def test_a_stochastic_agent_climbs_with_its_readiness():
-    agent, rng = _light.LightResponse(stochastic=True), np.random.default_rng(2)
+    agent, rng = _examples.LightResponse(stochastic=True), np.random.default_rng(2)
     parameters = np.tile([[2.0, 6.0, 1.0, 8.0, 0.3]], (4000, 1))
     state, _ = agent(agent.initial(4000, rng), parameters, np.zeros((4000, 1)), rng)
     assert abs(np.mean(state[0] == 1) - 0.3) < 0.03
@@ -105,8 +105,8 @@ def test_a_stochastic_agent_climbs_with_its_readiness():
 
 
 def test_sensors_see_walls_and_obstacles_up_to_their_range(monkeypatch):
-    monkeypatch.setattr(_sensors, "NOISE_CM", 0.0)
-    robot, rng = _sensors.SensorConfiguration(), np.random.default_rng(1)
+    monkeypatch.setattr(_examples, "NOISE_CM", 0.0)
+    robot, rng = _examples.SensorConfiguration(), np.random.default_rng(1)
     # at (60, 15), heading along x: the wall is 40 cm ahead, and 15 cm to the right; the obstacle at (70, 40), 25 cm up
     state = np.array([[60.0, 60.0], [15.0, 15.0], [0.0, 0.0]])
     up = np.arctan2(25.0, 10.0)
@@ -116,7 +116,7 @@ def test_sensors_see_walls_and_obstacles_up_to_their_range(monkeypatch):
 
 
 def test_a_robot_drives_as_its_wheels_turn_and_stops_at_walls_and_obstacles():
-    robot, rng = _sensors.SensorConfiguration(), np.random.default_rng(1)
+    robot, rng = _examples.SensorConfiguration(), np.random.default_rng(1)
     state, sensors = np.array([[50.0, 95.0, 15.0], [50.0, 50.0, 30.0], [0.0, 0.0, 0.0]]), np.ones((3, 6))
     turned, _ = robot(state, sensors, np.array([[-1.0, 1.0]] * 3), rng)
     np.testing.assert_allclose(turned[:2], state[:2])
@@ -125,8 +125,8 @@ def test_a_robot_drives_as_its_wheels_turn_and_stops_at_walls_and_obstacles():
         state, _ = robot(state, sensors, np.ones((3, 2)), rng)
     np.testing.assert_allclose(state[0], [50 + 2 * 12.8, 100 - 3.5, 30 - 8 - 3.5])
     starts = robot.initial(500, rng)
-    away = np.hypot(starts[0, :, None] - _sensors.OBSTACLES[:, 0], starts[1, :, None] - _sensors.OBSTACLES[:, 1])
-    assert (away >= _sensors.OBSTACLES[:, 2] + 3.5 - 1e-9).all()
+    away = np.hypot(starts[0, :, None] - _examples.OBSTACLES[:, 0], starts[1, :, None] - _examples.OBSTACLES[:, 1])
+    assert (away >= _examples.OBSTACLES[:, 2] + 3.5 - 1e-9).all()
 
 
 MET = np.array([[True, True, False], [False, True, True]])

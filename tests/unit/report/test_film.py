@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from turing_learning import report
-from turing_learning.report._film import poses_at
+from turing_learning.report._replay import poses_at
 
 WRITERS = [report.write_gif, report.write_mp4]
 
@@ -88,7 +88,7 @@ def test_a_film_that_cannot_be_finished_leaves_the_old_one(replay, tmp_path, mon
     if write is report.write_mp4:
         pytest.importorskip("av")
     (tmp_path / "film").write_text("old")
-    film = importlib.import_module("turing_learning.report._film")
+    film = importlib.import_module("turing_learning.report._replay")
     draw = film._picture
 
     def fail(replay, time_s):

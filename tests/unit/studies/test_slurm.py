@@ -43,7 +43,7 @@ def test_a_script_that_cannot_be_written_is_named(tmp_path, monkeypatch):
     def fail(*arguments):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("turing_learning.studies._slurm.write_atomically", fail)
+    monkeypatch.setattr("turing_learning.studies._backends.write_atomically", fail)
     with pytest.raises(
         ConfigurationError, match=r"file that can be written; got .*job\.sh \(No space left on device\)"
     ):
