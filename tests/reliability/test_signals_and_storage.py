@@ -54,7 +54,7 @@ def test_a_signal_stops_after_the_present_generation_and_says_how_to_go_on(numbe
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     result = json.loads((folder / "result.json").read_text())
-    assert err == f"stopped after generation {result['generations']}; resume with: turing-learning resume {folder}\n"
+    assert err == f"stopped after {result['generations']} generations; resume with: turing-learning resume {folder}\n"
     assert not result["complete"]
     assert json.loads((folder / "manifest.json").read_text())["state"] == "stopped"
 

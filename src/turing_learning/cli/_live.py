@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
 INTERVAL_S = 0.2  # between two pictures
-LINE_EVERY = 100  # generations between two lines
+LINE_EVERY = 100  # generations between two lines, or a tenth as many batches of trials
 AWAY = "away from the truth"
 
 LAST = 5  # runs in the live view
@@ -73,7 +73,7 @@ class _Stops:
 
 
 class LineView:
-    """A line every 100 generations, and one for the last."""
+    """A line every 100 generations, or 10 batches of trials, and one for the last."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -82,7 +82,8 @@ class LineView:
     def __call__(self, progress: "Progress") -> None:
         """Print a line if it is time."""
         self._stops.add(progress.generation.selection)
-        if progress.completed % LINE_EVERY and progress.completed != progress.total:
+        every = LINE_EVERY // 10 if progress.trials else LINE_EVERY
+        if progress.completed % every and progress.completed != progress.total:
             return
         text = "  ".join(part for part in (_line(progress), self._stops.take()) if part)
         self._console.print(text, soft_wrap=True)
@@ -114,8 +115,7 @@ def _line(progress: "Progress") -> str:
     )
     generation = progress.generation
     fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
-    head = f"generation {progress.completed}/{progress.total}  {_rate(progress)}  {models}  {fitness}"
-    return "  ".join(part for part in (head, _outlook(progress)) if part)
+    return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
 
 
 def _outlook(progress: "Progress") -> str:
@@ -137,7 +137,7 @@ def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
 def _header(progress: "Progress") -> Table:
     grid = Table.grid(padding=(0, 2))
     grid.add_row(
-        Text(f"generation {progress.completed}/{progress.total}", style="bold"),
+        Text(progress.place, style="bold"),
         ProgressBar(total=progress.total, completed=progress.completed, width=30),
         Text(_rate(progress)),
         Text(f"{clock(progress.seconds_left)} left"),
@@ -169,7 +169,7 @@ def _median(values: np.ndarray) -> str:
 
 
 def _rate(progress: "Progress") -> str:
-    return f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+    return "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
 
 
 def clock(seconds: float) -> str:

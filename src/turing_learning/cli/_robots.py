@@ -335,7 +335,7 @@ def _execute(
             print(text, file=sys.stderr)
         return REFUSED
     ahead, of_trials = f"resume with: {resume_command(path)}", laboratory.configuration.run.trials > 0
-    repeats, step = 0 if of_trials else laboratory.setup.evaluation.repeats, "batch" if of_trials else "generation"
+    repeats = 0 if of_trials else laboratory.setup.evaluation.repeats
 
     def line(text: str) -> None:
         console.print(text, soft_wrap=True)
@@ -344,8 +344,8 @@ def _execute(
         shown = progress.generation.typical_model if of_trials else progress.generation.best_model
         pairs = zip(progress.parameter_names, shown, strict=True)
         models = " ".join(f"{name} {short_number(value)}" for name, value in pairs)
-        each = f"{progress.seconds_per_generation:.0f} s each"
-        line(f"{step} {progress.completed}/{progress.total}  {each}  {models}")
+        each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
+        line(f"{progress.place}  {each}  {models}")
 
     def happened(event: "Event") -> None:
         stage, _, number = event.stage.rpartition("-")
@@ -357,7 +357,7 @@ def _execute(
     with stopping(ahead) as should_stop:
         result = run(observer=progressed, should_stop=should_stop, on_event=happened)
     if not result.complete:
-        raise Interrupted(f"stopped after {step} {result.generations}; {ahead}")
+        raise Interrupted(f"stopped after {result.length}; {ahead}")
     print_result(console, result, path)
     if again := read_post_evaluation(path):
         print_post_evaluation(console, again)

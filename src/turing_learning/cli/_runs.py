@@ -430,5 +430,5 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     with stopping(interrupted) as should_stop, watching(console) as view:
         result = run(observer=view, should_stop=should_stop)
     if not result.complete:
-        raise Interrupted(f"stopped after generation {result.generations}; {ahead}")
+        raise Interrupted(f"stopped after {result.length}; {ahead}")
     print_result(console, result, path)

@@ -126,6 +126,10 @@ class Configuration(Section):
         """Return the number of trials that so many steps of the run spend, at least one."""
         return self._schedule[steps - 1] if self.run.trials else self.trials_per_generation * steps
 
+    def spent(self, steps: int) -> np.ndarray | None:
+        """Return the trials that a run of trials has spent after each of so many batches; None for one of generations."""
+        return np.array(self._schedule[:steps]) if self.run.trials else None
+
     @property
     def trials_per_generation(self) -> int:
         """Number of trials in a generation: executions of the system, whatever the number of replicas in one."""

@@ -216,17 +216,21 @@ def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float,
 
 
 def convergence_figure(
-    medians: np.ndarray, *, names: Sequence[str], truth: Sequence[float] | np.ndarray | None = None
+    medians: np.ndarray,
+    *,
+    names: Sequence[str],
+    truth: Sequence[float] | np.ndarray | None = None,
+    trials: np.ndarray | None = None,
 ) -> "Figure":
-    """Draw medians over the runs (G, P); true values are thin and dashed in the same colors.
+    """Draw medians over the runs (G, P), of runs of trials over those spent (G,); true values are thin and dashed.
 
     Source
     ------
     Paper, figure 5.
     """
     figure, axes = one_panel(6.4, 3.4)
-    _draw_convergence(axes, medians, names, truth)
-    label(axes, "Median over the runs")
+    _draw_convergence(axes, medians, names, truth, trials)
+    label(axes, "Median over the runs", "Generation" if trials is None else "Trials")
     add_legend(figure, loc="outside upper left", ncols=min(len(names), 6))
     return figure
 
@@ -248,12 +252,14 @@ def convergence_panels_figure(
     return figure
 
 
-def _draw_convergence(axes: "Axes", medians: np.ndarray, names: Sequence[str], truth: Any) -> None:
+def _draw_convergence(
+    axes: "Axes", medians: np.ndarray, names: Sequence[str], truth: Any, trials: np.ndarray | None = None
+) -> None:
     for k, name in enumerate(names):
-        draw_line(axes, medians[:, k], linewidth=1.3, label=name, **series(k))
+        draw_line(axes, medians[:, k], trials, linewidth=1.3, label=name, **series(k))
         if truth is not None:
             axes.axhline(truth[k], color=series(k)["color"], **THIN)
-    over_generations(axes, len(medians))
+    over_generations(axes, len(medians), trials)
 
 
 def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: Sequence[str]) -> "Figure":

@@ -1,4 +1,7 @@
-"""One run in pictures: populations, dialogues."""
+"""One run in pictures: populations, dialogues.
+
+Those of a run of trials are over the trials (G,) that it had spent after each of its G batches, if these are given.
+"""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -38,7 +41,12 @@ _KINDS = (("system", BLUE, "-"), ("estimate", ORANGE, DASHED))
 
 
 def parameters_figure(
-    best_models: np.ndarray, typical_models: np.ndarray, *, names: Sequence[str], truth: Sequence[float] | None = None
+    best_models: np.ndarray,
+    typical_models: np.ndarray,
+    *,
+    names: Sequence[str],
+    truth: Sequence[float] | None = None,
+    trials: np.ndarray | None = None,
 ) -> "Figure":
     """Draw the parameters of the best and of the typical model (G, P), a panel for each of P; the truth is dashed.
 
@@ -49,7 +57,7 @@ def parameters_figure(
     Paper, figure 5, which shows the same quantities for 30 runs.
     """
     figure, panels, columns = grid_of_panels(names, 2.15, sharex=True)
-    draw_parameters(panels, columns, best_models, typical_models, truth=truth)
+    draw_parameters(panels, columns, best_models, typical_models, truth=truth, trials=trials)
     legend_above(figure, panels[:1], ncols=3)
     return figure
 
@@ -61,12 +69,14 @@ def draw_parameters(
     typical_models: np.ndarray,
     *,
     truth: Sequence[float] | None,
+    trials: np.ndarray | None = None,
 ) -> None:
     """Draw `parameters_figure` into P panels, so many in a row."""
+    name, step = _words(trials)
     for k, axes in enumerate(panels):
         best, typical = best_models[:, k], typical_models[:, k]
-        draw_line(axes, best, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
-        draw_line(axes, typical, color=BLUE, linewidth=1.2, label="median of the better half")
+        draw_line(axes, best, trials, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
+        draw_line(axes, typical, trials, color=BLUE, linewidth=1.2, label=name)
         values = np.concatenate([best, typical])
         limits = np.percentile(values, CENTRAL)
         if truth is not None:
@@ -78,25 +88,37 @@ def draw_parameters(
         if values.min() < low - margin or values.max() > high + margin:
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
-        over_generations(axes, len(best))
+        over_generations(axes, len(best), trials)
         below = k + columns >= len(panels)
         axes.tick_params(labelbottom=below)
-        label(axes, "", "Generation" if below else "")
+        label(axes, "", step if below else "")
 
 
-def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray) -> "Figure":
+def _words(trials: np.ndarray | None) -> tuple[str, str]:
+    """Return what the typical model is called, and the horizontal axis."""
+    return ("median of the better half", "Generation") if trials is None else ("estimate so far", "Trials")
+
+
+def error_figure(mae_best: np.ndarray, mae_typical: np.ndarray, *, trials: np.ndarray | None = None) -> "Figure":
     """Draw the mean absolute errors (G,) of the best and of the typical model on a logarithmic axis."""
     figure, axes = one_panel(5.2, 3.1)
-    draw_line(axes, mae_best, color=SKY, linewidth=0.7, label="best model")
-    draw_line(axes, mae_typical, color=BLUE, linewidth=1.2, label="median of the better half")
+    name, step = _words(trials)
+    draw_line(axes, mae_best, trials, color=SKY, linewidth=0.7, label="best model")
+    draw_line(axes, mae_typical, trials, color=BLUE, linewidth=1.2, label=name)
     logarithmic(axes, mae_best, mae_typical)
-    over_generations(axes, len(mae_best))
-    label(axes, "Mean absolute error")
+    over_generations(axes, len(mae_best), trials)
+    label(axes, "Mean absolute error", step)
     add_legend(figure, loc="outside upper left", ncols=2)
     return figure
 
 
-def fitness_figure(model_fitness: np.ndarray, classifier_fitness: np.ndarray, *, stopped: np.ndarray) -> "Figure":
+def fitness_figure(
+    model_fitness: np.ndarray,
+    classifier_fitness: np.ndarray,
+    *,
+    stopped: np.ndarray,
+    trials: np.ndarray | None = None,
+) -> "Figure":
     """Draw the subjective fitness of models (G, M) and classifiers (G, N): median and quartiles.
 
     Generations in which selection stopped, (G,) bool, are shaded.
@@ -106,31 +128,36 @@ def fitness_figure(model_fitness: np.ndarray, classifier_fitness: np.ndarray, *,
     Paper, equations 1 and 2.
     """
     figure, axes = one_panel(5.2, 3.1)
-    draw_fitness(axes, model_fitness, classifier_fitness, stopped=stopped)
+    draw_fitness(axes, model_fitness, classifier_fitness, stopped=stopped, trials=trials)
     add_legend(figure, loc="outside upper left", ncols=3)
     return figure
 
 
 def draw_fitness(
-    axes: "Axes", model_fitness: np.ndarray, classifier_fitness: np.ndarray, *, stopped: np.ndarray
+    axes: "Axes",
+    model_fitness: np.ndarray,
+    classifier_fitness: np.ndarray,
+    *,
+    stopped: np.ndarray,
+    trials: np.ndarray | None = None,
 ) -> None:
     """Draw `fitness_figure` into one panel."""
     edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
         name = "selection stopped" if number == 0 else "_"
         axes.axvspan(start - 0.5, stop - 0.5, facecolor=MUTED, alpha=0.3, edgecolor=MUTED, linewidth=0.5, label=name)
-    _draw_band(axes, model_fitness, color=ORANGE, linestyle=(0, (5, 1.2)), label="models")
-    _draw_band(axes, classifier_fitness, color=BLUE, linestyle="-", label="classifiers")
-    over_generations(axes, len(model_fitness))
-    label(axes, "Fitness (median, quartiles)")
+    _draw_band(axes, model_fitness, trials, color=ORANGE, linestyle=(0, (5, 1.2)), label="models")
+    _draw_band(axes, classifier_fitness, trials, color=BLUE, linestyle="-", label="classifiers")
+    over_generations(axes, len(model_fitness), trials)
+    label(axes, "Fitness (median, quartiles)", _words(trials)[1])
 
 
-def _draw_band(axes: "Axes", fitness: np.ndarray, *, color: str, **options: Any) -> None:
+def _draw_band(axes: "Axes", fitness: np.ndarray, trials: np.ndarray | None, *, color: str, **options: Any) -> None:
     lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
     starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
     low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
-    axes.fill_between(starts, low, high, color=color, alpha=0.22, linewidth=0)
-    draw_line(axes, middle, color=color, linewidth=1.2, **options)
+    axes.fill_between(starts if trials is None else trials[starts], low, high, color=color, alpha=0.22, linewidth=0)
+    draw_line(axes, middle, trials, color=color, linewidth=1.2, **options)
 
 
 def step_sizes_figure(

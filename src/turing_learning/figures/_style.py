@@ -109,18 +109,18 @@ def note(axes: "Axes", text: str, *, height: float = 1.02) -> None:
     axes.text(1, height, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7.5, color=MUTED)
 
 
-def over_generations(axes: "Axes", generations: int) -> None:
-    """Let the horizontal axis run from 0 to the number of generations, with integers as ticks."""
+def over_generations(axes: "Axes", generations: int, trials: np.ndarray | None = None) -> None:
+    """Let the horizontal axis run from 0 to the number of generations, or to the last of the trials, with integers as ticks."""
     from matplotlib.ticker import MaxNLocator
 
-    axes.set_xlim(0, generations)
+    axes.set_xlim(0, generations if trials is None else trials[-1])
     axes.xaxis.set_major_locator(MaxNLocator(nbins=5, integer=True, steps=[1, 2, 2.5, 5, 10]))
 
 
-def draw_line(axes: "Axes", values: np.ndarray, **options: Any) -> None:
-    """Draw one value per generation; a single generation becomes a dot."""
+def draw_line(axes: "Axes", values: np.ndarray, trials: np.ndarray | None = None, **options: Any) -> None:
+    """Draw one value per generation, or over the trials spent by then; a single generation becomes a dot."""
     marker: dict[str, Any] = {"marker": "o", "markersize": 4} if len(values) == 1 else {}
-    axes.plot(np.arange(len(values)), values, **marker, **options)
+    axes.plot(np.arange(len(values)) if trials is None else trials, values, **marker, **options)
 
 
 def logarithmic(axes: "Axes", *values: np.ndarray) -> None:

@@ -207,13 +207,16 @@ def parameter_rows(
 
 
 def parameter_table(columns: Mapping[str, Mapping[str, Any] | None]) -> "pd.DataFrame":
-    """Return a row for each parameter: columns name -> value, without those that are None; "interval" becomes `low` and `high`."""
+    """Return a row for each parameter, of columns name -> value; "interval" becomes `low` and `high`.
+
+    A column that is None, or an empty text in every row, is left out.
+    """
     import pandas as pd
 
     found: dict[str, Mapping[str, Any]] = {}
     for heading, column in columns.items():
         if heading == "interval" and column is not None:
             found["low"], found["high"] = ({name: ends[side] for name, ends in column.items()} for side in (0, 1))
-        elif column is not None:
+        elif column is not None and any(each != "" for each in column.values()):
             found[heading] = column
     return pd.DataFrame(found).rename_axis("parameter")

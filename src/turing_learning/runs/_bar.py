@@ -40,7 +40,7 @@ def watched(observer: Observer | None, should_stop: Any, progress: bool | None) 
             if (now := time.monotonic()) >= following or state.completed == state.total:
                 following = now + INTERVAL_S
                 left = f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
-                show(state.completed, state.total, f"generation {state.completed} of {state.total}, {left}")
+                show(state.completed, state.total, f"{state.place}, {left}")
 
         yield observe
 

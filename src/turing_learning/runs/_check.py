@@ -171,12 +171,12 @@ class _Checker:
 
     def _quantities(self, evidence: "Evidence", model: np.ndarray) -> tuple[Any, ...]:
         from turing_learning.identifiability import recorded_quantities, signal_quantities, swarm_quantities
-        from turing_learning.trajectories import SIGNALS
 
         if self.configuration.system.simulated is not None:
             return swarm_quantities(self.configuration, model, seed=self.seed)
-        names, count = self.configuration.system.signals, min(COMPARED, 2 * self.effort.samples)
-        found = signal_quantities(evidence, self.estimate, names, SIGNALS, count=count, seed=self.seed)
+        system, count = self.configuration.system, min(COMPARED, 2 * self.effort.samples)
+        names, units = system.signals, system.signal_units
+        found = signal_quantities(evidence, self.estimate, names, units, count=count, seed=self.seed)
         if not self.recording or not hasattr(self.given.simulate, "simulate"):
             return found
         group = recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)

@@ -34,26 +34,24 @@ class Plots:
     opened: Callable[[Given], Source]
 
     def parameters(self, ax: Any = None) -> np.ndarray:
-        """Draw each of P parameters over the generations, of the best and of the typical model; the truth is dashed."""
+        """Draw each of P parameters over generations or trials, of the best and of the typical model; the truth is dashed."""
         from turing_learning.figures._one_run import draw_parameters
 
         configuration, history = self.result.configuration, self.result.history
         best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
-        truth, names = configuration.system.truth, configuration.system.parameter_labels
-        return _drawn(
-            ax, names, 2.15, lambda panels, columns: draw_parameters(panels, columns, best, typical, truth=truth)
-        )
+        over: dict[str, Any] = {"truth": configuration.system.truth, "trials": configuration.spent(len(best))}
+        names = configuration.system.parameter_labels
+        return _drawn(ax, names, 2.15, lambda panels, columns: draw_parameters(panels, columns, best, typical, **over))
 
     def fitness(self, ax: Any = None) -> "Axes":
-        """Draw the fitness of models and classifiers over the generations: median and quartiles, as in the report."""
+        """Draw the fitness of models and classifiers over generations or trials: median and quartiles, as in the report."""
         from turing_learning.figures._one_run import draw_fitness
 
         history = self.result.history
         models, classifiers = (fitness_of(history, name) for name in ("model", "classifier"))
-        stopped = history["selection"].to_numpy() != SELECTION_CODES["active"]
-        drawn: Axes = _drawn(
-            ax, [""], 3.1, lambda panels, _: draw_fitness(panels[0], models, classifiers, stopped=stopped)
-        )[0]
+        over: dict[str, Any] = {"stopped": history["selection"].to_numpy() != SELECTION_CODES["active"]}
+        over["trials"] = self.result.configuration.spent(len(models))
+        drawn: Axes = _drawn(ax, [""], 3.1, lambda panels, _: draw_fitness(panels[0], models, classifiers, **over))[0]
         return drawn
 
     def motion(self, ax: Any = None) -> np.ndarray:
@@ -86,7 +84,6 @@ class Plots:
         from turing_learning.figures._classifiers import draw_quantities
         from turing_learning.identifiability import compare_quantities, swarm_quantities
         from turing_learning.identifiability._evidence import COMPARING, stream
-        from turing_learning.trajectories import SIGNALS
 
         result, system = self.result, self.result.configuration.system
         rule, got = "be of a system that can be simulated", "one in a laboratory"
@@ -99,7 +96,7 @@ class Plots:
                 simulated = source.simulate(np.tile(simulated_model(self.result), (COMPARED, 1)), rng)
                 known = source.genuine_samples(COMPARED, rng) if data is None or data.live else data.samples
             sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
-            found = compare_quantities(sides[0], sides[1], SIGNALS)
+            found = compare_quantities(sides[0], sides[1], system.signal_units)
         shown = distributions_of(found)
         return _drawn(
             ax, [each.name for each in shown], 2.1, lambda panels, columns: draw_quantities(panels, columns, shown)

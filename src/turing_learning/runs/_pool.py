@@ -288,7 +288,7 @@ def _fit(given: Any) -> list[Result]:
         ahead = "Let it run to its end."
         if run.path is not None and not run.complete:
             ahead = f"Resume it with {said(how_to_resume(run.path, run.configuration))}."
-        got = f"seed {run.seed} stopped after {run.generations} generations{_place(run)}"
+        got = f"seed {run.seed} stopped after {run.length}{_place(run)}"
         require(run.complete, "runs", "be complete", got, ahead, error=ConfigurationError)
     return runs
 

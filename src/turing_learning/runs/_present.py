@@ -52,42 +52,50 @@ def draw(
     history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray] = MappingProxyType({})
 ) -> list[Picture]:
     """Draw the figures of a run, from the history of its completed generations, and what its classifiers did to the system."""
-    truth = configuration.scenario.truth
+    truth, trials = configuration.scenario.truth, configuration.spent(history.sizes["generation"])
+    over = "generations" if trials is None else "trials"
     best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
     return [
-        _parameters(best, typical, configuration),
-        *([] if truth is None else [_error(best, typical, np.asarray(truth, dtype=float))]),
+        _parameters(best, typical, configuration, trials),
+        *([] if truth is None else [_error(best, typical, np.asarray(truth, dtype=float), trials)]),
         *([_dialogues(dialogues, configuration)] if dialogues else []),
         Picture(
             "fitness",
-            "Fitness over generations",
-            "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded.",
+            f"Fitness over {over}",
+            "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
+            if trials is None
+            else "Fitness of the models tried in each batch, and of the classifiers: median and quartiles.",
             fitness_figure(
                 fitness_of(history, "model"),
                 fitness_of(history, "classifier"),
                 stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
+                trials=trials,
             ),
         ),
-        *([] if "model_step_size" not in history else [_step_sizes(history, configuration)]),
+        *([_step_sizes(history, configuration)] if "model_step_size" in history and trials is None else []),
     ]
 
 
-def _parameters(best: np.ndarray, typical: np.ndarray, configuration: Configuration) -> Picture:
-    caption = "Subjectively best and typical model of each generation"
+def _parameters(
+    best: np.ndarray, typical: np.ndarray, configuration: Configuration, trials: np.ndarray | None
+) -> Picture:
+    caption, over = "Subjectively best and typical model of each generation", "generations"
+    if trials is not None:
+        caption, over = "Best model of each batch of trials, and the estimate after it", "trials"
     caption += ", steady outputs of the networks" if configuration.models.hidden else ""
     scenario = configuration.scenario
     if scenario.truth is not None:
         caption += "; the truth is dashed"
-    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth)
-    return Picture("parameters", "Parameters over generations", f"{caption}.", drawn, wide=True)
+    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth, trials=trials)
+    return Picture("parameters", f"Parameters over {over}", f"{caption}.", drawn, wide=True)
 
 
-def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray) -> Picture:
+def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray, trials: np.ndarray | None) -> Picture:
     return Picture(
         "error",
-        "Mean absolute error over generations",
-        "Mean over the parameters, of the subjectively best and of the typical model.",
-        error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth)),
+        f"Mean absolute error over {'generations' if trials is None else 'trials'}",
+        f"Mean over the parameters, of the best model and of {'the typical one' if trials is None else 'the estimate so far'}.",
+        error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth), trials=trials),
     )
 
 
@@ -178,7 +186,7 @@ def simulated_model(result: Result) -> np.ndarray:
 def summary(result: Result) -> str:
     """Say the result in one sentence, and how many simulations failed."""
     state = "" if result.complete else " (the run is not complete)"
-    done = f"After {report.counted(result.generations, 'generation')}{state}"
+    done = f"After {result.length}{state}"
     if result.estimate_mae is not None:
         return (
             f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
@@ -211,13 +219,17 @@ def next_steps(result: Result) -> list[tuple[str, str]]:
 
 
 def tables(result: Result, history: "xarray.Dataset", configuration: Configuration) -> dict[str, str]:
-    """Return the table of the parameters and the models of each generation as CSV."""
+    """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
     names = configuration.scenario.parameter_names
     models = {name: configuration.described(history[name].to_numpy()) for name in ("typical_model", "best_model")}
     columns = [f"{of}_{name}" for of in models for name in names]
-    lines = [",".join(["generation", *columns])]
-    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in enumerate(np.hstack([*models.values()]))]
-    return {"parameters.csv": result.to_dataframe().to_csv(), "generations.csv": "\n".join(lines) + "\n"}
+    rows = np.hstack([*models.values()])
+    spent = configuration.spent(len(rows))
+    lines = [",".join(["generation" if spent is None else "trials", *columns])]
+    steps = range(len(rows)) if spent is None else spent
+    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in zip(steps, rows, strict=True)]
+    name = "generations.csv" if spent is None else "trials.csv"
+    return {"parameters.csv": result.to_dataframe().to_csv(), name: "\n".join(lines) + "\n"}
 
 
 def run_table(result: Result) -> RunTable:

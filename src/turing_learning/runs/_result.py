@@ -125,7 +125,7 @@ class Result(Tabular):
     scenario
         Name of the scenario.
     generations
-        Number of completed generations.
+        Number of completed generations; of a run of trials, batches of them.
     seed
         Seed of the run.
     complete
@@ -135,7 +135,8 @@ class Result(Tabular):
     best_model
         The model with the highest subjective fitness in the last generation: the paper's rule.
     estimate
-        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`.
+        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`; of a run of trials, what
+        its classifiers make likeliest after the last batch.
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth, see
         `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still moving, where
@@ -197,6 +198,13 @@ class Result(Tabular):
     covariance: dict[str, dict[str, float]] | None = None
     found: tuple[Verdict, ...] = (Verdict.MOVING,)
     wandering: dict[str, list[float]] | None = None
+
+    @property
+    def length(self) -> str:
+        """How long the run was: "1000 generations", or "300 trials" of a run with a budget of trials."""
+        if self.trials is None or self.wandering is not None:
+            return counted(self.generations, "generation")
+        return counted(self.trials, "trial")
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -403,7 +411,7 @@ class Result(Tabular):
         return content
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Return a row for each parameter: unit, estimate, ends of its 90 % interval, best model, and truth and error if known."""
+        """Return a row for each parameter: estimate, ends of its 90 % interval, best model; unit, truth and error if known."""
         known = {} if self.origin is None else self.system.parameters
         return parameter_table(
             {
@@ -418,7 +426,7 @@ class Result(Tabular):
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
         state, paper = "" if self.complete else " (incomplete)", self.paper_absolute_error
-        head = f"{self.scenario}, seed {self.seed}, {counted(self.generations, 'generation')}{state}"
+        head = f"{self.scenario}, seed {self.seed}, {self.length}{state}"
         headings, rows = parameter_rows(
             self.labels,
             {

@@ -94,6 +94,8 @@ class Progress:
         Typical models of the last generations; None if not recorded.
     described
         Gives models (..., P) in the parameters of `parameter_names`; None if these are their numbers.
+    trials
+        Spent so far, and the budget, of a run of trials, whose generations are batches of them; None for other runs.
     """
 
     generation: Generation
@@ -104,6 +106,13 @@ class Progress:
     seconds_per_generation: float
     recent: np.ndarray | None = None
     described: Callable[[np.ndarray], np.ndarray] | None = None
+    trials: tuple[int, int] | None = None
+
+    @property
+    def place(self) -> str:
+        """How far the run is: "generation 100/1000", or "trial 150/300" of a run of trials."""
+        done, total = self.trials or (self.completed, self.total)
+        return f"{'trial' if self.trials else 'generation'} {done}/{total}"
 
     def shown(self, models: np.ndarray) -> np.ndarray:
         """Return models (..., P) in the parameters of `parameter_names`."""
@@ -397,6 +406,7 @@ class Run:
             raise type(error)(f"{error} {where}") from error.__cause__
 
     def _progress(self, generation: Generation) -> Progress:
+        spent = self.configuration.trials_after
         return Progress(
             generation=generation,
             completed=self.completed,
@@ -406,6 +416,7 @@ class Run:
             seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
             recent=self._traces["typical_model"][-_RECENT:],
             described=self.configuration.described,
+            trials=(spent(self.completed), spent(self.configuration.length)) if self.configuration.run.trials else None,
         )
 
     # What is stored

@@ -122,7 +122,6 @@ class TrialsLoop:
         genuine = self.classifier.judge(jury, buffer.genuine[-_JUDGED:]) >= THRESHOLD
         fitness = accepted.mean(axis=0)
         models = self._middle + self._reach * buffer.parameters[tried]
-        selection = "all accepted" if accepted.all() else "active" if accepted.any() else "all rejected"
         return _BatchGeneration(
             number=number,
             models=models,
@@ -132,7 +131,7 @@ class TrialsLoop:
             classifiers=jury,
             classifier_step_sizes=np.zeros_like(jury),
             classifier_fitness=0.5 * (genuine.mean(axis=1) + 1 - accepted.mean(axis=1)),
-            selection=selection,
+            selection="active",  # nothing is selected among the models of a batch
             referees=jury[:0],
             estimate=self._source.to_units(batch.estimate[None])[0],
         )

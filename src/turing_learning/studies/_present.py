@@ -30,7 +30,11 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     medians
         Of each configuration.
     """
-    models = np.array([list(run.result["best_model"].values()) for run in result.runs if run.result is not None])
+    of_trials = plan.configuration(1).run.trials > 0
+    chosen, what = "best_model", "subjectively best model of the last generation"
+    if of_trials:
+        chosen, what = "estimate", "estimate"
+    models = np.array([list(run.result[chosen].values()) for run in result.runs if run.result is not None])
     if not len(models):
         return []
     scenario, truth = plan.base.scenario, plan.base.scenario.truth
@@ -38,7 +42,7 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
     boxes = Picture(
         "boxes",
         "Inferred parameters",
-        f"Subjectively best model of the last generation, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
+        f"{what.capitalize()}, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
         "interquartile ranges"
         + ("." if truth is None else "; the truth is dashed (figure 4 of the paper).")
         + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
@@ -60,25 +64,27 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them (paper: figure 14a).",
         error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR)),
     )
+    kind = "typical" if of_trials else "best"  # of a run of trials, the typical model is the estimate
+    over = plan.configuration(1).spent(len(medians[0].best_model))
     if plan.behaviors:
         errors = Picture(
             "errors",
             "Absolute errors",
-            "Of the subjectively best model of the last generation, parameter by parameter (figure 14b of the paper).",
-            error_box_figure([errors_of(result.runs, "best_model", name) for name in names], names=names),
+            f"Of the {what}, parameter by parameter (figure 14b of the paper).",
+            error_box_figure([errors_of(result.runs, chosen, name) for name in names], names=names),
         )
         convergence = Picture(
             "convergence",
             "Convergence",
-            "Median over the runs of the absolute errors of the subjectively best model.",
-            convergence_figure(medians[0].best_error, names=names),
+            f"Median over the runs of the absolute errors of the {what}.",
+            convergence_figure(getattr(medians[0], f"{kind}_error"), names=names, trials=over),
         )
         return [histogram, errors, convergence]
     convergence = Picture(
         "convergence",
         "Convergence",
-        "Median over the runs of the parameters of the subjectively best model; the truth is thin (figure 5 of the paper).",
-        convergence_figure(medians[0].best_model, names=labels, truth=truth),
+        f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper).",
+        convergence_figure(getattr(medians[0], f"{kind}_model"), names=labels, truth=truth, trials=over),
         wide=True,
     )
     return [boxes, histogram, convergence]

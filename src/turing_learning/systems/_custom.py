@@ -140,6 +140,11 @@ class CustomSystem:
         return None
 
     @property
+    def signal_units(self) -> Mapping[str, str]:
+        """Units of its signals by name, where they are known: of a recording, whose signals this library measures."""
+        return SIGNALS if self.interval_s > 0 and not self.stimulated else {}
+
+    @property
     def trials_per_model(self) -> int:
         """Number of simulations of a model in a generation."""
         return 1

@@ -11,6 +11,7 @@ from ..coevolution import Classifier, Samples
 from ..errors import Setting, Text, brief, refuse, require
 from ..models import FULL_VIEW, ElmanModel, Parameter, Representation
 from ..swarm import Scenario
+from ..trajectories import SIGNALS
 from ._custom import CustomSystem
 from ._system import Given, Source, System
 
@@ -74,6 +75,7 @@ class Swarm:
     initial: tuple[float, float] = (-1.0, 1.0)
 
     signals = SPEEDS
+    signal_units = SIGNALS
     headings = "with"
     smooth_frames = 1
     kind = "one on simulated robots"

@@ -99,6 +99,10 @@ class System(Protocol):
         """Names of the D signals per time step."""
 
     @property
+    def signal_units(self) -> Mapping[str, str]:
+        """Units of its signals by name, where they are known."""
+
+    @property
     def trials_per_model(self) -> int:
         """Number of trials in which a model is executed in a generation."""
 

@@ -66,7 +66,7 @@ def test_run_and_resume_leave_a_complete_run(laboratory, doors, call, monkeypatc
         "robots", "run", "--generations", "3", "--out", "run", "--set", "scenario.trial.duration_s=0.5"
     )
     assert code == 130
-    assert "stopped after generation 2; resume with: turing-learning resume run" in err
+    assert "stopped after 2 generations; resume with: turing-learning resume run" in err
     assert "generation 2/3" in out
     code, _, err = call("resume", "run", "--fps", "25")
     assert code == 2
@@ -86,8 +86,8 @@ def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(laborator
     assert (code, "`--trials` must be given without --generations; got 20 beside 3" in err) == (2, True)
     code, out, err = call("robots", "run", "--trials", "20", *short)
     assert code == 130
-    assert "stopped after batch 2; resume with: turing-learning resume run" in err
-    assert "batch 2/6" in out
+    assert re.search(r"stopped after \d+ trials; resume with: turing-learning resume run", err)
+    assert re.search(r"trial \d+/20  \d+ s each batch", out)
     assert call("resume", "run")[0] == 0
     code, out, _ = call("resume", "run", "--trials", "22")
     assert code == 0

@@ -30,13 +30,13 @@ def test_a_terminal_has_a_bar_and_a_pipe_has_none(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "120")
     text = shown(monkeypatch, Terminal())
     assert "getting ready" in text
-    assert "generation 3 of 3, done" in text
+    assert "generation 3/3, done" in text
     assert shown(monkeypatch, io.StringIO()) == ""
     assert shown(monkeypatch, Terminal(), progress=False) == ""
     assert shown(monkeypatch, Terminal(), observer=lambda state: None) == ""
     assert shown(monkeypatch, Terminal(), should_stop=lambda: False) == ""
     seen = []
-    assert "generation 3 of 3" in shown(monkeypatch, Terminal(), progress=True, observer=seen.append)
+    assert "generation 3/3" in shown(monkeypatch, Terminal(), progress=True, observer=seen.append)
     assert [state.completed for state in seen] == [1, 2, 3]
     assert capsys.readouterr().out == ""
 
@@ -48,7 +48,7 @@ def test_a_run_that_goes_on_has_a_bar(monkeypatch, tmp_path):
     stream = Terminal()
     monkeypatch.setattr(sys, "stderr", stream)
     assert tl.resume(tmp_path / "run").complete
-    assert "generation 3 of 3" in stream.getvalue()
+    assert "generation 3/3" in stream.getvalue()
     stream.truncate(0)
     assert tl.resume(tmp_path / "run").complete
     assert stream.getvalue() == ""
@@ -70,7 +70,7 @@ def test_a_cell_has_one_line_that_is_replaced(monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython.display", SimpleNamespace(display=begin))
     assert shown(monkeypatch, io.StringIO()) == ""
     assert lines[0].startswith("getting ready")
-    assert lines[-1] == f"[{'#' * 30}] generation 3 of 3, done"
+    assert lines[-1] == f"[{'#' * 30}] generation 3/3, done"
 
 
 def test_progress_is_yes_or_no():
