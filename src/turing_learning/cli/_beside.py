@@ -10,7 +10,7 @@ from turing_learning.errors import choice, refuse
 
 FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
 SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
-SWARM_S = 120.0
+SWARM_S = 40.0  # they still gather; later they push each other, which replicas, that start apart, do not
 PARTS = ("*.md", "examples/*.md", "robots/*.md")  # of the documentation, which the wheel has, too
 
 
@@ -49,9 +49,9 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     else:
         write_atomically(path, _swarm().encode())
         print("Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1.")
-        print("They drive backwards, as `infer` will remark.")
+        print("They gather for 40 s, driving backwards, as `infer` will remark.")
     options = shlex.join(FISH if what == "fish" else SWARM)
-    print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options} --generations 300")
+    print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options}")
 
 
 def _swarm() -> str:

@@ -10,7 +10,7 @@ def test_a_sample_can_be_inferred_with_the_command_that_it_prints(call, tmp_path
     monkeypatch.chdir(tmp_path)
     code, out, err = call("sample", what)
     assert (code, err) == (0, "")
-    command = re.search("Now: turing-learning (.*) --generations 300", out)[1].split()
+    command = re.search("Now: turing-learning (.*)", out)[1].split()
     few = ["--set", "models.population=8", "--set", "classifiers.population=8", "--generations", "1", "--threads", "1"]
     code, out, err = call(*command, *few, "--out", "run")
     assert code == 0, err

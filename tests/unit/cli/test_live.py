@@ -57,6 +57,15 @@ def test_elsewhere_there_is_a_line_every_100_generations():
     assert lines[0] == ("generation 100/1000  100.0 generations/s  a 2.000 b 1.00e+07  fitness 0.500 / 0.700")
 
 
+def test_a_run_of_trials_is_seen_in_trials():
+    steps = [replace(progress(batch), total=41, trials=(60 + 6 * batch, 306)) for batch in range(1, 42)]
+    lines = shown(*steps, terminal=False).splitlines()
+    assert [line.split("  ")[0] for line in lines] == [f"trial {spent}/306" for spent in (120, 180, 240, 300, 306)]
+    text = shown(steps[9], terminal=True)
+    assert "trial 120/306" in text
+    assert "generation" not in text
+
+
 def test_a_line_says_in_how_many_generations_selection_stopped_since_the_last():
     stopped = [progress(completed, "all accepted" if completed in (7, 8) else "active") for completed in range(1, 201)]
     first, second = shown(*stopped, terminal=False).splitlines()

@@ -6,6 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
@@ -51,6 +52,17 @@ def test_the_history_has_a_row_for_each_batch(whole):
     history = whole.history
     assert history.sizes["generation"] == whole.generations
     assert history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(list(whole.estimate.values()))
+
+
+def test_it_is_described_in_trials(whole):
+    assert repr(whole).startswith("<Result: aggregation, seed 3, 90 trials, ")
+    page = (whole.path / "report.html").read_text()
+    assert "After 90 trials the estimate differs" in page
+    assert "Parameters over trials" in page
+    assert "generations.csv" not in page
+    for axes in (whole.plot.fitness(Figure().subplots()), *whole.plot.parameters(Figure().subplots(1, 4))):
+        assert (axes.get_xlabel(), axes.get_xlim()) == ("Trials", (0, 90))
+        assert [line.get_xdata()[-1] for line in axes.lines[:2]] == [90, 90]
 
 
 def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):

@@ -31,6 +31,10 @@ def test_units_are_those_of_the_parameters(tmp_path):
     assert table.loc["theta", "unit"] == "rad"
 
 
+def test_where_no_parameter_has_a_unit_there_is_no_such_column(results):
+    assert "unit" not in results[0].to_dataframe()
+
+
 def test_a_history_names_what_it_holds(tmp_path):
     parameters = {"a": tl.Parameter(0, 1, unit="cm"), "b": tl.Parameter(0, 1, unit="cm")}
     samples = np.random.default_rng(0).random((12, 5, 1))

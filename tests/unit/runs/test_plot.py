@@ -88,6 +88,17 @@ def test_a_recording_is_shown_in_memory_and_from_a_folder(tmp_path):
     assert again[0].patches[0].get_data().values == pytest.approx(speeds[0].get_data().values)
 
 
+def test_units_are_those_of_recordings_alone():
+    def walk(parameters, rng):
+        return parameters[:, :1, None] * rng.random((len(parameters), 20, 2))
+
+    options = {"genuine": walk(np.ones((30, 1)), np.random.default_rng(0)), "parameters": {"a": (0, 2)}}
+    own = tl.infer(simulate=walk, signals=("speed", "turn"), generations=2, settings=SMALL, **options)
+    for result, names in ((own, ["speed", "turn"]), (observed(), ["speed (cm/s)", "turn (rad/s)"])):
+        shown = result.plot.distributions(Figure().subplots(1, 2))
+        assert [axes.get_title(loc="left") for axes in shown] == names
+
+
 def test_what_cannot_be_drawn_is_refused(swarm):
     with pytest.raises(ConfigurationError, match="`ax` must be 4 matplotlib axes; got 1 of Axes"):
         swarm.plot.parameters(Figure().subplots())
