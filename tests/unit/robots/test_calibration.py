@@ -1,5 +1,7 @@
 import json
+import re
 from itertools import product
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -43,9 +45,13 @@ def lens(views):
 
 @pytest.fixture(scope="module")
 def floor(camera):
+    return floor_with(camera, LANDMARKS)
+
+
+def floor_with(camera, landmarks):
     sides = 15.0 * np.array([(-0.5, 0.5, 0.0), (0.5, 0.5, 0.0), (-0.5, -0.5, 0.0)])
-    corners = np.array([np.array([*place, 0.0]) + sides for place in LANDMARKS.values()])
-    return render_prints(camera, landmark_prints(LANDMARKS), corners)
+    corners = np.array([np.array([*place, 0.0]) + sides for place in landmarks.values()])
+    return render_prints(camera, landmark_prints(landmarks), corners)
 
 
 def landmark_prints(identities):
@@ -57,6 +63,25 @@ def landmark_prints(identities):
 @pytest.fixture(scope="module")
 def found(lens, floor):
     return place_camera(lens, floor, LANDMARKS)
+
+
+def test_the_page_runs_as_it_stands(camera, views, tmp_path, monkeypatch):
+    page = (Path(__file__).parents[3] / "docs" / "robots" / "tracking.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    printed = {int(k): (float(x), float(y)) for k, x, y in re.findall(r"(\d): \((\d+), (\d+)\)", block)}
+    start, step = scattered(np.random.default_rng(2), 10), np.linspace(0, 5, 51)[:, None]
+    turned = start[:, 2] + 0.3 * step  # on the spot
+    trial = np.stack([*np.broadcast_arrays(start[:, 0], start[:, 1], turned)], axis=-1)
+    names = {
+        "images_of_the_board": views,
+        "image_of_the_floor": floor_with(camera, printed),
+        "images_of_a_trial": [camera.render(poses) for poses in trial],
+    }
+    monkeypatch.chdir(tmp_path)
+    exec(block, names)  # noqa: S102 - our own page
+    speeds = names["track"].speeds()
+    assert (len(printed), len(names["track"].faults), speeds.shape) == (4, 0, (10, 50, 2))
+    np.testing.assert_allclose(np.median(speeds, axis=1), np.tile([0.0, 0.3], (10, 1)), atol=0.1)
 
 
 def test_a_lens_is_found_from_views_of_a_board(lens, true_camera):

@@ -11,8 +11,8 @@ import pytest
 from program_laboratory import ARENA, CALIBRATION, FILE, HOMES, LABELS, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers
-from turing_learning.runs import load_run, resume_laboratory
+from turing_learning.robots import EmulatedCamera, Optics, TriangleMarkers, rehearse
+from turing_learning.runs import load_run, resume_laboratory, start_laboratory
 from turing_learning.trajectories import load_trajectories
 
 PAGE = (Path(__file__).parents[3] / "docs" / "robots" / "laboratory.md").read_text(encoding="utf-8")
@@ -91,8 +91,8 @@ def test_a_run_with_a_budget_in_trials_is_stopped_resumed_and_extended(laborator
     assert call("resume", "run")[0] == 0
     code, out, _ = call("resume", "run", "--trials", "22")
     assert code == 0
-    assert "batch 7/7" in out
-    assert "batch 6/7" not in out
+    assert "trial 22/22" in out
+    assert "trial 20/22" not in out
     assert load_run("run").trials == 22
     assert "`trials` must be more than the 22 that the run has spent" in call("resume", "run", "--trials", "22")[2]
 
@@ -217,6 +217,22 @@ def test_a_rehearsal_needs_neither_a_calibration_nor_landmarks(tmp_path, call):
     assert err.startswith("rehearsal with a calibration of its own, as there is none yet: ")
     assert call("robots", "run", "--emulated", "--generations", "1", "--out", "run", *BRIEF)[0] == 0
     assert (tmp_path / "run" / "camera.json").exists()
+
+
+def test_the_python_of_the_page_runs_as_it_stands(laboratory, monkeypatch):
+    """With emulated robots, and 20 trials instead of 300."""
+    (block,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    (laboratory / "lab.toml").write_text(f"{FILE}trials = 20\n")
+    monkeypatch.chdir(laboratory)
+
+    def rehearsed(given, out):
+        return start_laboratory(given, out, equipment=rehearse(given))
+
+    monkeypatch.setattr("turing_learning.runs.start_laboratory", rehearsed)
+    names = {}
+    exec(block, names)  # noqa: S102 - our own page
+    assert names["result"].trials == 20
+    assert load_run("runs/first").complete
 
 
 def test_a_calibration_that_is_there_is_that_of_the_rehearsal(laboratory, call):
