@@ -141,14 +141,15 @@ class Pooled(Tabular):
         return {name: _word(value, *bounds) for name, value in self.agreement.items()}
 
     def to_dataframe(self) -> "pd.DataFrame":
-        """Return a row for each parameter: estimate, ends of its 90 % interval, truth and error if known, R-hat."""
+        """Return a row for each parameter: estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known."""
         return parameter_table(
             {
+                "unit": {name: self.labels.get(name, "").removeprefix(name).strip(" ()") for name in self.estimate},
                 "estimate": self.estimate,
                 "interval": self.interval,
                 "truth": self.truth,
                 "absolute_error": self.estimate_absolute_error,
-                "r_hat": self.agreement,
+                "r_hat" if self.trials is None else "birge": self.agreement,
                 "runs": self.runs_agree,
             }
         )
