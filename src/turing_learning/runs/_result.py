@@ -268,7 +268,8 @@ class Result(Tabular):
             * `selection` (generation): 0 active, 1 all classifiers accept every model, 2 all reject every model.
 
             A run with a thin history has, in place of both populations, their steps and their fitness, `model_fitness_quantiles`
-            and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest.
+            and `classifier_fitness_quantiles` (generation, quantile): least, quartiles and largest. The generations of a run of
+            trials are its batches, and `trials` (generation) is how many were spent by then.
 
             All have the attribute `long_name`, and `units` where they have one; `parameter` has the unit of each parameter.
         """

@@ -679,10 +679,12 @@ class Origin:
         return self.stored
 
     def history(self) -> "xarray.Dataset":
-        """Return the history, with names and units; one on disk is verified."""
+        """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         names, known = self.configuration.parameter_names, self.configuration.system.parameters
         units = [known[name].unit if name in known else "" for name in names]  # the weights of networks have none
-        return with_units(self._stored_history(), units)
+        found = with_units(self._stored_history(), units)
+        spent = self.configuration.spent(found.sizes["generation"])
+        return found if spent is None else found.assign_coords(trials=("generation", spent))
 
     def _stored_history(self) -> "xarray.Dataset":
         names, folder = self.configuration.parameter_names, self.folder

@@ -51,6 +51,7 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 def test_the_history_has_a_row_for_each_batch(whole):
     history = whole.history
     assert history.sizes["generation"] == whole.generations
+    assert history["trials"].to_numpy()[-1] == 90
     assert history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(list(whole.estimate.values()))
 
 
