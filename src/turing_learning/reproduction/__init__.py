@@ -1,11 +1,8 @@
 """The experiments of the paper, repeated, and held against what it prints.
 
 `reproduce` conducts experiments until they are complete or `Stopped`; `standings` returns the `Standing` of each, and
-`default_folder` where they are. `load_claims` returns every `Claim`; `write_page` writes the page of all of them, and
-`refuse_page_path` rejects paths where it may not.
-
-`LeastSquares` is the metric-based baseline of section 4.5, with `squared_errors`, `expected_squared_error` and
-`least_squares_optimum`; `check_statements` checks theorem 1 and its corollaries.
+`default_folder` where they are. `write_page` writes the page of all claims, and `refuse_page_path` rejects paths where it
+may not.
 
 Names are listed in ``__init__.pyi`` and imported on first use.
 """

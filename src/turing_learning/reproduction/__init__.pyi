@@ -1,14 +1,7 @@
-from ._least_squares import LeastSquares as LeastSquares
-from ._least_squares import check_statements as check_statements
-from ._least_squares import expected_squared_error as expected_squared_error
-from ._least_squares import least_squares_optimum as least_squares_optimum
-from ._least_squares import squared_errors as squared_errors
+from ._experiment import Stopped as Stopped
 from ._page import refuse_page_path as refuse_page_path
 from ._page import write_page as write_page
 from ._reproduce import Standing as Standing
 from ._reproduce import default_folder as default_folder
 from ._reproduce import reproduce as reproduce
 from ._reproduce import standings as standings
-from ._verdicts import Claim as Claim
-from ._verdicts import load_claims as load_claims
-from ._work import Stopped as Stopped

@@ -11,7 +11,7 @@ import numpy as np
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 
-from ._work import RunSizes, Work
+from ._experiment import RunSizes, Work
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress

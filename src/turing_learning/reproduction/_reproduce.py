@@ -9,10 +9,8 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import refuse, require
 from turing_learning.store import storage, writable
 
-from ._experiment import Experiment
-from ._folder import ExperimentFolder, Results
-from ._page import write_readme
-from ._work import Say, Work
+from ._experiment import Experiment, Say, Work
+from ._page import ExperimentFolder, Results, write_readme
 from .experiments import EXPERIMENTS
 
 ALL = "all"

@@ -5,7 +5,7 @@ import pytest
 
 from turing_learning.reproduction._verdicts import shares_not_worse
 from turing_learning.reproduction.experiments._shared import Runs
-from turing_learning.reproduction.experiments.behaviors import NAMES, behaviors_verdict, depends_on_the_reading
+from turing_learning.reproduction.experiments.generality import NAMES, behaviors_verdict, depends_on_the_reading
 
 
 def errors_like_the_papers(runs, rng):

@@ -6,14 +6,14 @@ import pytest
 from turing_learning.analysis import dynamic_outputs, response_error
 from turing_learning.models import ElmanModel
 from turing_learning.reproduction.experiments._shared import Runs
-from turing_learning.reproduction.experiments.black_box import (
+from turing_learning.reproduction.experiments.generality import (
     NAMES,
     TRUTH,
     NetworkRuns,
     black_box_verdict,
+    separated_verdict,
     settling,
 )
-from turing_learning.reproduction.experiments.separated import separated_verdict
 from turing_learning.studies import load_study
 
 

@@ -1,6 +1,6 @@
 import pytest
 
-from turing_learning.reproduction import load_claims
+from turing_learning.reproduction._verdicts import load_claims
 from turing_learning.reproduction.experiments import EXPERIMENTS
 
 

@@ -6,9 +6,9 @@ import pytest
 from turing_learning.config import classifier_of
 from turing_learning.detection import accuracy_over_generations, grid_models
 from turing_learning.reproduction import Stopped
-from turing_learning.reproduction._work import Work
+from turing_learning.reproduction._experiment import Work
 from turing_learning.reproduction.experiments import EXPERIMENTS
-from turing_learning.reproduction.experiments.classifier_accuracy import (
+from turing_learning.reproduction.experiments.classifiers import (
     BestAccuracies,
     RunSizes,
     accuracy_verdicts,

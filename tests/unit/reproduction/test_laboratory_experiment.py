@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
+from turing_learning.reproduction._experiment import Work
 from turing_learning.reproduction._laboratory_trials import (
     Gathering,
     LaboratoryRuns,
@@ -13,8 +14,7 @@ from turing_learning.reproduction._laboratory_trials import (
     emulated_runs,
     places_apart,
 )
-from turing_learning.reproduction._work import Work
-from turing_learning.reproduction.experiments.classifier_accuracy import BestAccuracies
+from turing_learning.reproduction.experiments.classifiers import BestAccuracies
 from turing_learning.reproduction.experiments.laboratory import (
     NAMES,
     ErrorDynamics,

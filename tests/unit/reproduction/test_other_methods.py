@@ -11,7 +11,6 @@ from turing_learning.config import ConfigurationError
 from turing_learning.figures import Picture
 from turing_learning.reproduction import reproduce
 from turing_learning.reproduction._experiment import Findings, Table
-from turing_learning.reproduction._folder import ExperimentFolder
 from turing_learning.reproduction._likelihood_free import (
     Groups,
     Inferred,
@@ -20,10 +19,10 @@ from turing_learning.reproduction._likelihood_free import (
     infer_by_npe,
     summaries,
 )
-from turing_learning.reproduction._page import page, readme
+from turing_learning.reproduction._page import ExperimentFolder, page, readme
 from turing_learning.reproduction._reproduce import possible, standings
 from turing_learning.reproduction.experiments import EXPERIMENTS
-from turing_learning.reproduction.experiments.comparison import (
+from turing_learning.reproduction.experiments.other_methods import (
     METHODS,
     ComparisonSizes,
     Outcome,

@@ -10,7 +10,7 @@ from turing_learning._files import write_atomically
 from turing_learning.config import ConfigurationError
 from turing_learning.reproduction import Stopped, default_folder, reproduce, standings
 from turing_learning.reproduction import _reproduce as door
-from turing_learning.reproduction._folder import ExperimentFolder
+from turing_learning.reproduction._page import ExperimentFolder
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.store import RunFolderError, RunStorageError
 

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.reproduction import load_claims, refuse_page_path, write_page
-from turing_learning.reproduction._folder import ExperimentFolder
-from turing_learning.reproduction._page import page, readme
-from turing_learning.reproduction._verdicts import RULES, prose
+from turing_learning.reproduction import refuse_page_path, write_page
+from turing_learning.reproduction._page import ExperimentFolder, page, readme
+from turing_learning.reproduction._verdicts import RULES, load_claims, prose
 from turing_learning.reproduction.experiments import EXPERIMENTS
 
 ROOT = Path(__file__).parents[3]

@@ -1,8 +1,12 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction import check_statements, expected_squared_error, least_squares_optimum
-from turing_learning.reproduction._least_squares import Check
+from turing_learning.reproduction._least_squares import (
+    Check,
+    check_statements,
+    expected_squared_error,
+    least_squares_optimum,
+)
 
 
 def test_the_expected_error_is_that_of_many_drawn_pairs():

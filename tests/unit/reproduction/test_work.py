@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.reproduction import Stopped
-from turing_learning.reproduction._work import Work
+from turing_learning.reproduction._experiment import Work
 from turing_learning.studies import ExecutorError
 
 SMALL = {

@@ -1,24 +1,20 @@
-"""The experiments of the paper, in its order, each a module with an `EXPERIMENT`, and what several of them share."""
+"""The experiments of the paper, in its order, and what several of them share."""
 
 from .._experiment import Experiment
-from . import (
-    baseline,
-    behaviors,
-    black_box,
-    case_studies,
-    classifier_accuracy,
-    comparison,
-    interaction,
-    laboratory,
-    morphology,
-    separated,
-    snapshots,
-)
+from . import case_studies, classifiers, generality, laboratory, other_methods
 
 _IN_ORDER = (
-    snapshots, case_studies, classifier_accuracy, baseline, comparison, morphology, black_box, separated, behaviors, laboratory,
-    interaction,
-)  # fmt: skip
-EXPERIMENTS: dict[str, Experiment] = {
-    module.EXPERIMENT.id: module.EXPERIMENT for module in _IN_ORDER
-}  # by their sections
+    case_studies.SNAPSHOTS,
+    case_studies.CASE_STUDIES,
+    classifiers.ACCURACY,
+    other_methods.BASELINE,
+    other_methods.COMPARISON,
+    generality.MORPHOLOGY,
+    generality.BLACK_BOX,
+    generality.SEPARATED,
+    generality.BEHAVIORS,
+    laboratory.LABORATORY_RUNS,
+    classifiers.INTERACTION,
+)
+EXPERIMENTS: dict[str, Experiment] = {one.id: one for one in _IN_ORDER}
+"""Experiments by their sections."""

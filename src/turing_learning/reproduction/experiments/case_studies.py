@@ -1,5 +1,6 @@
-"""Section 4.3: what Turing Learning infers in both case studies, and what swarms of the inferred models do."""
+"""Sections 3.2 and 4.3: snapshots of both behaviors, and both case studies."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -8,14 +9,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import Comparison, compare, dispersion, interval, least_dispersion
+from turing_learning.analysis import Comparison, compare, dispersion, interval, largest_cluster, least_dispersion
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
+from turing_learning.figures._swarms import snapshots_figure
 from turing_learning.purposes import EMERGENCE_STARTS
 from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import Captions, Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, RunSizes, Table, Work, stacked
 from .._verdicts import (
     PRINTED,
     REASONS,
@@ -26,10 +28,84 @@ from .._verdicts import (
     shares_not_worse,
     spreads_of,
 )
-from .._work import RunSizes, Work
 from ._shared import KINDS, PRESETS, Runs, ShareSizes, gathered, moved, sensor_shares, small, variant_of
 
-ID, CAPTIONS = "4.3", Captions("4.3")
+GATHERED = "3.2-snapshots"
+SHARE = 0.9  # of all robots, or objects, in the largest cluster: then they count as one cluster
+
+
+@dataclass(frozen=True)
+class SnapshotSizes:
+    """How many trials, of how many robots, when they are shown, and when else they are measured."""
+
+    trials: int = 30
+    aggregating_robots: int = 50
+    aggregation_times_s: tuple[int, ...] = (0, 60, 180, 300)
+    clustering_robots: int = 5
+    clustering_times_s: tuple[int, ...] = (0, 20, 40, 60)
+    clustering_later_s: tuple[int, ...] = (120, 240)
+    seed: int = 1
+
+
+def conduct_snapshots(work: Work) -> Findings:
+    """Simulate both behaviors, and show the trial of median dispersion at the end."""
+    sizes: SnapshotSizes = work.sizes
+    captions, frames, pictures, texts, agrees = Captions("3.2"), {}, [], [], True
+    for scenario, robots, times_s, later_s in (
+        (AGGREGATION, sizes.aggregating_robots, sizes.aggregation_times_s, ()),
+        (OBJECT_CLUSTERING, sizes.clustering_robots, sizes.clustering_times_s, sizes.clustering_later_s),
+    ):
+        compute = partial(_simulated, scenario, robots, times_s, later_s, sizes)
+        found = work.piece(f"snapshots-{scenario.name}", compute)
+        total, largest, end = found["gathering"], np.array(found["largest_cluster"]), len(times_s) - 1
+        shown, trials = int(largest[found["shown"], end]), len(largest)
+        enough = np.count_nonzero(largest >= math.ceil(SHARE * total), axis=0)
+        agrees = agrees and shown >= SHARE * total
+        later = "".join(f", in {enough[end + 1 + k]} after {time} s" for k, time in enumerate(later_s))
+        texts.append(
+            f"{scenario.title.lower()}: {shown} of {total} {'objects' if scenario.objects.count else 'robots'} in one cluster "
+            f"after {times_s[-1]} s in the trial shown, 90 % or more in {enough[end]} of {trials} trials{later}"
+        )
+        measured_s = times_s + later_s
+        frame = {"trial": np.repeat(np.arange(1, trials + 1), len(measured_s)), "time_s": np.tile(measured_s, trials)}
+        frame |= {name: np.ravel(found[name]) for name in ("dispersion", "largest_cluster")}
+        frames[scenario.name] = pd.DataFrame(frame)
+        radii: dict[str, Any] = {"robot_radius_cm": scenario.robot.radius_cm}
+        radii["object_radius_cm"] = scenario.objects.radius_cm
+        figure = snapshots_figure(np.array(found["poses"]), times_s=times_s, robots=robots, **radii)
+        objects = f" and {total} objects" if scenario.objects.count else ""
+        words = {"scenario": scenario, "robots": robots, "objects": objects, "trials": trials}
+        pictures.append(captions.picture("{scenario.name}", GATHERED, figure, **words))
+    reason = "" if agrees else REASONS[GATHERED]
+    verdict = ClaimVerdict(GATHERED, agrees, PRINTED[GATHERED], "; ".join(texts), "snapshots", reason=reason)
+    return Findings([verdict], [captions.table("snapshots", stacked(frames, "behavior"))], pictures)
+
+
+def _simulated(
+    scenario: Scenario, robots: int, times_s: tuple[int, ...], later_s: tuple[int, ...], sizes: SnapshotSizes
+) -> dict[str, Any]:
+    trials, seed, last = sizes.trials, sizes.seed, len(times_s) - 1
+    steps = [round(time / scenario.trial.control_interval_s) for time in times_s + later_s]
+    poses = moved(scenario, scenario.controller, trials, robots, steps[-1], starts=seed, noise=seed).poses[:, steps]
+    positions, radius = gathered(scenario, poses, robots)
+    spread = dispersion(positions, radius)
+    shown = int(np.argsort(spread[:, last], kind="stable")[(trials - 1) // 2])
+    return {
+        "dispersion": spread.tolist(),
+        "largest_cluster": largest_cluster(positions, radius).tolist(),
+        "gathering": positions.shape[2],
+        "shown": shown,
+        "poses": poses[shown, : last + 1].tolist(),
+    }
+
+
+SNAPSHOTS = Experiment.of(
+    "3.2", conduct_snapshots, full=SnapshotSizes(),
+    fast=SnapshotSizes(trials=3, aggregating_robots=12, aggregation_times_s=(0, 30, 90, 150)),
+)  # fmt: skip
+
+
+CAPTIONS = Captions("4.3")
 NEAR = 0.1
 LASTING = 20
 SHARE_ROUNDING = 0.0005
@@ -109,7 +185,7 @@ class Outcome:
     emergence: dict[str, Emergence]  # by the kind of the models
 
 
-def conduct(work: Work) -> Findings:
+def conduct_case_studies(work: Work) -> Findings:
     """Conduct the studies, and measure shares and dispersion."""
     sizes: CaseStudySizes = work.sizes
     cases = [Case(AGGREGATION, "aggregation", sizes.aggregation)]
@@ -309,8 +385,8 @@ def _pictures(outcome: Outcome) -> list[Picture]:
     ]
 
 
-EXPERIMENT = Experiment.of(
-    ID, conduct, full=CaseStudySizes(),
+CASE_STUDIES = Experiment.of(
+    "4.3", conduct_case_studies, full=CaseStudySizes(),
     fast=CaseStudySizes(
         runs=3, generations=12, settings=small(10, 12), shares=ShareSizes(trials=5),
         aggregation=EmergenceSizes(robots=11, trials=4, duration_s=20.0, repeats=2),

@@ -16,14 +16,13 @@ from turing_learning.figures._many_runs import convergence_panels_figure, error_
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
-from .._experiment import Captions, Experiment, Findings, Table, stacked
+from .._experiment import Captions, Experiment, Findings, Table, Work, stacked
 from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
 from .._verdicts import PRINTED, REASONS, ClaimVerdict, errors_verdict, load_claims, spreads_of, valued
-from .._work import Work
 from ._shared import beside_the_paper, compare_columns, errors_frame, seeded
-from .classifier_accuracy import BestAccuracies
+from .classifiers import BestAccuracies
 
-ID, CAPTIONS = "5", Captions("5")
+CAPTIONS = Captions("5")
 ERRORS, DYNAMICS = "5-physical-ae", "5-physical-dynamics"
 VALIDATION, CLASSIFIERS = "5-physical-validation", "5-physical-classifiers"
 PAPER_RUNS = 10
@@ -268,8 +267,8 @@ def _validation_pictures(validation: Validation, sizes: ValidationSizes) -> list
     ]
 
 
-EXPERIMENT = Experiment.of(
-    ID, conduct, full=LaboratorySizes(),
+LABORATORY_RUNS = Experiment.of(
+    "5", conduct, full=LaboratorySizes(),
     fast=LaboratorySizes(
         runs=LaboratoryRunSizes(
             runs=1, generations=2, repeats=1, kept=(0, 1),

@@ -1,4 +1,4 @@
-"""Section 4.4: how well the classifiers of all generations decide over the whole space of behaviors."""
+"""Section 4.4, how accurate classifiers are; and footnote 1 of section 3.1, classifiers that choose stimuli."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,18 +10,19 @@ import pandas as pd
 
 from turing_learning.config import Configuration, classifier_of, load_configuration
 from turing_learning.figures._classifiers import accuracy_figure
+from turing_learning.figures._many_runs import error_groups_figure
+from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import Captions, Experiment, Findings, stacked
+from .._experiment import Captions, Experiment, Findings, Work, stacked
+from .._experiment import RunSizes as Sizes
 from .._verdicts import PRINTED, REASONS, ClaimVerdict, spreads_of
-from .._work import RunSizes as Sizes
-from .._work import Work
-from ._shared import PRESETS, spreads_frame, variant_of
+from ._shared import PRESETS, Runs, compare_columns, small, spreads_frame, variant_of
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
 
-ID, CLAIM = "4.4", "4.4-classifier-accuracy"
+ACCURATE = "4.4-classifier-accuracy"
 RISEN = 5  # the generation up to which the paper sees the subjectively best rise
 SETTLED = 50  # the generation from which it is held against the printed range
 RANGE = (0.62, 0.80)
@@ -90,11 +91,11 @@ class Populations:
     judging: list[np.ndarray]  # R of (G, U): in which of the generations each of those did
 
 
-def conduct(work: Work) -> Findings:
+def conduct_accuracy(work: Work) -> Findings:
     """Conduct the runs, let all of their classifiers judge the same trials, and compare the best of each generation."""
     sizes: AccuracySizes = work.sizes
     populations = {preset: run_populations(work, sizes.runs, preset, sizes.generations) for preset in PRESETS}
-    captions, verdicts, means, every, pictures = Captions(ID), [], {}, {}, []
+    captions, verdicts, means, every, pictures = Captions("4.4"), [], {}, {}, []
     for preset, (accuracy, archived) in _accuracies(work, populations).items():
         one = populations[preset]
         pairs = zip(one.judging, archived, strict=True)
@@ -108,7 +109,7 @@ def conduct(work: Work) -> Findings:
         jury = best.jury if any(map(len, archived)) else None
         figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective, jury=jury)
         words = {"preset": preset, "runs": len(best.objective)}
-        pictures.append(captions.picture("accuracy-{preset}", CLAIM, figure, **words))
+        pictures.append(captions.picture("accuracy-{preset}", ACCURATE, figure, **words))
     summary, runs = stacked(means, "preset"), stacked(every, "preset", "seed")
     return Findings(verdicts, [captions.table("accuracy", summary), captions.table("accuracy-runs", runs)], pictures)
 
@@ -200,7 +201,7 @@ def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
     both, reasons = f"{text}; {jury_text}", "; ".join(filter(None, (higher, forgets)))
     return [
         ClaimVerdict(
-            CLAIM, agrees, PRINTED[CLAIM], observed, rule, ", ".join(filter(None, (best.variant, part))), reason
+            ACCURATE, agrees, PRINTED[ACCURATE], observed, rule, ", ".join(filter(None, (best.variant, part))), reason
         )
         for part, agrees, observed, rule, reason in (
             ("", subjective and objective, both, "accuracy of classifiers", reasons),
@@ -222,10 +223,74 @@ def _of_the_objective_best(highest_of_runs: np.ndarray) -> tuple[bool, str, str]
     return agrees, text, REASONS["4.4-forgets"] if means.max() > LEVEL and not agrees else ""
 
 
-EXPERIMENT = Experiment.of(
-    ID, conduct, full=AccuracySizes(),
+ACCURACY = Experiment.of(
+    "4.4", conduct_accuracy, full=AccuracySizes(),
     fast=AccuracySizes(
         runs=RunSizes(runs=3, generations=12, settings={"models.population": 10, "classifiers.population": 10}),
         generations=(0, 1, 5, 11), points=2, trials=4, parts=3,
     ),
 )  # fmt: skip
+
+
+FORMS: dict[str, dict[str, Any]] = {
+    "interactive": {"scenario.opponents": 10},
+    "random": {"scenario.opponents": 12, "scenario.stimulus.passive": "random"},
+    "constant": {"scenario.opponents": 12, "scenario.stimulus.passive": "constant"},
+}
+"""Form -> settings; 12 trials of each model where classifiers watch are as many as interrogators and their archive cause."""
+KIND = "estimate"
+
+
+@dataclass(frozen=True)
+class InteractionSizes:
+    """How many runs of each form, in which systems and for how many generations, by how many models and classifiers."""
+
+    runs: int = 30
+    first_seed: int = 2001
+    systems: Mapping[str, int] = field(default_factory=lambda: {"light-response": 250, "sensor-configuration": 50})
+    settings: Mapping[str, Any] = field(default_factory=lambda: small(50, 50))
+
+
+def conduct_interaction(work: Work) -> Findings:
+    """Conduct the studies, and test whether those that interact have other errors than those that watch."""
+    captions, tables, pictures, remarks, tests = Captions("interaction"), [], [], [], {}
+    sizes: InteractionSizes = work.sizes
+    for name, generations in sizes.systems.items():
+        system, found = STIMULATED[name], {}
+        for form, settings in FORMS.items():
+            how = {"generations": generations, "settings": {**sizes.settings, **settings}, "runs": sizes.runs}
+            result = work.study(f"{name}-{form}", name, first_seed=sizes.first_seed, **how)
+            found[form] = Runs.of(result, "default", system.parameter_names)
+        tests[name], remark = _compared(name, found)
+        remarks.append(remark)
+        models = stacked({form: runs.models_frame() for form, runs in found.items()}, "form")
+        words: dict[str, Any] = {"system": system, "runs": sizes.runs}
+        tables.append(captions.table("{system.name}-models", models, **words))
+        spans = np.array([each.high - each.low for each in system.parameters.values()])  # type: ignore[operator]
+        shares = {form: runs.errors[KIND] / spans for form, runs in found.items()}
+        figure = error_groups_figure(shares, names=system.parameter_names)
+        pictures.append(captions.picture("{system.name}-errors", "", figure, **words))
+    summary = captions.table("errors", stacked(tests, "system"), True)
+    return Findings([], [summary, *tables], pictures, remarks)
+
+
+def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
+    """Return the median errors of all forms with the tests, parameter by parameter, and a sentence about them."""
+    interactive, names = found["interactive"].errors[KIND], STIMULATED[name].parameter_names
+    frame, better = pd.DataFrame({"parameter": names}), []
+    for form, runs in found.items():
+        frame[f"{form}_median"] = np.median(runs.errors[KIND], axis=0)
+        if form != "interactive":
+            frame[f"{form}_p_value"] = compare_columns(interactive, runs.errors[KIND]).p_values
+    for row in frame.to_dict("records"):
+        passive = [form for form in found if form != "interactive"]
+        if all(row["interactive_median"] < row[f"{f}_median"] and row[f"{f}_p_value"] < 0.01 for f in passive):
+            better.append(row["parameter"])
+    said = ", ".join(better) if better else "no parameter"
+    return frame, (
+        f"{STIMULATED[name].title}: interaction has smaller errors than both passive forms (Mann-Whitney, p < 0.01 each) in {said}."
+    )
+
+
+_FAST = InteractionSizes(runs=2, systems={"light-response": 4, "sensor-configuration": 4}, settings=small(8, 4))
+INTERACTION = Experiment.of("interaction", conduct_interaction, full=InteractionSizes(), fast=_FAST)
