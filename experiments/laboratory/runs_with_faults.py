@@ -16,7 +16,7 @@ import numpy as np
 from faults import carried, link_lost, write_laboratory
 
 from turing_learning.robots import EmulatedLaboratory, EPuck, Equipment, Event, Fault, Track, load_laboratory
-from turing_learning.robots.program._punctual import PunctualImages
+from turing_learning.robots.program._equipment import PunctualImages
 from turing_learning.runs import load_run, read_events, start_laboratory
 
 HERE = Path(__file__).parent

@@ -4,7 +4,8 @@ import threading
 
 import pytest
 
-from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, open_link, serve_tcp, serve_terminal
+from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, open_link, serve_terminal
+from turing_learning.robots.emulation._lines import serve_tcp
 
 READINGS = (1, 2, 3, 4, 5, 6, 7, 8)
 

@@ -169,7 +169,10 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
         Replace a file that exists.
     """
     from turing_learning.config import ConfigurationError
-    from turing_learning.robots import Capture, laboratory_tracker, load_laboratory, refuse_taken, write_table
+    from turing_learning.robots import Capture, load_laboratory
+    from turing_learning.robots.program._equipment import laboratory_tracker
+    from turing_learning.robots.tracking._calibration import refuse_taken
+    from turing_learning.robots.tracking._tracker import write_table
     from turing_learning.runs import told
 
     laboratory = load_laboratory(config)
@@ -267,7 +270,7 @@ def _ended_by_signals() -> Iterator[None]:
 
 def _listen(laboratory: "EmulatedLaboratory") -> None:
     """Obey what is typed; wait for a signal when nothing more can be."""
-    from turing_learning.robots import obey, usage
+    from turing_learning.robots.emulation._laboratory import obey, usage
 
     for line in sys.stdin:
         if line.strip() == "help":

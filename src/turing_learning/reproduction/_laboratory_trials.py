@@ -240,7 +240,8 @@ def _filmed(
     should_stop: Stop, sizes: ValidationSizes, controller: np.ndarray, trial: int, kind: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
-    from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, move_alone, overhead_camera
+    from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, overhead_camera
+    from turing_learning.robots.emulation._arena import move_alone
 
     arena, robot, interval = LABORATORY.arena, LABORATORY.robot, LABORATORY.trial.control_interval_s
     sides = float(arena.width_cm or 0), float(arena.height_cm or 0)

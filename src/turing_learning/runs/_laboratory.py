@@ -16,12 +16,11 @@ from turing_learning.robots import (
     LaboratorySource,
     PoseSource,
     Replica,
-    SimulatedLaboratory,
-    laboratory_calibration,
-    read_setup,
     real_equipment,
-    refuse_without_history,
 )
+from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
+from turing_learning.robots.program._equipment import laboratory_calibration
+from turing_learning.robots.program._setup import read_setup, refuse_without_history
 from turing_learning.store import RunFolderError, told
 
 from ._checkpoints import stored_generations

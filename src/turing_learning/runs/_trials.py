@@ -17,7 +17,8 @@ from ._folder import RunFolder, now
 
 if TYPE_CHECKING:
     from turing_learning.coevolution import Samples
-    from turing_learning.robots import Event, ObservedTrial
+    from turing_learning.robots import Event
+    from turing_learning.robots.program._states import ObservedTrial
 
 _LOGGER = logging.getLogger("turing_learning")
 _ATTEMPT = re.compile(r"attempt-(\d+)")
@@ -71,7 +72,8 @@ class TrialStore:
 
     def stored(self, stage: str) -> tuple[int, list["ObservedTrial"]]:
         """Return the number of the last attempt at a stage that left a trial, 0 if there is none, and its trials without faults."""
-        from turing_learning.robots import ObservedTrial, Track
+        from turing_learning.robots import Track
+        from turing_learning.robots.program._states import ObservedTrial
 
         folder = self._folder.trials_path / stage
         found = (_ATTEMPT.fullmatch(path.name) for path in folder.iterdir()) if folder.is_dir() else ()
@@ -108,14 +110,14 @@ class ObservedTrials:
     interval_s: float
 
     def speeds(self) -> np.ndarray:
-        """Return the samples (R, A, T, 2): linear speed (cm/s), angular speed (rad/s); see `robots.signed_speeds`."""
-        from turing_learning.robots import signed_speeds
+        """Return the samples (R, A, T, 2): linear speed (cm/s), angular speed (rad/s)."""
+        from turing_learning.robots.tracking._tracker import signed_speeds
 
         return np.array([signed_speeds(poses, self.interval_s) for poses in self.poses])
 
     def samples(self) -> "Samples":
-        """Return the samples of agents (R x agents, T, 2), and one of each model (R x n, 1, T, 2); see `robots.trial_samples`."""
-        from turing_learning.robots import trial_samples
+        """Return the samples of agents (R x agents, T, 2), and one of each model (R x n, 1, T, 2)."""
+        from turing_learning.robots.program._source import trial_samples
 
         return trial_samples(self.speeds(), self.models.shape[1])
 

@@ -24,8 +24,8 @@ from turing_learning.robots import (
     real_equipment,
     rehearse,
 )
+from turing_learning.robots._link import opened, sealed, write_model
 from turing_learning.robots.emulation._lines import Line
-from turing_learning.robots.links._messages import opened, sealed, write_model
 from turing_learning.robots.tracking._tracker import impossible
 from turing_learning.runs import read_events, read_post_evaluation, read_trials, resume_laboratory, start_laboratory
 from turing_learning.swarm import Robot

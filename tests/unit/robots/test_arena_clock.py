@@ -2,7 +2,8 @@ import time
 
 import pytest
 
-from turing_learning.robots import RealClock, VirtualClock
+from turing_learning.robots import VirtualClock
+from turing_learning.robots._clock import RealClock
 
 
 def test_a_virtual_clock_passes_only_while_somebody_waits():

@@ -3,8 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from turing_learning.robots.emulation._firmware import OBSTACLE, SENSOR_ANGLES, WALL
-from turing_learning.robots.emulation._physics import DARK, read_infrared
+from turing_learning.robots.emulation._arena import DARK, read_infrared
+from turing_learning.robots.emulation._robot import OBSTACLE, SENSOR_ANGLES, WALL
 
 ARENA, RADIUS = (200.0, 225.0), 3.5
 

@@ -17,10 +17,9 @@ from turing_learning.robots import (
     Model,
     Tracker,
     load_laboratory,
-    obey,
     open_link,
-    usage,
 )
+from turing_learning.robots.emulation._laboratory import obey, usage
 from turing_learning.robots.emulation._service import CameraStream, encode
 
 FAST = 10.0

@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from turing_learning.robots import CameraError, Capture, LiveCapture
-from turing_learning.robots.program._punctual import PunctualImages
+from turing_learning.robots import CameraError, Capture
+from turing_learning.robots.program._equipment import PunctualImages
+from turing_learning.robots.tracking._images import LiveCapture
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ from binascii import crc_hqx
 import pytest
 from robot_bodies import Body, Clock, PublicClient
 
-from turing_learning.robots import EmulatedRobot, serve_tcp, serve_terminal
+from turing_learning.robots import EmulatedRobot, serve_terminal
+from turing_learning.robots.emulation._lines import serve_tcp
 
 
 @pytest.fixture

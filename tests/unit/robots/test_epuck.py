@@ -3,18 +3,9 @@ import struct
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import (
-    EmulatedRobot,
-    EPuck,
-    Link,
-    LinkError,
-    Model,
-    VirtualClock,
-    open_link,
-    serve_tcp,
-    serve_terminal,
-)
-from turing_learning.robots.links._epuck import RESYNCHRONIZE
+from turing_learning.robots import EmulatedRobot, EPuck, Link, LinkError, Model, VirtualClock, open_link, serve_terminal
+from turing_learning.robots._epuck import RESYNCHRONIZE
+from turing_learning.robots.emulation._lines import serve_tcp
 
 
 @pytest.fixture

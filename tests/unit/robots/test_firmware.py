@@ -3,7 +3,7 @@ import pytest
 from robot_bodies import Body, Clock
 
 from turing_learning.robots import EmulatedRobot
-from turing_learning.robots.emulation._firmware import LOOP, OBSTACLE, SENSOR_ANGLES, WALL, Firmware, avoid_walls
+from turing_learning.robots.emulation._robot import LOOP, OBSTACLE, SENSOR_ANGLES, WALL, Firmware, avoid_walls
 
 NOTHING = (60,) * 8
 AGENT = (-0.7, -1.0, 1.0, -1.0)

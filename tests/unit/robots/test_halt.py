@@ -9,9 +9,11 @@ import pytest
 from arena_laboratories import SMALL
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import ArenaService, EmulatedRobot, EPuck, Model, obey, open_link, serve_tcp
-from turing_learning.robots.emulation._firmware import Firmware
-from turing_learning.robots.links._messages import sealed
+from turing_learning.robots import ArenaService, EmulatedRobot, EPuck, Model, open_link
+from turing_learning.robots._link import sealed
+from turing_learning.robots.emulation._laboratory import obey
+from turing_learning.robots.emulation._lines import serve_tcp
+from turing_learning.robots.emulation._robot import Firmware
 
 ALIVE = (sealed("X,A") + "\r").encode()
 MODEL = (sealed("X,M,1,5000,5000,5000,5000") + "\r").encode()

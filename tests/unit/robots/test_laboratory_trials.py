@@ -7,7 +7,8 @@ import pytest
 from program_laboratory import CALIBRATION, FILE, ScriptedLaboratory
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots import LaboratoryError, LaboratorySource, SimulatedLaboratory, load_laboratory
+from turing_learning.robots import LaboratoryError, LaboratorySource, load_laboratory
+from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
 from turing_learning.runs import (
     RunFolderError,
     awaits_robots,

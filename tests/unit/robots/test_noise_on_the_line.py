@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from robot_bodies import Body, Clock
 
 from turing_learning.robots import EmulatedRobot
-from turing_learning.robots.links._epuck import RESYNCHRONIZE
+from turing_learning.robots._epuck import RESYNCHRONIZE
 
 
 @settings(max_examples=200, deadline=None)

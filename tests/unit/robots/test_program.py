@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from program_laboratory import FILE, NAMES, ScriptedLaboratory, new_tracker
 
-from turing_learning.robots import LaboratoryError, LaboratorySource, TerminalOperator, load_laboratory
-from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model
+from turing_learning.robots import LaboratoryError, LaboratorySource, load_laboratory
+from turing_learning.robots._link import LARGEST_SEQUENCE, Model
+from turing_learning.robots.program._equipment import TerminalOperator
 
 MODELS = np.array([(-0.5, 0.3, 0.0, 0.0), (1.0, 0.2, 0.0, 0.0), (-1.0, -0.2, 0.0, 0.0), (0.3, -0.3, 0.0, 0.0)])
 

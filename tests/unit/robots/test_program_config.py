@@ -6,7 +6,8 @@ import pytest
 from program_laboratory import FILE
 
 from turing_learning.config import ConfigurationError
-from turing_learning.robots import load_laboratory, read_setup
+from turing_learning.robots import load_laboratory
+from turing_learning.robots.program._setup import read_setup
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.robots import CameraError, VirtualClock
-from turing_learning.robots.program._punctual import PunctualImages, drop_old_images
+from turing_learning.robots.program._equipment import PunctualImages, drop_old_images
 
 
 class Camera:

@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turing_learning.robots import LABORATORY, SimulatedLaboratory, move_alone
+from turing_learning.robots import LABORATORY
+from turing_learning.robots.emulation._arena import move_alone
+from turing_learning.robots.emulation._laboratory import SimulatedLaboratory
 
 TRUTH = np.array(LABORATORY.controller)
 SHORT = replace(LABORATORY, trial=replace(LABORATORY.trial, duration_s=1.0))

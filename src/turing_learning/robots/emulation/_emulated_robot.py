@@ -7,7 +7,7 @@ from collections.abc import Callable, Generator, Sequence
 from typing import Protocol
 
 from turing_learning.errors import choice
-from turing_learning.robots.links._messages import (
+from turing_learning.robots._link import (
     GOES,
     HALTED,
     LARGEST_SEQUENCE,

@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 
 from turing_learning.robots._clock import VirtualClock
-from turing_learning.robots.links._link import Link, open_link
+from turing_learning.robots._link import Link, open_link
 
 from ._emulated_robot import EmulatedRobot
 

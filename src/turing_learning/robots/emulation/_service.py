@@ -16,9 +16,9 @@ from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions
 from ._emulated_robot import EmulatedRobot
-from ._firmware import LOOP
-from ._hands import EmulatedLaboratory
+from ._laboratory import EmulatedLaboratory
 from ._lines import Line, serve_tcp, serve_terminal
+from ._robot import LOOP
 
 _POLL_S = 0.005
 _SERVERS = {"terminal": serve_terminal, "tcp": serve_tcp}

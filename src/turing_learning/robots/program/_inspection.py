@@ -14,8 +14,7 @@ from turing_learning.robots.tracking._images import vision
 from turing_learning.robots.tracking._tracker import Tracker, compare_labels, impossible
 from turing_learning.swarm import Scenario
 
-from ._equipment import CameraPoses, Equipment, PoseSource, fastest_turn
-from ._punctual import drop_old_images, take_stamped
+from ._equipment import CameraPoses, Equipment, PoseSource, drop_old_images, fastest_turn, take_stamped
 from ._setup import LaboratorySetup, RobotSection
 
 IMAGES = 20  #: Taken to measure the camera's rate

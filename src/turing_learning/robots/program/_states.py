@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from turing_learning.errors import require
-from turing_learning.robots.links._messages import LARGEST_SEQUENCE, Model, Replica, Signal
+from turing_learning.robots._link import LARGEST_SEQUENCE, Model, Replica, Signal
 from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
 from turing_learning.swarm import Scenario
 

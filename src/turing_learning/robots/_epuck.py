@@ -8,13 +8,14 @@ from typing import TypeVar
 
 from turing_learning.errors import choice, integer, number
 
-from ._link import Link, LinkError
-from ._messages import (
+from ._link import (
     GO,
     GOES,
     HALT,
     HALTED,
     SIGNALS,
+    Link,
+    LinkError,
     Model,
     Signal,
     Status,

@@ -1,1 +1,0 @@
-"""What is said to robots, and heard from them."""
