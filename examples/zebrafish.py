@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import turing_learning as tl
-from turing_learning.analysis import is_known
-from turing_learning.detection import Detector, roc_curve
+from turing_learning.analysis import area_under_curve, is_known
+from turing_learning.detection import Detector
 from turing_learning.families import BurstAndCoast, Couzin, Particles
 from turing_learning.identifiability import Check, Effort
 from turing_learning.trajectories import Trajectories, Windows
@@ -143,8 +143,8 @@ def told_apart(family: Particles, result: tl.Result, windows: Windows) -> tuple[
     models = detector.judge(new)
     others = detector.judge(learned[len(learned) // 2 :])
     return (
-        roc_curve(fish, models).area,
-        roc_curve(fish, others).area,
+        area_under_curve(fish, models),
+        area_under_curve(fish, others),
         float(np.mean(detector.called_abnormal(new[:, None]))),
     )
 

@@ -294,9 +294,9 @@ class Detection:
         """What can be promised, what the normal individuals say, and how the ways to look compare; a sentence each."""
         first, said = self.rankings[0], []
         if self.level is None:
-            said.append(
+            said = [
                 "Nobody is called abnormal, as no recordings of normal individuals are given; the ranking stands. Give some."
-            )
+            ]
         elif self.level > self.false_alarms:
             said.append(
                 f"{self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the least is 1 of "

@@ -48,17 +48,11 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
         found[begin : begin + AT_ONCE] = low.mean(axis=0)
     lowest = genuine.min(initial=np.inf)
     below = scores.max(axis=1) <= lowest
-    found[below] = _counted(known, int((genuine == lowest).sum()), (scores[below] == lowest).sum(axis=1), samples)
+    # choices with so low a mean hold all of the S that are lower, and in place of the tied ones any of these and of the ties
+    ties, choices = int((genuine == lowest).sum()), comb(known + samples, samples)
+    tied = (scores[below] == lowest).sum(axis=1).tolist()
+    found[below] = [comb(ties + k, k) / choices for k in tied]
     return found
-
-
-def _counted(known: int, ties: int, tied: np.ndarray, samples: int) -> np.ndarray:
-    """Return the share of the choices with so low a mean, where the lowest of the n scores is the highest of the S, or above it.
-
-    Such choices hold all of the S that are lower, and in place of the tied ones (individuals,) any of these and of the ties.
-    """
-    choices = comb(known + samples, samples)
-    return np.array([comb(ties + int(k), int(k)) / choices for k in tied])
 
 
 def known_needed(share: float, samples: int) -> int:
@@ -71,20 +65,16 @@ def known_needed(share: float, samples: int) -> int:
     return known
 
 
-def _draws(samples: int) -> int:
-    return max(1000, min(DRAWS, MOST_DRAWN // samples))
-
-
 @lru_cache(maxsize=2)
 def _choices(known: int, samples: int) -> np.ndarray:
     """Return choices (any, samples) of numbers below known + samples; the individual's own are the last ones."""
-    total = known + samples
+    total, draws = known + samples, max(1000, min(DRAWS, MOST_DRAWN // samples))
     if samples == 1:
         return np.arange(total, dtype=np.int32)[:, None]
-    if comb(total, samples) <= _draws(samples):
+    if comb(total, samples) <= draws:
         return np.array(list(combinations(range(total), samples)), dtype=np.int32)
     rng = np.random.default_rng((known, samples))
-    drawn = [rng.choice(total, samples, replace=False, shuffle=False) for _ in range(_draws(samples))]
+    drawn = [rng.choice(total, samples, replace=False, shuffle=False) for _ in range(draws)]
     return np.array([np.arange(known, total), *drawn], dtype=np.int32)
 
 

@@ -1,6 +1,6 @@
 """Decision accuracy of classifiers over a wide range of models."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -168,7 +168,8 @@ def _blocks(
     rng = stream(seed, POST_EVALUATION)
     poses = initial_poses(scenario, trials, rng)
     keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
-    models, size = models[part], _block_size(scenario, trials)
+    bytes_of_model = 8 * scenario.individuals * trials * scenario.control_steps * len(scenario.input_scale)
+    models, size = models[part], max(1, BLOCK_BYTES // bytes_of_model)
     for start in range(0, len(models), size):
         block = models[start : start + size]
         starts = np.tile(poses, (len(block), 1, 1))
@@ -177,37 +178,24 @@ def _blocks(
         yield speeds.reshape(scenario.individuals, len(block), trials, *speeds.shape[2:])
 
 
-def _block_size(scenario: Scenario, trials: int) -> int:
-    bytes_of_model = 8 * scenario.individuals * trials * scenario.control_steps * len(scenario.input_scale)
-    return max(1, BLOCK_BYTES // bytes_of_model)
-
-
 def _count_agents(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray, agents: int) -> np.ndarray:
-    """Return the numbers (N, 2) of agents and of replicas that are decided to be agents."""
-    individuals, models, trials, *series = samples.shape
-    by_trial = (samples[:, :, trial].reshape(-1, *series) for trial in range(trials))
-    decisions = _decide_in_turn(classifier, genomes, by_trial, individuals * models)
-    counts = decisions.reshape(len(genomes), individuals, models).sum(axis=2)
-    return np.stack([counts[:, :agents].sum(axis=1), counts[:, agents:].sum(axis=1)], axis=1)
-
-
-def _decide_in_turn(
-    classifier: Classifier, genomes: np.ndarray, trials: Iterable[np.ndarray], individuals: int
-) -> np.ndarray:
-    """Return what `decide` says (N, individuals), from samples (individuals, T, D) of one trial after the other.
+    """Return the numbers (N, 2) of agents and of replicas that are decided to be agents, see `decide`, one trial after the other.
 
     Who has been judged genuine once is an agent, and is not judged again by that classifier.
     """
-    agent = np.zeros((len(genomes), individuals), dtype=bool)
-    for samples in trials:
-        left = individuals - agent.sum(axis=1)
-        many = left > SPARSE * individuals
+    individuals, models, trials, *series = samples.shape
+    agent = np.zeros((len(genomes), individuals * models), dtype=bool)
+    for trial in range(trials):
+        observed = samples[:, :, trial].reshape(-1, *series)
+        left = agent.shape[1] - agent.sum(axis=1)
+        many = left > SPARSE * agent.shape[1]
         if many.any():
-            agent[many] |= classifier.judge(genomes[many], samples) >= THRESHOLD
+            agent[many] |= classifier.judge(genomes[many], observed) >= THRESHOLD
         for n in np.flatnonzero(~many & (left > 0)):
             undecided = np.flatnonzero(~agent[n])
-            agent[n, undecided] = classifier.judge(genomes[n : n + 1], samples[undecided])[0] >= THRESHOLD
-    return agent
+            agent[n, undecided] = classifier.judge(genomes[n : n + 1], observed[undecided])[0] >= THRESHOLD
+    counts = agent.reshape(len(genomes), individuals, models).sum(axis=2)
+    return np.stack([counts[:, :agents].sum(axis=1), counts[:, agents:].sum(axis=1)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

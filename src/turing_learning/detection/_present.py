@@ -43,17 +43,8 @@ def standing_rows(found: Detection, timed: Sequence[TimedVerdict], *, seconds: b
         verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
         score = f"{each.score:.3g}" if each.windows else "-"
         p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
-        rows.append(
-            (
-                each.individual,
-                str(each.rank),
-                str(each.windows),
-                score,
-                p_value,
-                verdict if each.windows else "no window",
-                when,
-            )
-        )
+        verdict = verdict if each.windows else "no window"
+        rows.append((each.individual, str(each.rank), str(each.windows), score, p_value, verdict, when))
     return rows
 
 
@@ -110,11 +101,6 @@ def detection_page(found: Detection, motion: RecordedMotion, timed: Sequence[Tim
         caption = f"From {begin:.1f} s to {end:.1f} s, in cm: the most unlike individuals and the most normal ones."
         drawn.append(Picture("paths", "Paths", caption, figure, wide=True))
     many = sum(bool(each.abnormal) for each in found.individuals)
-    said = (
-        f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. "
-        if found.level is not None
-        else ""
-    )
-    return study_page(
-        StudyReport("Who is unlike normal individuals?", said + " ".join(found.remarks), (table,), tuple(drawn))
-    )
+    said = f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. " * (found.level is not None)
+    said += " ".join(found.remarks)
+    return study_page(StudyReport("Who is unlike normal individuals?", said, (table,), tuple(drawn)))

@@ -15,8 +15,7 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import System, same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._company import company, paths_of
-from ._motion import RecordedMotion
+from ._motion import RecordedMotion, company, paths_of
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -29,32 +28,19 @@ class StoredRun(Protocol):
     """What the room needs of a run: `turing_learning.Result` has it."""
 
     @property
-    def path(self) -> Path | None:
-        """The run folder, with ``config.toml``; None for a run that is kept in memory."""
-
+    def path(self) -> Path | None: ...
     @property
-    def in_laboratory(self) -> bool:
-        """Whether robots in a laboratory are observed, real or emulated ones."""
-
+    def in_laboratory(self) -> bool: ...
     @property
-    def complete(self) -> bool:
-        """Whether the run has come to its end."""
-
+    def complete(self) -> bool: ...
     @property
-    def system(self) -> System:
-        """What was observed."""
-
+    def system(self) -> System: ...
     @property
-    def history(self) -> Any:
-        """Name -> array over the generations; "classifier" (G, N, Q) and "classifier_fitness" (G, N)."""
-
+    def history(self) -> Any: ...
     @property
-    def jury(self) -> Sequence[tuple[Classifier, np.ndarray]]:
-        """Who judges in a run of trials: the best of the whole run, the fittest last; and random ones."""
-
+    def jury(self) -> Sequence[tuple[Classifier, np.ndarray]]: ...
     @property
-    def calibration(self) -> Mapping[str, np.ndarray] | None:
-        """Samples (S, T, D) that the run has stored, "genuine" and "abnormal"; None if there are none."""
+    def calibration(self) -> Mapping[str, np.ndarray] | None: ...
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
-from turing_learning.detection import keep_observed
+from turing_learning.detection._simulated import keep_observed
 from turing_learning.store import RunFolderError
 
 from ._folder import CALIBRATION, RunFolder
@@ -138,7 +138,7 @@ def _summary(result: Result, models: np.ndarray, fitness: list[list[float]], rep
 
 
 def keep_observed_motion(result: Result, folder: RunFolder) -> None:
-    """Write ``calibration.npz``, see `detection.keep_observed`, once all last models have been observed again.
+    """Write ``calibration.npz``, by which detectors are calibrated, once all last models have been observed again.
 
     Agents were learned from in the generations, and are held out in the post-evaluations.
     """

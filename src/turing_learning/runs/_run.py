@@ -502,7 +502,7 @@ class Run:
 
         A scenario's are simulated.
         """
-        from turing_learning.detection import keep_calibration
+        from turing_learning.detection._simulated import keep_calibration
 
         if self._source.genuine is None:
             return {}

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from turing_learning.analysis import compare
+from turing_learning.analysis import area_under_curve, compare
 
 LOW, HIGH = np.arange(5.0), np.arange(10.0, 15.0)
 
@@ -24,3 +26,13 @@ def test_equal_samples_do_not_differ():
 
 def test_samples_may_differ_in_length():
     assert compare(LOW, [HIGH, HIGH[:3]]).p_values.shape == (2,)
+
+
+SCORES = st.lists(st.integers(0, 5), min_size=1, max_size=12)
+
+
+@settings(max_examples=60, deadline=None)
+@given(SCORES, SCORES)
+def test_the_area_is_the_probability_that_one_scores_above_the_other_with_ties_counted_half(high, low):
+    pairs = [(one > other) + (one == other) / 2 for one in high for other in low]
+    assert area_under_curve(np.array(high), np.array(low)) == pytest.approx(np.mean(pairs))

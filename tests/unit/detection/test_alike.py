@@ -18,9 +18,8 @@ from turing_learning.detection import (
     plant_abnormal,
     run_classifiers,
     statistics_eye,
-    window_statistics,
 )
-from turing_learning.detection._alike import added, trained_eye
+from turing_learning.detection._alike import added, trained_eye, window_statistics
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)

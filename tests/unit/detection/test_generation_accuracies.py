@@ -2,13 +2,8 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import (
-    accuracy_over_generations,
-    grid_models,
-    post_evaluate,
-    run_classifiers,
-    sampled_generations,
-)
+from turing_learning.detection import accuracy_over_generations, grid_models, post_evaluate, run_classifiers
+from turing_learning.detection._post_evaluation import sampled_generations
 
 
 def test_the_first_and_the_last_generation_are_among_those_sampled():

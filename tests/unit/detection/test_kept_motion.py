@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection import keep_observed
+from turing_learning.detection._simulated import keep_observed
 
 ESTIMATE = np.array([0.5, -0.5])
 
