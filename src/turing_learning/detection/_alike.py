@@ -58,8 +58,9 @@ class Scorer(Protocol):
 class Eye:
     """A way to look at windows, and to learn from normal individuals what is usual.
 
-    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts, whether individuals
-    are seen relative to their fellows, and planted ones. It sees some `columns` of the windows.
+    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts,
+    whether individuals are seen relative to their fellows, and planted ones. It sees some `columns` of the
+    windows.
     """
 
     name: str
@@ -349,8 +350,9 @@ def judge_alike(
 ) -> Detection:
     """Rank individuals by how unlike normal ones they are.
 
-    Every normal individual is scored by what was learned without its recording (without itself, where there is one recording).
-    Where the recordings of normal individuals are longer than the motion, they are cut into pieces as long.
+    Every normal individual is scored by what was learned without its recording (without itself, where there is
+    one recording). Where the recordings of normal individuals are longer than the motion, they are cut into
+    pieces as long.
 
     Parameters
     ----------
@@ -421,8 +423,8 @@ def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list
 
 @dataclass(frozen=True, eq=False)
 class _Look:
-    """What one way to look finds: shares (W,) of the individuals, scores (n,) of normal ones, whose these are and their weights,
-    and scores (K,) of cases."""
+    """What one way to look finds: shares (W,) of the individuals, scores (n,) of normal ones, whose these are
+    and their weights, and scores (K,) of cases."""
 
     name: str
     shares: list[np.ndarray]

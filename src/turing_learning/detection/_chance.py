@@ -18,11 +18,12 @@ AT_ONCE = 64  # individuals
 def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Return for each individual how often S of the n genuine samples and its own, chosen at random, have so low a mean score.
 
-    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are independent, every choice of
-    S of the n + S is equally likely to be the individual's, so that p-values of at most a share q are no more frequent than q, for
-    any n and S. Equal means count as lower ones. With a single sample it is the place of its score among the n. All choices are
-    tried where that is no more than `DRAWS`, else as many, and the one that is observed. Where no sample of an individual has a
-    higher score than any of the n, the choices are counted.
+    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are
+    independent, every choice of S of the n + S is equally likely to be the individual's, so that p-values of at
+    most a share q are no more frequent than q, for any n and S. Equal means count as lower ones. With a single
+    sample it is the place of its score among the n. All choices are tried where that is no more than `DRAWS`,
+    else as many, and the one that is observed. Where no sample of an individual has a higher score than any of
+    the n, the choices are counted.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
 
 
 def known_needed(share: float, samples: int) -> int:
-    """Return the number of genuine samples from which on choices are enough for a p-value as small as a share."""
+    """Return how many genuine samples are enough for a p-value as small as a share."""
     if samples == 1:
         return ceil(1 / share) - 1
     known = 1
@@ -67,7 +68,7 @@ def known_needed(share: float, samples: int) -> int:
 
 @lru_cache(maxsize=2)
 def _choices(known: int, samples: int) -> np.ndarray:
-    """Return choices (any, samples) of numbers below known + samples; the individual's own are the last ones."""
+    """Return choices (any, samples) of numbers below known + samples; the individual's own are the last."""
     total, draws = known + samples, max(1000, min(DRAWS, MOST_DRAWN // samples))
     if samples == 1:
         return np.arange(total, dtype=np.int32)[:, None]
@@ -122,9 +123,10 @@ class TimedVerdict:
 class Scan:
     """Look for the stretch of consecutive windows whose scores lie lowest among those of genuine samples.
 
-    A score counts by its place among the n genuine ones, 0 if it is below all and n if above all. The evidence of a window is the
-    normal score of its place k, with the sign turned: the value above which a share (k + 1/2) / (n + 1) of a standard normal
-    distribution lies. A score that equals genuine ones has the mean for the places before, between and after them.
+    A score counts by its place among the n genuine ones, 0 if it is below all and n if above all. The evidence
+    of a window is the normal score of its place k, with the sign turned: the value above which a share (k +
+    1/2) / (n + 1) of a standard normal distribution lies. A score that equals genuine ones has the mean for the
+    places before, between and after them.
 
     Parameters
     ----------
@@ -141,17 +143,19 @@ class Scan:
     def strengths(self, scores: np.ndarray) -> np.ndarray:
         """Return the strength (...,) of the evidence in scores (..., W), the largest of stretches of 1, 2, 4, ... and all windows.
 
-        It is the mean evidence of the w windows of a stretch over its standard error, sqrt(1 / w + 1 / n): what is known of genuine
-        samples has an error, too. All windows share it, and in long recordings it would hide short stretches otherwise.
+        It is the mean evidence of the w windows of a stretch over its standard error, sqrt(1 / w + 1 / n): what
+        is known of genuine samples has an error, too. All windows share it, and in long recordings it would
+        hide short stretches otherwise.
         """
         return self._strongest(self._evidence(scores))
 
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
         """Return the strength above which genuine individuals with so many windows lie as often as stated.
 
-        Genuine samples and an individual's windows are drawn anew, alike and independent. All orders of them are then equally
-        frequent, whatever the distribution of scores, and if no two are equal nothing else enters the evidence: but for the number
-        of draws the rate is exact, over all detectors and individuals. Places between equal genuine scores have their evidence.
+        Genuine samples and an individual's windows are drawn anew, alike and independent. All orders of them
+        are then equally frequent, whatever the distribution of scores, and if no two are equal nothing else
+        enters the evidence: but for the number of draws the rate is exact, over all detectors and individuals.
+        Places between equal genuine scores have their evidence.
 
         Source
         ------

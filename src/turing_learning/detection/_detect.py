@@ -158,8 +158,9 @@ def detect(
     motion
         Of the individuals that are judged.
     genuine
-        Recordings of normal individuals, several if possible: each is judged by what was learned from the others. None:
-        simulated robots are simulated; samples that a run has stored are taken; a recording is ranked and nobody called abnormal.
+        Recordings of normal individuals, several if possible: each is judged by what was learned from the
+        others. None: simulated robots are simulated; samples that a run has stored are taken; a recording is
+        ranked and nobody called abnormal.
     abnormal
         Motion of individuals that are known to be abnormal, by which the ways to look are compared. None plants some.
     false_alarms

@@ -22,7 +22,7 @@ _KEYS = ("individual", "sample", "step")
 def checked_motion(
     name: str, motion: Any, *, signals: int, steps: int | None = None, where: Callable[[int], str] = str
 ) -> np.ndarray:
-    """Return motion (individuals, samples, T, D) as floats; reject what is not that, is empty, or not finite."""
+    """Return motion (individuals, samples, T, D) as floats; reject what is not that, empty, or not finite."""
     require(not np.ma.is_masked(motion), name, "have no masked values", "a masked array", error=ConfigurationError)
     try:
         motion = np.asarray(motion)
@@ -269,9 +269,9 @@ def paths_of(recording: Trajectories, smooth_frames: int = 1) -> np.ndarray:
 def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
     """Return what one of two or more individuals does at each step, own motion and others beside it (F - 1, 9).
 
-    Speed, turn, and acceleration; distance and bearing of the nearest other; distance of the middle of all others, and whether
-    it is ahead (the cosine); distance from the border of the space that all move in; and how much its velocity is what that of
-    another was some time ago (the share of their correlation).
+    Speed, turn, and acceleration; distance and bearing of the nearest other; distance of the middle of all
+    others, and whether it is ahead (the cosine); distance from the border of the space that all move in; and
+    how much its velocity is what that of another was some time ago (the share of their correlation).
 
     Parameters
     ----------

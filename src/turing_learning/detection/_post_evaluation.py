@@ -49,8 +49,8 @@ class PostEvaluation:
 
 
 def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: float = 1.0) -> np.ndarray:
-    """Return models (points^P, P) on a grid over the parameter space, as in section 4.4 of the paper; the last parameter changes
-    fastest.
+    """Return models (points^P, P) on a grid over the parameter space, as in section 4.4 of the paper; the last
+    parameter changes fastest.
 
     Parameters
     ----------
@@ -89,8 +89,9 @@ def post_evaluate(
 ) -> PostEvaluation:
     """Let classifiers decide about the agents and replicas of many swarms.
 
-    A replica executes each model among agents, in several trials from initial poses that are common to all models and
-    classifiers. A classifier judges each individual once a trial, and decides that it is a model only if all judgments say so.
+    A replica executes each model among agents, in several trials from initial poses that are common to all
+    models and classifiers. A classifier judges each individual once a trial, and decides that it is a model
+    only if all judgments say so.
 
     Parameters
     ----------

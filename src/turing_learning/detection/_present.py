@@ -49,7 +49,7 @@ def standing_rows(found: Detection, timed: Sequence[TimedVerdict], *, seconds: b
 
 
 def timeline_of(motion: RecordedMotion, verdicts: Sequence[TimedVerdict], *, votes: bool) -> "Figure":
-    """Draw scores over time: shares of votes, which are from 0 to 1, or of a distance, relative to the largest."""
+    """Draw scores over time: shares of votes, from 0 to 1, or of a distance, relative to the largest."""
     judged = [verdict for verdict in verdicts if verdict.windows]
     largest = 1.0 if votes else max(1e-12, *(float(verdict.scores.max()) for verdict in judged))
     return timeline_figure(

@@ -56,8 +56,8 @@ class RunClassifiers:
     best : (up to 100, Q)
         The subjectively best of generations that are evenly spread over the run, the last included.
     jurors : (up to 300, Q)
-        One of the 20 fittest of each of as many generations, drawn at random from the whole run; of a run of trials
-        all evolved ones that judged at its end.
+        One of the 20 fittest of each of as many generations, drawn at random from the whole run; of a run of
+        trials all evolved ones that judged at its end.
     observers
         Of a run of trials its random classifiers, too: what judges by them, and their genomes (R, S).
     steps, signals

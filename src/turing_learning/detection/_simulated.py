@@ -1,4 +1,4 @@
-"""Motion to calibrate detectors with: simulated of a scenario, observed in a laboratory, or of a custom system."""
+"""Motion to calibrate detectors with: of a simulated scenario, a laboratory, or a custom system."""
 
 import logging
 from collections.abc import Mapping
@@ -176,8 +176,9 @@ def keep_calibration(
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold: held-out samples of a system, and samples of random models of it.
 
-    The first half of the genuine samples are some that the run learned from, to weigh votes; the second half those that were
-    held out, to place the threshold. Random models are drawn from the initial ranges without those near the estimate.
+    The first half of the genuine samples are some that the run learned from, to weigh votes; the second half
+    those that were held out, to place the threshold. Random models are drawn from the initial ranges without
+    those near the estimate.
 
     Parameters
     ----------

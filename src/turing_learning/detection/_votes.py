@@ -81,9 +81,10 @@ class Detector:
                     up to 100 generations, weighted together
     ==============  =============================================  ==========================================
 
-    "discriminant" gives a vote to classifiers whose Youden's J = specificity + sensitivity - 1 is positive on genuine and on
-    abnormal motion, and weighs them by Fisher's linear discriminant: who says the same as others counts for less, and who hardly
-    ever errs for more. Chance is measured on genuine individuals that had no part in the weights, see `p_values`.
+    "discriminant" gives a vote to classifiers whose Youden's J = specificity + sensitivity - 1 is positive on
+    genuine and on abnormal motion, and weighs them by Fisher's linear discriminant: who says the same as others
+    counts for less, and who hardly ever errs for more. Chance is measured on genuine individuals that had no
+    part in the weights, see `p_values`.
 
     Parameters
     ----------
@@ -215,7 +216,7 @@ class Detector:
         return p_values(self.genuine_scores, self._judge_all(motion, "motion"))
 
     def abnormal(self, samples: np.ndarray) -> bool:
-        """Return whether the individual that moves as in samples (S, T, D) behaves abnormally; see `verdicts`."""
+        """Return whether an individual that moves as in samples (S, T, D) is abnormal; see `verdicts`."""
         return bool(self._called(self.judge(samples)[None])[1][0])
 
     def called_abnormal(self, motion: np.ndarray) -> np.ndarray:
@@ -232,11 +233,12 @@ class Detector:
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
 
-        It does if its p-value is at most the share of false alarms; by the rule "unanimous", if all of its samples are judged
-        counterfeit. A warning is logged if nobody could be called abnormal, or the detector is blind to the motion of its
-        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end, is largest
-        (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is below the middle between
-        the mean scores of genuine and of abnormal samples.
+        It does if its p-value is at most the share of false alarms; by the rule "unanimous", if all of its
+        samples are judged counterfeit. A warning is logged if nobody could be called abnormal, or the detector
+        is blind to the motion of its calibration. The beginning is where the sum of what speaks for abnormal
+        motion, from there to the end, is largest (Page, Continuous inspection schemes, 1954). A sample speaks
+        for it by how far its score is below the middle between the mean scores of genuine and of abnormal
+        samples.
 
         Parameters
         ----------
@@ -259,10 +261,11 @@ class Detector:
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
         """Say of each individual of a recording whether it behaves abnormally at some time, and when.
 
-        A window speaks against an individual by how low its score lies among those of genuine samples, a stretch of consecutive
-        windows by the mean of this in standard errors. An individual is called abnormal if its strongest stretch, of whatever
-        length, is stronger than a threshold, placed where the stated share of genuine individuals with as many windows would be
-        called so, if windows are independent. All rules keep to that rate here. Warnings are logged as by `verdicts`.
+        A window speaks against an individual by how low its score lies among those of genuine samples, a
+        stretch of consecutive windows by the mean of this in standard errors. An individual is called abnormal
+        if its strongest stretch, of whatever length, is stronger than a threshold, placed where the stated
+        share of genuine individuals with as many windows would be called so, if windows are independent. All
+        rules keep to that rate here. Warnings are logged as by `verdicts`.
 
         Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
@@ -287,7 +290,7 @@ class Detector:
         return replace(self, false_alarms=share)
 
     def _warn_if_blind(self) -> None:
-        """Log a warning if genuine motion without a part in the weights scores no higher than abnormal motion."""
+        """Log a warning if genuine motion that had no part in the weights scores no higher than abnormal."""
         genuine, abnormal = float(self.genuine_scores.mean()), float(self.abnormal_scores.mean())
         if genuine <= abnormal:
             _LOGGER.warning(
@@ -342,8 +345,8 @@ def check_rule(rule: str) -> None:
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
-    """Return the weights (N,) of classifiers, none below 0, with the sum 1, by whether each judges samples genuine (N, individuals,
-    samples).
+    """Return the weights (N,) of classifiers, none below 0, with the sum 1, by whether each judges samples
+    genuine (N, individuals, samples).
 
     Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
     """

@@ -55,9 +55,9 @@ class Stopped(Exception):
 class Work:
     """Does pieces of work, or takes them from the files that an earlier call has left.
 
-    Its folder may be given as the store whose lock is held. In the fast form, studies run in this process, which costs less than
-    to start others; else in so many `workers`, one for each processor if None. `seconds` is the computing time of all pieces, and
-    runs of studies, that have been asked for so far.
+    Its folder may be given as the store whose lock is held. In the fast form, studies run in this process,
+    which costs less than to start others; else in so many `workers`, one for each processor if None. `seconds`
+    is the computing time of all pieces, and runs of studies, that have been asked for so far.
     """
 
     def __init__(

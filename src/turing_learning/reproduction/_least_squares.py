@@ -116,8 +116,8 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
 def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) -> np.ndarray:
     """Return the model with the smallest expected squared error.
 
-    With probabilities that do not change, every state gets the expected value of the agent's output; otherwise state i gets
-    the mean of that expected value over time, weighted by the probability of the state.
+    With probabilities that do not change, every state gets the expected value of the agent's output; otherwise
+    state i gets the mean of that expected value over time, weighted by the probability of the state.
 
     Parameters
     ----------

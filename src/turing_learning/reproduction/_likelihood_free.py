@@ -83,8 +83,9 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     """Compute the summaries (..., S) of groups of individuals with motion (..., C, T, 2); C T must be a multiple of 20, T > 10.
 
-    Of both wheels: mean, standard deviation, autocorrelations; their covariance; and their means in each twentieth of the
-    group's cycles, in the order of the turn rate, which tells the sensor states of reactive behaviors apart.
+    Of both wheels: mean, standard deviation, autocorrelations; their covariance; and their means in each
+    twentieth of the group's cycles, in the order of the turn rate, which tells the sensor states of reactive
+    behaviors apart.
     """
     wheels = wheel_speeds(motion, scenario)
     cycles = wheels.reshape(*wheels.shape[:-3], -1, 2)
@@ -109,8 +110,9 @@ def baseline(name: str) -> ModuleType:
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
     """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2).
 
-    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is that of the last
-    sensor state. The scenario tells the wheels and the number of sensor states, not the controller.
+    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is
+    that of the last sensor state. The scenario tells the wheels and the number of sensor states, not the
+    controller.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
     chosen = np.random.default_rng(seed).choice(wheels, min(len(wheels), CYCLES), replace=False)
@@ -128,8 +130,8 @@ def infer_by_abc_smc(
 ) -> Inferred | None:
     """Infer a behavior by ABC-SMC as `pyabc` does it by default, with an adaptive distance; None if it was stopped.
 
-    `observed` are summaries of the agents' motion (S,), `evaluations` the number of groups to be simulated, at least 100. The
-    last complete population counts. Populations have a size that leaves room for about ten.
+    `observed` are summaries of the agents' motion (S,), `evaluations` the number of groups to be simulated, at
+    least 100. The last complete population counts. Populations have a size that leaves room for about ten.
     """
     integer("evaluations", evaluations, 100)
     pyabc = baseline("pyabc")

@@ -53,8 +53,8 @@ class Results:
 class ExperimentFolder:
     """The files of an experiment.
 
-    ``pieces`` holds the pieces of work; it is large, and not to be committed. ``results.json`` holds the verdicts and what belongs
-    to them, and is written last.
+    ``pieces`` holds the pieces of work; it is large, and not to be committed. ``results.json`` holds the
+    verdicts and what belongs to them, and is written last.
     """
 
     path: Path

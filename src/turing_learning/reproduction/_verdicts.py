@@ -46,7 +46,7 @@ def load_claims() -> Mapping[str, Claim]:
 
 @cache
 def prose() -> dict[str, Any]:
-    """Return what experiments.toml holds: what the experiments are about, their captions, and when claims agree."""
+    """Return experiments.toml: what the experiments are about, their captions, and when claims agree."""
     return _data("experiments.toml")
 
 

@@ -40,8 +40,8 @@ _BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-p
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
 """Ends any unfinished command: 35 bytes of arguments, of the RGB panel, and the end of a binary request, or the end of a line.
 
-Whatever the robot made of it, it stops; and the line makes it wait for a command of either kind: after an end of line alone it
-would take a binary request for text.
+Whatever the robot made of it, it stops; and the line makes it wait for a command of either kind: after an end
+of line alone it would take a binary request for text.
 """
 
 
@@ -109,7 +109,7 @@ class EPuck:
         self._ask("S", lambda line: True if line == "s" else None)
 
     def halt(self) -> None:
-        """Halt a replica: it stands, leaves its loop and waits for the remote control; its models are forgotten."""
+        """Halt a replica: it stands and waits for the remote control; its models are forgotten."""
         self._ask(HALT, lambda line: True if line == HALTED else None)
 
     def start(self) -> None:
@@ -228,7 +228,7 @@ class EPuck:
         )
 
     def _drain(self, quiet_s: float) -> None:
-        """Read unsolicited lines until the line is quiet, so that a late answer is not taken for the next one."""
+        """Read unsolicited lines until the line is quiet: a late answer must not be taken for the next one."""
         limit = self._deadline()
         while self._link.clock.now() < limit:
             line = self._link.read_line(self._link.clock.now() + quiet_s)

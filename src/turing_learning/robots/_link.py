@@ -103,7 +103,7 @@ class Replica(Protocol):
 
 
 def sealed(text: str) -> str:
-    """Return a line with its checksum: CRC-16 (polynomial 0x1021, start 0xFFFF) of the text before the asterisk."""
+    """Return a line with its checksum: CRC-16 (polynomial 0x1021, start 0xFFFF) of what is before the asterisk."""
     return f"{text}*{crc_hqx(text.encode('ascii'), 0xFFFF):04X}"
 
 
@@ -161,7 +161,7 @@ class Device(Protocol):
 
 
 class Link:
-    """A line to a robot that can be reopened; see `open_link`. All methods raise `LinkError` if the line is lost.
+    """A line to a robot that can be reopened; see `open_link`. Methods raise `LinkError` if the line is lost.
 
     Parameters
     ----------

@@ -66,9 +66,9 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     Parameters
     ----------
     path
-        A file; for TRex also a folder with a file for each individual. Or a `DataFrame`: long, with columns frame or time (s), x, y
-        and perhaps id, heading and confidence; or wide, with x1, y1, x2, ... or fish_x, fish_y, ...; or as DeepLabCut's. Or a
-        `Dataset`, see `from_xarray`. A list of them gives a list.
+        A file; for TRex also a folder with a file for each individual. Or a `DataFrame`: long, with columns
+        frame or time (s), x, y and perhaps id, heading and confidence; or wide, with x1, y1, x2, ... or fish_x,
+        fish_y, ...; or as DeepLabCut's. Or a `Dataset`, see `from_xarray`. A list of them gives a list.
     fps
         Frame rate (1/s), from 1e-9 to 1e9, needed where the file does not state it.
     pixels_per_cm
@@ -197,7 +197,7 @@ def _finish(
 def _refuse_unstated(
     recording: Recording, fps: float | None, scale: float | str | None, y_axis: YAxis | None, source: str
 ) -> None:
-    """Refuse a recording of which neither file nor user state all that has to be known; name all of it at once."""
+    """Refuse a recording of which neither file nor user state all that is needed; name all of it at once."""
     missing = {
         "fps": fps is None and recording.fps is None,
         "pixels_per_cm": scale is None and recording.unit is None,

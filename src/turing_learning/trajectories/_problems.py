@@ -10,8 +10,8 @@ from turing_learning.errors import refuse
 from ._signals import every, next_true, wrap
 
 JUMP_FACTOR = 20.0
-"""Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a frame,
-which two steps exceed, both of more than 230."""
+"""Typical steps from which on a step is a jump: in the zebrafish recording of the tests this is 61 pixels in a
+frame, which two steps exceed, both of more than 230."""
 
 
 @dataclass(frozen=True)
@@ -164,13 +164,14 @@ def _gap_lengths(present: np.ndarray) -> np.ndarray:
 
 
 BACKWARDS = 0.25
-"""Share of steps against the heading from which on headings are doubted: where they are right it is close to 0, where they are
-in other units or another sense of rotation a half, and of the tail 1. Some robots and animals do drive backwards."""
+"""Share of steps against the heading from which on headings are doubted: where they are right it is close to 0,
+where they are in other units or another sense of rotation a half, and of the tail 1. Some robots and animals do
+drive backwards."""
 BEYOND = 0.75
 """Share of headings beyond 2 pi from which on they may be in degrees, of which 97 % are where all directions are as frequent."""
 LEAPS = 0.01
-"""Share of changes of more than pi from which on headings beyond 2 pi may be in degrees; those in rad are beyond 2 pi where they
-are counted on from turn to turn, and then never change by so much."""
+"""Share of changes of more than pi from which on headings beyond 2 pi may be in degrees; those in rad are
+beyond 2 pi where they are counted on from turn to turn, and then never change by so much."""
 
 
 def doubt_headings(positions: np.ndarray, present: np.ndarray, headings: np.ndarray) -> tuple[str, ...]:

@@ -57,8 +57,9 @@ def compute_signals(
         angle between the displacement before the step's first frame and the one after; no displacement keeps
         the direction of the last one since the individual appeared, and counts as no turn if there was none.
     "neighbor_distance", "neighbor_bearing"
-        Distance of the nearest other individual present at the step's first frame, and its direction relative to the heading,
-        in [-pi, pi), positive to the left. Without headings, relative to the direction in which the individual came.
+        Distance of the nearest other individual present at the step's first frame, and its direction relative
+        to the heading, in [-pi, pi), positive to the left. Without headings, relative to the direction in which
+        the individual came.
 
     A step is valid if every frame that it needs is there: its own two, for "turn" and "neighbor_bearing"
     without headings also the one before, and for the neighbor's signals another individual.

@@ -306,9 +306,9 @@ class Trajectories:
     def to_xarray(self) -> "xr.Dataset":
         """Return a dataset in the conventions of the `movement` package; missing positions are NaN there.
 
-        `position` (time, space, keypoints, individuals) and `confidence` (time, keypoints, individuals), NaN where it is not
-        known, as movement's writers want it; time in s; `fps` and what else is known in the attributes. y stays upwards, as the
-        attribute `y_axis` says.
+        `position` (time, space, keypoints, individuals) and `confidence` (time, keypoints, individuals), NaN
+        where it is not known, as movement's writers want it; time in s; `fps` and what else is known in the
+        attributes. y stays upwards, as the attribute `y_axis` says.
 
         Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
         """

@@ -66,8 +66,8 @@ class Windows:
     recordings : (R, 2)
         Number of individuals and of rows of each recording.
     excerpt : (F, A, 2)
-        Positions (cm) in the first `EXCERPT_S` of the first recording, a frame each step, NaN where somebody is absent;
-        None where there are none.
+        Positions (cm) in the first `EXCERPT_S` of the first recording, a frame each step, NaN where somebody is
+        absent; None where there are none.
     smooth_frames
         Frames over which positions were averaged.
     """
@@ -212,7 +212,7 @@ def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
 
 
 def _widened(jumps: np.ndarray, cut: Cut) -> np.ndarray:
-    """Return the steps (F - 1, A) whose signals a jump enters: later ones by the lead, around it by smoothing."""
+    """Return steps (F - 1, A) whose signals a jump enters: later ones by the lead, around it by smoothing."""
     wide = jumps.copy()
     for step, who in np.argwhere(jumps):
         wide[max(0, step - cut.half) : step + cut.half + cut.lead + 1, who] = True

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 PRESETS = ("default", "paper")  # the first one decides; the other stands beside it
 KINDS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
-"""What a run infers, and its errors in the result of the run; the first one is the paper's rule, and decides."""
+"""What a run infers, and its errors in the result of the run; the first is the paper's rule, and decides."""
 
 
 def variant_of(preset: str, kind: str = "best_model") -> str:
@@ -124,7 +124,7 @@ def moved(
     starts: Any,
     noise: int,
 ) -> "Simulation":
-    """Simulate trials in which all robots execute one controller; `starts` seeds their initial configurations."""
+    """Simulate trials in which all robots execute one controller; `starts` seeds initial configurations."""
     from turing_learning.swarm import initial_poses, simulate
 
     start = initial_poses(scenario, trials, np.random.default_rng(starts), robots=robots)

@@ -275,7 +275,7 @@ def conduct_interaction(work: Work) -> Findings:
 
 
 def _compared(name: str, found: Mapping[str, Runs]) -> tuple[pd.DataFrame, str]:
-    """Return the median errors of all forms with the tests, parameter by parameter, and a sentence about them."""
+    """Return median errors of all forms with the tests, parameter by parameter, and a sentence about them."""
     interactive, names = found["interactive"].errors[KIND], STIMULATED[name].parameter_names
     frame, better = pd.DataFrame({"parameter": names}), []
     for form, runs in found.items():

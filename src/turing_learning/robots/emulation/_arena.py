@@ -33,8 +33,9 @@ def read_infrared(
 ) -> np.ndarray:
     """Return the readings (A, 8) of robots at poses (A, 3), with noise.
 
-    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 / (1 + (d / h)^2); of
-    all surfaces the strongest counts. The light falls off with the square of the distance, as it does.
+    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 /
+    (1 + (d / h)^2); of all surfaces the strongest counts. The light falls off with the square of the distance,
+    as it does.
     """
     angles = poses[:, 2, None] + SENSOR_ANGLES
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
@@ -68,7 +69,7 @@ def _from_robots(sensors: np.ndarray, axes: np.ndarray, centers: np.ndarray, rad
 def move_for_a_cycle(
     scenario: Scenario, poses: np.ndarray, wheels: np.ndarray, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the poses (A, 3) after a control cycle with wheel speeds (A, 2), and the readings I (A,) at its end.
+    """Return poses (A, 3) after a control cycle with wheel speeds (A, 2), and readings I (A,) at its end.
 
     A trial of one step, in which every sensor state has the same wheel speeds.
     """

@@ -303,7 +303,7 @@ class EmulatedRobot:
         return self._image[1] * self._image[2] * (2 if self._image[0] else 1)
 
     def _scanned(self, fields: list[str], before: tuple[int, ...]) -> tuple[int, ...]:
-        """Replace the numbers that can be parsed, up to the first that cannot, as the firmware's scanner does."""
+        """Replace the numbers that can be parsed, up to the first that cannot, as the firmware does."""
         numbers = list(before)
         for k, field in enumerate(fields[: len(numbers)]):
             number = whole_numbers([field])

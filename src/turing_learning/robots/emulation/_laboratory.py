@@ -217,8 +217,8 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 
     It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which
     are not rendered. If the file of the calibration does not exist yet, it has the calibration of a camera
-    above the arena's middle, in a file that is removed at the end. Its robots are emulated e-pucks before a camera, whatever
-    the real ones are.
+    above the arena's middle, in a file that is removed at the end. Its robots are emulated e-pucks before a
+    camera, whatever the real ones are.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
@@ -237,9 +237,9 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     """Return the devices of an emulated laboratory with the robots, the arena and the calibration of a run.
 
-    Its operator does whatever is asked. Time passes as fast as the computer can. The seed of places, noise and batteries is
-    that of the run if None; a resumed run should not meet the same noise again. Raise ConfigurationError if the calibration
-    cannot be read, or a robot cannot wear its marker.
+    Its operator does whatever is asked. Time passes as fast as the computer can. The seed of places, noise and
+    batteries is that of the run if None; a resumed run should not meet the same noise again. Raise
+    ConfigurationError if the calibration cannot be read, or a robot cannot wear its marker.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
     tracker = laboratory_tracker(setup, configuration.swarm.robot)

@@ -80,8 +80,8 @@ class Firmware:
     def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
         """Return the wheel speeds of a control cycle at a time by the robot's own clock.
 
-        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings, `manual` the wheel speeds
-        that the PC has commanded, executed before the loop has begun.
+        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings, `manual`
+        the wheel speeds that the PC has commanded, executed before the loop has begun.
         """
         if self._robot.called:
             self._robot.called = False
@@ -114,7 +114,7 @@ class Firmware:
         self._side = float(self._rng.choice((-1.0, 1.0)))
 
     def _disperse(self, time_s: float, proximity: Sequence[int]) -> Wheels:
-        """Turn to a random direction; then drive straight, and turn for a while where anything is in the way."""
+        """Turn to a random direction; then drive straight, and turn a while where anything is in the way."""
         if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
             self._turn(time_s, _AWAY_S)
         return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
@@ -132,7 +132,7 @@ BATTERY_LIGHT = 8
 
 
 class ArenaRobot:
-    """A robot with its battery, its clock and its line; one with a `controller` is an agent, others are replicas.
+    """A robot with battery, clock and line; one with a `controller` is an agent, others are replicas.
 
     Its clock is wrong by the share `drift`, its battery (`charge` 1 if full) lasts `battery_s`. The signals
     of a `silent` robot get lost.
@@ -224,8 +224,8 @@ def live(
 ) -> None:  # fmt: skip
     """Be a replica on a robot's own computer, or with a `controller` an agent, at a TCP port: docs/robots/firmware.md.
 
-    Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true. Then, and after an
-    error, it stands. The PC must have an address of it, and starts it.
+    Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true.
+    Then, and after an error, it stands. The PC must have an address of it, and starts it.
     """
     clock, held = clock or RealClock(), _Held(body)
     robot = EmulatedRobot(held, clock=clock.now)

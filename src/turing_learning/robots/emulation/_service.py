@@ -150,7 +150,7 @@ def _section(name: str, content: Mapping[str, object]) -> str:
 
 
 class CameraStream:
-    """Serve images as JPEG over HTTP, in threads, until closed; any program that reads network cameras can open it.
+    """Serve images as JPEG over HTTP, in threads, until closed: any program for network cameras can open it.
 
     `frames` gives the images, `url` is the address for `Capture`.
     """

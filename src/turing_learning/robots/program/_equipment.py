@@ -40,10 +40,10 @@ class Camera(Protocol):
 class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
-    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if
-    the next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the last of `count` images,
-    `fault` says if others were left out, or they came too fast; it is empty otherwise. Iterating raises CameraError if there are
-    no images.
+    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if the
+    next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the last of
+    `count` images, `fault` says if others were left out, or they came too fast; it is empty otherwise.
+    Iterating raises CameraError if there are no images.
     """
 
     def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:
@@ -125,8 +125,8 @@ class PoseSource(Protocol):
     def track(self, begin_s: float, images: int) -> Track:
         """Return where everybody is at `images` moments, one each interval, the first at about `begin_s`, by the clock.
 
-        Individuals are in the order of `LaboratorySetup.labels`. What it is not sure of is not `present`, or a `Fault`. Raises
-        `CameraError`, or another OSError, if it sees nothing at all.
+        Individuals are in the order of `LaboratorySetup.labels`. What it is not sure of is not `present`, or a
+        `Fault`. Raises `CameraError`, or another OSError, if it sees nothing at all.
         """
 
     def close(self) -> None:

@@ -45,8 +45,8 @@ _BASE = {
 }
 """The paper's setup (sections 5.1 and 5.3), for what the file leaves out; a generation takes minutes, so each one is saved.
 
-No jumps (decision 0025): they are drawn from the initial range, which the hyperbolic tangent makes -0.76 to 0.76 of the
-largest speed, and 100 generations of 20 models cannot afford them.
+No jumps (decision 0025): they are drawn from the initial range, which the hyperbolic tangent makes -0.76 to
+0.76 of the largest speed, and 100 generations of 20 models cannot afford them.
 """
 TRIALS = 300
 """Of a run that nothing is said of: an afternoon with robots (decision 0028)."""
@@ -69,7 +69,7 @@ class LaboratoryError(SystemFailedError):
 
 
 CAMERA_SETTINGS = ("fourcc", "width", "height", "exposure", "white_balance")
-"""Settings of a `CameraSection` that the camera is asked for, with `fps`; those left out are the camera's own."""
+"""What the camera is asked for of a `CameraSection`, with `fps`; what is left out is the camera's own."""
 
 
 class RobotSection(Section):
@@ -91,10 +91,11 @@ class RobotSection(Section):
 class CameraSection(Section):
     """The camera: its number, a video file or a URL; images per second; its calibration; what the robots wear.
 
-    It is asked for `width`, `height` (pixels), `fourcc` (its format), `exposure` and `white_balance` (units of the driver).
-    `marker_cm` is the side of a square marker, or the length of a triangle; square ones are of an OpenCV `dictionary`, for example
-    4X4_50 or APRILTAG_36h11. `landmarks` are printed markers (4X4_50) that stay on the floor: identity -> x, y (cm). They must not
-    be among the robots' markers. Of another `tracker`, only `fps` is used: how often it says where everybody is.
+    It is asked for `width`, `height` (pixels), `fourcc` (its format), `exposure` and `white_balance` (units of
+    the driver). `marker_cm` is the side of a square marker, or the length of a triangle; square ones are of an
+    OpenCV `dictionary`, for example 4X4_50 or APRILTAG_36h11. `landmarks` are printed markers (4X4_50) that
+    stay on the floor: identity -> x, y (cm). They must not be among the robots' markers. Of another `tracker`,
+    only `fps` is used: how often it says where everybody is.
     """
 
     source: int | str = 0
@@ -141,8 +142,8 @@ class TimingSection(Section):
 class InterventionsSection(Section):
     """When a human has to come.
 
-    All batteries are replaced every `batteries_every` generations, or ten times as many trials. A robot that moves less than
-    `stuck_cm` in a trial, and does not turn, is stuck. 0 for never.
+    All batteries are replaced every `batteries_every` generations, or ten times as many trials. A robot that
+    moves less than `stuck_cm` in a trial, and does not turn, is stuck. 0 for never.
 
     Source: paper, section 5.3.
     """
@@ -163,8 +164,8 @@ class EvaluationSection(Section):
 class LaboratorySetup(Section):
     """The laboratory itself. With `emulated`, its runs are rehearsals, which never meet the real robots.
 
-    `open_replica` and `tracker` are for other robots than e-pucks, and other trackers than that of a camera: "module:function", or
-    the name of an entry point. See `runs.start_laboratory`.
+    `open_replica` and `tracker` are for other robots than e-pucks, and other trackers than that of a camera:
+    "module:function", or the name of an entry point. See `runs.start_laboratory`.
     """
 
     emulated: bool = False
@@ -263,9 +264,10 @@ def load_laboratory(
     Parameters
     ----------
     path
-        A TOML file: `robots`, `camera`, `timing`, `interventions`, `evaluation`, and the sections of any run. What it leaves
-        out is as in the paper: 5 s observed, an arena of 200 cm x 225 cm; and a run of 300 trials (decision 0028), or of 100
-        generations of 20 models where it says how generations are: `models`, `coevolution`, `run.generations`, preset "paper".
+        A TOML file: `robots`, `camera`, `timing`, `interventions`, `evaluation`, and the sections of any run.
+        What it leaves out is as in the paper: 5 s observed, an arena of 200 cm x 225 cm; and a run of 300
+        trials (decision 0028), or of 100 generations of 20 models where it says how generations are: `models`,
+        `coevolution`, `run.generations`, preset "paper".
     overrides
         Dotted key -> value, settings of the run.
     labels

@@ -41,8 +41,9 @@ class Event:
 class LaboratorySource(Source):
     """Samples of real agents and of the replicas among them, observed in trials of all models.
 
-    A disturbed trial is not used but repeated: at once where only images were lost; else after links and camera have been
-    reopened. The operator is asked where an intervention is needed, or what may pass does not. A context manager.
+    A disturbed trial is not used but repeated: at once where only images were lost; else after links and camera
+    have been reopened. The operator is asked where an intervention is needed, or what may pass does not. A
+    context manager.
 
     Parameters
     ----------

@@ -167,8 +167,9 @@ class PcProgram:
     def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
         """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
-        Trials are appended to `done`; models of the trials in it are not executed again. So after a `Disturbance` call it
-        again with the same list, unless it is `connected` after `disconnect` and `connect`.
+        Trials are appended to `done`; models of the trials in it are not executed again. So after a
+        `Disturbance` call it again with the same list, unless it is `connected` after `disconnect` and
+        `connect`.
         """
         self._done = [] if done is None else done
         self._confirmed = len(self._done)

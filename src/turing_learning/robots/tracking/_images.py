@@ -48,8 +48,8 @@ class Capture:
     source
         Number of a camera, path of a video, or the URL of a stream.
     settings
-        What a camera is asked for: `fourcc` (four letters), `width`, `height` (pixels), `fps`, `exposure` and `white_balance`
-        (the units of its driver; both switch the automatic off). None leaves a setting alone.
+        What a camera is asked for: `fourcc` (four letters), `width`, `height` (pixels), `fps`, `exposure` and
+        `white_balance` (the units of its driver; both switch the automatic off). None leaves a setting alone.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Capture:
         return CameraError(f"`source` must give images; got none more from {self._name}. {self._remedy}")
 
     def _configure(self, asked: Mapping[str, Any]) -> str:
-        """Ask the camera for settings, the format first, as the others depend on it; return what it has granted."""
+        """Ask the camera for settings, first the format, on which others depend; return what it has granted."""
         cv2 = vision()
         known = {
             "fourcc": cv2.CAP_PROP_FOURCC,
@@ -137,7 +137,7 @@ class Capture:
 
 
 class LiveCapture(Capture):
-    """Take images from a camera as they come: a thread keeps up with it, and stamps them, while the program is busy.
+    """Take images from a camera as they come: a thread takes and stamps them while the program is busy.
 
     So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others.
 

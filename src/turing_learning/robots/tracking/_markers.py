@@ -59,7 +59,7 @@ class Markers(Protocol):
         """Reject a label that such a marker cannot have."""
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
-        """Find all markers in an image (H, W, 3), given x, y (H, W, 2) of every pixel at the markers' height."""
+        """Find all markers in an image (H, W, 3), given x, y (H, W, 2) of all pixels at the markers' height."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class TriangleMarkers(_ColoredMarkers):
 
 @dataclass(frozen=True)
 class RoundMarkers(_ColoredMarkers):
-    """Colored disks of `radius_cm` on the white ones, which show positions alone; otherwise as `TriangleMarkers`.
+    """Colored disks of `radius_cm` on the white ones, for positions alone; otherwise as `TriangleMarkers`.
 
     Source: paper, section 5.4, 40 robots of which only positions were taken.
     """

@@ -73,7 +73,7 @@ class Track:
         return bool((self.present.all(axis=1) | self.lost).all())
 
     def bridged(self) -> "Track":
-        """Return it with everybody in the middle of the poses before and after, where an image was lost alone."""
+        """Return it with everybody midway between the poses before and after a single lost image."""
         poses = self.poses.copy()
         for frame in np.nonzero(self.lost)[0].tolist():
             way = poses[frame + 1] - poses[frame - 1]
@@ -85,8 +85,8 @@ class Track:
     def speeds(self) -> np.ndarray:
         """Return the samples (A, T, 2): linear speed (cm/s), angular speed (rad/s); see `signed_speeds`.
 
-        Where an image was lost alone, the two samples around it are both what was seen over twice the interval. A track with other
-        gaps, or without headings, is rejected: a sample is never made of guesses.
+        Where an image was lost alone, the two samples around it are both what was seen over twice the interval.
+        A track with other gaps, or without headings, is rejected: a sample is never made of guesses.
         """
         require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
         if not self.complete:
@@ -127,8 +127,9 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
     Returns
     -------
     (A, T, 2)
-        Linear speed (cm/s), the length of the displacement over the interval, negative when the displacement is more than
-        pi / 2 away from the heading at its start; angular speed (rad/s), of the turn that is shorter than pi.
+        Linear speed (cm/s), the length of the displacement over the interval, negative when the displacement is
+        more than pi / 2 away from the heading at its start; angular speed (rad/s), of the turn that is shorter
+        than pi.
 
     Source: paper, the footnote of section 3.2.3 on the sign.
     """

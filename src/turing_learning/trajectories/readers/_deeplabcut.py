@@ -45,7 +45,7 @@ def read_csv(path: Path, options: Options) -> Recording:
 
 
 def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
-    """Read one key point of each animal from columns with labels, behind a first one that numbers the frames."""
+    """Read one key point of each animal from columns with labels, after one that numbers the frames."""
     labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
     points = list(dict.fromkeys(label[2] for label in labels))
     point, who = (

@@ -117,8 +117,8 @@ def read_sheet(path: Path, separator: str) -> Sheet:
 def read_table(
     path: Path, separator: str, width: int, *, skip: int, numbers: Sequence[int], texts: Sequence[int] = ()
 ) -> Table:
-    """Read columns of a text file, by their places, after `skip` header lines; rows have `width` cells, perhaps with a separator
-    after the last. Whatever is wrong is refused with file and line.
+    """Read columns of a text file, by their places, after `skip` header lines; rows have `width` cells, perhaps
+    with a separator after the last. Whatever is wrong is refused with file and line.
     """
     import pandas as pd
 

@@ -144,8 +144,8 @@ def _is_track(arrays: frozenset[str]) -> bool:
 def read_trex(path: Path, options: Options) -> Recording:
     """Read X, Y (cm) by `frame` of each individual; infinity or `missing` marks frames without a position.
 
-    The weighted centroid (`X#wcentroid`) stands for the animal unless `keypoint` says otherwise. Frame rate from
-    `frame_rate`, or from `time` (s). `ANGLE` (rad) is the heading if it is there wherever a position is.
+    The weighted centroid (`X#wcentroid`) stands for the animal unless `keypoint` says otherwise. Frame rate
+    from `frame_rate`, or from `time` (s). `ANGLE` (rad) is the heading if it is there wherever a position is.
 
     Source: Walter and Couzin 2021, TRex, eLife 10; its documentation of the output.
     """
