@@ -6,29 +6,25 @@ Post-evaluation, as in section 4.4 of the paper:
     Models on a grid over the parameter space, 11^4 of them in the paper.
 `post_evaluate`, `count_agents`, `PostEvaluation`
     Decision accuracy of any number of classifiers over many models; the same in parts.
-`accuracy_over_generations`, `sampled_generations`, `GenerationAccuracies`
+`accuracy_over_generations`
     Accuracy of the subjectively and of the objectively best classifier over the generations of a run.
 
 Detection:
 
 `detect`, `Detection`, `Ranking`, `Standing`
     Judged alike: how unlike normal ones individuals are, beside baselines of window statistics.
-`judge_alike`, `Eye`, `Case`, `classifiers_eye`, `statistics_eye`, `one_class_eye`, `window_statistics`
+`judge_alike`, `Eye`, `Case`, `classifiers_eye`, `statistics_eye`, `one_class_eye`
     Its parts, as functions of arrays.
 `plant`, `KINDS`
     Individuals of a recording that behave otherwise, to compare ways to look.
 `Detector`, `SampleVerdict`, `TimedVerdict`, `RULES`
     Rules by votes, the paper's among them.
-`Motion`, `load_motion`, `holds_motion`, `cut_recordings`, `RecordedMotion`, `recorded_motion`
-    Samples of named individuals, from files, long recordings, or windows of what a tracker wrote.
-`keep_calibration`, `keep_observed`
-    What a run on a custom system, or in a laboratory, stores to calibrate detectors with.
+`Motion`, `load_motion`, `holds_motion`, `RecordedMotion`, `recorded_motion`
+    Samples of named individuals, from files, or windows of what a tracker wrote.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
-    Genuine and abnormal motion of a scenario (`SimulatedBehaviors`), to calibrate, to compare, and to show.
-`run_classifiers`, `RunClassifiers`, `StoredRun`
+    Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.
+`run_classifiers`, `RunClassifiers`
     The classifiers of a run: its last generation, the best of all generations, and a jury of the whole run.
-`roc_curve`, `RocCurve`
-    Detection and false-alarm rates at every threshold.
 
 Motion has the shape (individuals, samples, T, D) throughout; a sample is what a classifier judges at once, T steps.
 """
