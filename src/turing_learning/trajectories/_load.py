@@ -12,11 +12,10 @@ from turing_learning.errors import Setting, brief, choice, refuse, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
-from .readers import _deeplabcut, _movement, _tables, _trackers
-from .readers._movement import read_dataset
-from .readers._shared import check_rate, names_in
+from .readers import _poses, _tables, _trackers
+from .readers._poses import read_dataset
+from .readers._shared import LONGEST_LINE, check_rate, names_in, refuse_utf16
 from .readers._tables import read_frame
-from .readers._text import LONGEST_LINE, refuse_utf16
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,9 +32,9 @@ _ALL = (
     _tables.TOXTRAC_FORMAT,
     _tables.TRACKTOR_FORMAT,
     _trackers.SLEAP_FORMAT,
-    _deeplabcut.CSV_FORMAT,
-    _deeplabcut.H5_FORMAT,
-    _movement.FORMAT,
+    _poses.CSV_FORMAT,
+    _poses.H5_FORMAT,
+    _poses.MOVEMENT_FORMAT,
     _tables.TIDY_FORMAT,
 )
 FORMATS = tuple(one.name for one in _ALL)

@@ -3,7 +3,7 @@ import pytest
 from tracker_files import SAID, WRITERS, expected, walk, write_attributes
 
 from turing_learning.trajectories import load_trajectories
-from turing_learning.trajectories.readers import _text
+from turing_learning.trajectories.readers import _shared
 
 TIDY = "frame,id,x,y\n"
 TWO_FISH = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n"
@@ -110,7 +110,7 @@ def test_a_byte_that_is_no_text_is_refused_with_its_line(tmp_path):
 
 
 def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monkeypatch):
-    monkeypatch.setattr(_text, "LONGEST_LINE", 100)
+    monkeypatch.setattr(_shared, "LONGEST_LINE", 100)
     with pytest.raises(ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"):
         load(tmp_path, TIDY + "0" * 101 + ",a,1,2\n")
 
@@ -274,18 +274,18 @@ def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
 
 @pytest.mark.parametrize("block", [7, 64, 1 << 24])
 def test_large_files_are_looked_at_in_blocks(block, tmp_path, monkeypatch):
-    monkeypatch.setattr(_text, "BLOCK", block)
+    monkeypatch.setattr(_shared, "BLOCK", block)
     rows = [f"{k},a,{k}.5,{-k}.25" for k in range(1, 51)]
     path = tmp_path / "long.csv"
     path.write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
-    assert _text._is_even(path, ",", 4, 1)
+    assert _shared._is_even(path, ",", 4, 1)
     found = load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up")
     np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)])
     for change in ("3,a,1", '3,"a",1,2', "3,a,1,2,", "3,a,1,\udcff"):
         path.write_bytes("\n".join(["frame,id,x,y", *rows[:3], change, *rows[4:], ""]).encode(errors="surrogateescape"))
-        assert not _text._is_even(path, ",", 4, 1)
+        assert not _shared._is_even(path, ",", 4, 1)
     path.write_text("\n".join(["frame,id,x,y", *rows]))
-    assert not _text._is_even(path, ",", 4, 1)  # cut off
+    assert not _shared._is_even(path, ",", 4, 1)  # cut off
 
 
 @pytest.mark.parametrize("blank", ["\t\t", " \t \t ", "\t\t\r"])

@@ -22,9 +22,8 @@ from turing_learning.trajectories._recording import (
     refusal,
 )
 
-from ._deeplabcut import read_points
-from ._shared import RATE_DIGITS, check_rate, from_array, stated_rate
-from ._text import Sheet, Table, read_sheet, read_table
+from ._poses import read_points
+from ._shared import RATE_DIGITS, Sheet, Table, check_rate, from_array, read_sheet, read_table, stated_rate
 
 if TYPE_CHECKING:
     import pandas as pd
