@@ -16,23 +16,28 @@ import numpy as np
 import turing_learning as tl
 from turing_learning.analysis import area_under_curve
 from turing_learning.detection import (
-    KINDS,
     Detector,
-    Eye,
     RecordedMotion,
     RunClassifiers,
     _detect,
-    classifiers_eye,
     detect,
     grid_models,
-    one_class_eye,
-    plant,
     recorded_motion,
     run_classifiers,
-    statistics_eye,
 )
-from turing_learning.detection._alike import TOGETHER, Case, _held_out, added, shown_to, trained_eye
-from turing_learning.detection._detect import _planted, _windows
+from turing_learning.detection._alike import (
+    TOGETHER,
+    Case,
+    Eye,
+    _held_out,
+    added,
+    classifiers_eye,
+    one_class_eye,
+    shown_to,
+    statistics_eye,
+    trained_eye,
+)
+from turing_learning.detection._detect import KINDS, _planted, _windows, plant
 from turing_learning.families import FAMILIES
 from turing_learning.models import Behavior
 from turing_learning.swarm import Trials, alone, mixed

@@ -28,7 +28,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from turing_learning.robots import EmulatedRobot, EPuck, LinkError, open_link, serve_terminal
+from turing_learning.robots import EPuck, LinkError, open_link
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
+from turing_learning.robots.emulation._lines import serve_terminal
 
 HERE = Path(__file__).parent
 KINDS = {"e-puck": ("Asercom.c", "run_asercom", ""), "e-puck2": ("Asercom2.c", "run_asercom2", "-funsigned-char")}

@@ -4,8 +4,9 @@ import threading
 
 import pytest
 
-from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, open_link, serve_terminal
-from turing_learning.robots.emulation._lines import serve_tcp
+from turing_learning.robots import EPuck, LinkError, Model, open_link
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
+from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
 
 READINGS = (1, 2, 3, 4, 5, 6, 7, 8)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection import judge_alike, statistics_eye
+from turing_learning.detection._alike import judge_alike, statistics_eye
 from turing_learning.detection._chance import Scan, p_values
 
 DETECTORS, INDIVIDUALS = 500, 8

@@ -142,7 +142,7 @@ def detect(
 
 def _tracks(path: Path, tracks: Tracks) -> Tracks | None:
     """Return how a file is read if a tracker wrote it; None if it holds samples."""
-    from turing_learning.detection import holds_motion
+    from turing_learning.detection._motion import holds_motion
 
     return tracks if path.suffix.lower() not in MOTION_FILES or (tracks.given and not holds_motion(path)) else None
 
@@ -155,7 +155,8 @@ def _given(path: Path, option: str, tracks: Tracks | None, learned: "RunClassifi
 def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
     """Return the samples in a file; what is rejected names the option, and what to do with a recording."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.detection import holds_motion, load_motion
+    from turing_learning.detection import load_motion
+    from turing_learning.detection._motion import holds_motion
 
     try:
         return load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)

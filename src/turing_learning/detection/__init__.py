@@ -13,13 +13,9 @@ Detection:
 
 `detect`, `Detection`, `Ranking`, `Standing`
     Judged alike: how unlike normal ones individuals are, beside baselines of window statistics.
-`judge_alike`, `Eye`, `Case`, `classifiers_eye`, `statistics_eye`, `one_class_eye`
-    Its parts, as functions of arrays.
-`plant`, `KINDS`
-    Individuals of a recording that behave otherwise, to compare ways to look.
 `Detector`, `SampleVerdict`, `TimedVerdict`, `RULES`
     Rules by votes, the paper's among them.
-`Motion`, `load_motion`, `holds_motion`, `RecordedMotion`, `recorded_motion`
+`Motion`, `load_motion`, `RecordedMotion`, `recorded_motion`
     Samples of named individuals, from files, or windows of what a tracker wrote.
 `simulate_behaviors`, `random_controllers`, `plant_abnormal`
     Genuine and abnormal motion of a scenario, to calibrate, to compare, and to show.

@@ -1,5 +1,4 @@
 from ._clock import Clock as Clock
-from ._clock import VirtualClock as VirtualClock
 from ._epuck import EPuck as EPuck
 from ._link import Link as Link
 from ._link import LinkError as LinkError
@@ -13,12 +12,9 @@ from .emulation._arena import Conditions as Conditions
 from .emulation._camera import EmulatedCamera as EmulatedCamera
 from .emulation._camera import Optics as Optics
 from .emulation._camera import overhead_camera as overhead_camera
-from .emulation._emulated_robot import Body as Body
-from .emulation._emulated_robot import EmulatedRobot as EmulatedRobot
 from .emulation._laboratory import EmulatedLaboratory as EmulatedLaboratory
 from .emulation._laboratory import as_emulated as as_emulated
 from .emulation._laboratory import rehearse as rehearse
-from .emulation._lines import serve_terminal as serve_terminal
 from .emulation._robot import RobotBody as RobotBody
 from .emulation._robot import live as live
 from .emulation._service import ArenaService as ArenaService

@@ -5,7 +5,7 @@
 `Trajectories`              The recording: positions in cm with y upwards, who is present, frame rate; `check()`,
                             `bridged()`, `thinned()`, `speeds()`, `signals()`, `windows()`, `to_xarray()`.
 `from_xarray`               A dataset in the conventions of the `movement` package, as `Trajectories`.
-`Problems`, `Jump`          What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
+`Problems`                  What `check()` finds: missing values, jumps, repeated and empty frames, odd headings, direction of y.
 `compute_signals`           Positions to signals, for recordings and for simulators alike; `SIGNALS` names them, `DIRECTED` those
                             that depend on headings.
 `pooled_windows`            Samples of several recordings; `join_windows` joins those that are cut.
@@ -14,7 +14,7 @@
 """
 
 from ._load import FORMATS, from_xarray, load_trajectories
-from ._problems import Jump, Problems
+from ._problems import Problems
 from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
 from ._trajectories import Trajectories, pooled_windows
 from ._windows import Windows, join_windows
@@ -23,7 +23,6 @@ __all__ = [
     "DIRECTED",
     "FORMATS",
     "SIGNALS",
-    "Jump",
     "Problems",
     "Signals",
     "Trajectories",

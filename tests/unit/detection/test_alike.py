@@ -6,20 +6,19 @@ import numpy as np
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.detection import (
-    KINDS,
+from turing_learning.detection import detect, plant_abnormal, run_classifiers
+from turing_learning.detection._alike import (
     Case,
     Eye,
+    added,
     classifiers_eye,
-    detect,
     judge_alike,
     one_class_eye,
-    plant,
-    plant_abnormal,
-    run_classifiers,
     statistics_eye,
+    trained_eye,
+    window_statistics,
 )
-from turing_learning.detection._alike import added, trained_eye, window_statistics
+from turing_learning.detection._detect import KINDS, plant
 from turing_learning.trajectories import Trajectories
 
 RNG = np.random.default_rng(7)

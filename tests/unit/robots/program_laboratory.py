@@ -8,16 +8,16 @@ import numpy as np
 from turing_learning.robots import (
     CameraPoses,
     EmulatedCamera,
-    EmulatedRobot,
     EPuck,
     Equipment,
     Link,
     Optics,
     Tracker,
     TriangleMarkers,
-    VirtualClock,
     overhead_camera,
 )
+from turing_learning.robots._clock import VirtualClock
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 
 ARENA = (60.0, 68.0)
 HOMES = np.array([(15.0, 15.0, 0.3), (45.0, 15.0, 1.5), (15.0, 52.0, -1.0), (45.0, 52.0, 2.5)])

@@ -2,8 +2,7 @@ import time
 
 import pytest
 
-from turing_learning.robots import VirtualClock
-from turing_learning.robots._clock import RealClock
+from turing_learning.robots._clock import RealClock, VirtualClock
 
 
 def test_a_virtual_clock_passes_only_while_somebody_waits():

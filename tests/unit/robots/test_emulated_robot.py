@@ -9,8 +9,8 @@ from binascii import crc_hqx
 import pytest
 from robot_bodies import Body, Clock, PublicClient
 
-from turing_learning.robots import EmulatedRobot, serve_terminal
-from turing_learning.robots.emulation._lines import serve_tcp
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
+from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
 
 
 @pytest.fixture

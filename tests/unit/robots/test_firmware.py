@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._robot import LOOP, OBSTACLE, SENSOR_ANGLES, WALL, Firmware, avoid_walls
 
 NOTHING = (60,) * 8

@@ -9,8 +9,9 @@ import pytest
 from arena_laboratories import SMALL
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import ArenaService, EmulatedRobot, EPuck, Model, open_link
+from turing_learning.robots import ArenaService, EPuck, Model, open_link
 from turing_learning.robots._link import sealed
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._laboratory import obey
 from turing_learning.robots.emulation._lines import serve_tcp
 from turing_learning.robots.emulation._robot import Firmware

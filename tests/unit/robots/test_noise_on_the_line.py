@@ -6,8 +6,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot
 from turing_learning.robots._epuck import RESYNCHRONIZE
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 
 
 @settings(max_examples=200, deadline=None)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.robots import CameraError, VirtualClock
+from turing_learning.robots import CameraError
+from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots.program._equipment import PunctualImages, drop_old_images
 
 

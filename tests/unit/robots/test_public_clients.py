@@ -10,7 +10,7 @@ import struct
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 
 PROXIMITY = struct.pack("<8h", 10, 200, -3, 4, 5, 6, 7, 3000)
 ORTIZ = [

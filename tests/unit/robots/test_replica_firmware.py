@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 from robot_bodies import Body, Clock
 
-from turing_learning.robots import EmulatedRobot, EPuck, LinkError, Model, live, open_link
+from turing_learning.robots import EPuck, LinkError, Model, live, open_link
 from turing_learning.robots._clock import RealClock
 from turing_learning.robots._link import sealed
+from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._robot import Firmware
 
 FOLDER = Path(__file__).parents[3] / "firmware"

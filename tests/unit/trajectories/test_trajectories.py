@@ -3,7 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turing_learning.trajectories import Jump, Trajectories
+from turing_learning.trajectories import Trajectories
+from turing_learning.trajectories._problems import Jump
 
 
 def recording(positions, present=None, **more):
