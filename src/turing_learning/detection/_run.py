@@ -138,7 +138,11 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         total = len(fitness)
         archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
         last, best = np.asarray(populations[-1]), _chosen(populations, archived, fitness[archived].argmax(axis=1))
-        jurors = _jurors(populations, fitness)
+        rng = stream(0, JURORS)
+        some = np.sort(rng.permutation(total)[:JURY])
+        ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(some))
+        order = np.argsort(-fitness[some], axis=1, kind="stable")
+        jurors = _chosen(populations, some, order[np.arange(len(some)), ranks])
     return RunClassifiers(
         classifier=system.classifier(network),
         last=last,
@@ -157,15 +161,6 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
         kind=system.kind,
         smooth_frames=system.smooth_frames,
     )
-
-
-def _jurors(populations: Any, fitness: np.ndarray) -> np.ndarray:
-    """Draw one of the fittest of each of many generations (up to 300, Q), at random over the whole run."""
-    rng = stream(0, JURORS)
-    chosen = np.sort(rng.permutation(len(fitness))[:JURY])
-    ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(chosen))
-    order = np.argsort(-fitness[chosen], axis=1, kind="stable")
-    return _chosen(populations, chosen, order[np.arange(len(chosen)), ranks])
 
 
 def _chosen(populations: Any, generations: np.ndarray, places: np.ndarray) -> np.ndarray:
@@ -189,34 +184,30 @@ def calibration_motion(
         integer("threads", threads, 1, error=ConfigurationError)
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
+    stored, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
     if run.calibration is not None:
         found = run.calibration
-    else:
-        _refuse_uncalibrated(run)
-        scenario, rng = run.simulated_scenario(), stream(seed, CALIBRATION)
-        controllers = random_controllers(scenario, behaviors, rng)
-        simulated = simulate_behaviors(scenario, controllers, trials=trials, rng=rng, threads=threads)
+    elif run.scenario is not None:
+        rng = stream(seed, CALIBRATION)
+        controllers = random_controllers(run.scenario, behaviors, rng)
+        simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
         found = (simulated.genuine, simulated.abnormal)
-    return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
-
-
-def _refuse_uncalibrated(run: RunClassifiers) -> None:
-    """Reject a run that has stored no motion and cannot be simulated either."""
-    if run.scenario is not None:
-        return
-    stored, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
-    if not run.complete:
+    elif not run.complete:
         got = "one that was stopped before its end"
         refuse("run", stored, got, f"Resume it first, or {given}", error=ConfigurationError)
-    if run.in_laboratory:
+    elif run.in_laboratory:
         remedy = (
-            "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 in its "
-            f"laboratory.json, or {given}"
+            "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least "
         )
+        remedy += f"1 in its laboratory.json, or {given}"
         refuse("run", stored, "one in a laboratory that has not", remedy, error=ConfigurationError)
-    rule, got = "be given for a run on a custom system", "one without"
-    remedy = "Give motion (individuals, samples, T, D) of both kinds."
-    refuse("genuine", rule, got, remedy, error=ConfigurationError)
+    else:
+        rule, remedy = (
+            "be given for a run on a custom system",
+            "Give motion (individuals, samples, T, D) of both kinds.",
+        )
+        refuse("genuine", rule, "one without", remedy, error=ConfigurationError)
+    return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
 
 
 def recorded_motion(

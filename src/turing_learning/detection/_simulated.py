@@ -197,30 +197,23 @@ def keep_calibration(
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over
     try:
-        genuine = _genuine(source, rng)
+        data = source.genuine
+        assert data is not None
+        if data.live is not None:
+            genuine = cut_samples(data.live(rng), data.samples.shape[1])[: 2 * MOST]
+        else:
+            held_out = data.testing[:MOST]
+            genuine = np.concatenate((spread(data.learning, len(held_out)), held_out))
         if len(genuine) < 4:
             return None
-        samples = source.simulate(source.to_units(_random_numbers(parameters, estimate, rng)), rng)
+        pairs = zip(parameters.values(), estimate, strict=True)
+        near = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
+        models = np.empty((0, len(near)))
+        while len(models) < MODELS:
+            drawn = rng.uniform(-1, 1, (MODELS, len(near)))
+            models = np.concatenate((models, drawn[np.abs(drawn - near).mean(axis=1) >= NEAR]))
+        samples = source.simulate(source.to_units(models[:MODELS]), rng)
     except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None
     return {"genuine": genuine, "abnormal": samples[:, 0]}
-
-
-def _genuine(source: Source, rng: np.random.Generator) -> np.ndarray:
-    data = source.genuine
-    assert data is not None
-    if data.live is not None:
-        return cut_samples(data.live(rng), data.samples.shape[1])[: 2 * MOST]
-    held_out = data.testing[:MOST]
-    return np.concatenate((spread(data.learning, len(held_out)), held_out))
-
-
-def _random_numbers(parameters: Mapping[str, Parameter], estimate: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    pairs = zip(parameters.values(), estimate, strict=True)
-    near = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
-    found = np.empty((0, len(near)))
-    while len(found) < MODELS:
-        drawn = rng.uniform(-1, 1, (MODELS, len(near)))
-        found = np.concatenate((found, drawn[np.abs(drawn - near).mean(axis=1) >= NEAR]))
-    return found[:MODELS]

@@ -102,17 +102,14 @@ class Problems:
         lines += [f"{name}: never moves, in {counted(self.frames - self.missing[name])}" for name in self.still]
         for what, frames in (("repeat the one before", self.repeated_frames), ("without anybody", self.empty_frames)):
             if frames:
-                lines.append(f"{counted(len(frames))} {what}: {_listed(frames)}")
+                listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
+                lines.append(f"{counted(len(frames))} {what}: {listed}")
         return "\n".join([*lines, *self.remarks]) or "nothing found"
 
 
 def counted(number: int, noun: str = "frame") -> str:
     """Return a number of things in words."""
     return f"{number} {noun}{'s' * (number != 1)}"
-
-
-def _listed(frames: tuple[int, ...]) -> str:
-    return ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
 
 
 def find_problems(
@@ -135,6 +132,8 @@ def find_problems(
     )
     same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
     names = [(name, _gap_lengths(present[:, k])) for k, name in enumerate(individuals)]
+    places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
+    moved = ((positions != places).any(axis=2) & present).any(axis=0)
     return Problems(
         missing={name: int(lengths.sum()) for name, lengths in names},
         gaps={name: len(lengths) for name, lengths in names},
@@ -144,17 +143,10 @@ def find_problems(
         empty_frames=tuple(int(first_frame + frame) for frame in np.flatnonzero(~present.any(axis=1))),
         typical_step=typical,
         frames=len(present),
-        still=tuple(individuals[who] for who in np.flatnonzero(_never_moves(positions, present))),
+        still=tuple(individuals[who] for who in np.flatnonzero((present.sum(axis=0) > 1) & ~moved)),
         every=every(present),
         headings=() if headings is None else doubt_headings(positions, present, headings),
     )
-
-
-def _never_moves(positions: np.ndarray, present: np.ndarray) -> np.ndarray:
-    """Return which individuals (A,) are in one place wherever they are present, twice or more."""
-    first = positions[present.argmax(axis=0), np.arange(present.shape[1])]
-    moved = (positions != first).any(axis=2) & present
-    return (present.sum(axis=0) > 1) & ~moved.any(axis=0)
 
 
 def _gap_lengths(present: np.ndarray) -> np.ndarray:

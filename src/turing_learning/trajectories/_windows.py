@@ -154,11 +154,15 @@ def cut_windows(
     """Cut windows of some individuals out of signals (F - 1, A, D)."""
     valid = signals.valid if jumps is None else signals.valid & ~_widened(jumps, cut)
     blocks = cut_blocks(len(valid) + 1, cut)
-    found = {
-        side: _starts(valid, cut, whose, [block for block in blocks if block[2] in (side, BOTH)])
-        for side, whose in zip(SIDES, _whose(individuals, cut), strict=True)
-    }
-    _check_found(found, cut, len(valid) + 1)
+    learners = [who for who in individuals if who not in cut.apart]
+    found = {}
+    for side, whose in zip(SIDES, (learners, cut.apart or individuals), strict=True):
+        chosen = [who for who in individuals if who in whose]
+        found[side] = _starts(valid, cut, chosen, [block for block in blocks if block[2] in (side, BOTH)])
+        rule = f"leave at least one window {'for learning' if side == 'learning' else 'held out'}"
+        got = f"{cut.steps} steps in {len(valid) + 1} frames with hold_out {cut.hold_out}, gap {cut.gap}"
+        needed = side == "learning" or cut.hold_out or cut.apart
+        require(len(found[side]) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
     return Windows(
         learning=_gather(signals.values, found["learning"], cut.steps),
         held_out=_gather(signals.values, found["held out"], cut.steps),
@@ -176,25 +180,6 @@ def cut_windows(
 
 SIDES = ("learning", "held out")
 BOTH = "learning and held out"
-
-
-def _whose(individuals: Sequence[int], cut: Cut) -> tuple[Sequence[int], Sequence[int]]:
-    """Return whose windows are for learning, and whose are held out."""
-    if not cut.apart:
-        return individuals, individuals
-    learning = [who for who in individuals if who not in cut.apart]
-    return learning, [who for who in individuals if who in cut.apart]
-
-
-def _check_found(found: dict[str, np.ndarray], cut: Cut, frames: int) -> None:
-    for side in SIDES[: 2 if cut.hold_out or cut.apart else 1]:
-        if not len(found[side]):
-            refuse(
-                "steps",
-                f"leave at least one window {'for learning' if side == 'learning' else 'held out'}",
-                f"{cut.steps} steps in {frames} frames with hold_out {cut.hold_out}, gap {cut.gap}",
-                "Take shorter windows, or bridge gaps.",
-            )
 
 
 def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:

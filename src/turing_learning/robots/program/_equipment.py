@@ -229,27 +229,21 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tr
     ConfigurationError
         If the calibration cannot be read, or a robot cannot wear its marker.
     """
-    camera = setup.camera
-    robot = robot or Robot()
+    camera, robot = setup.camera, robot or Robot()
     with refusing_as(ConfigurationError):
+        height, share = camera.marker_height_cm, (camera.marker_cm or 4.5) / 4.5  # of the usual triangle
+        tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
+        markers: Markers = TriangleMarkers(tip, base, half, disk, height)
+        if camera.markers == "aruco":
+            markers = ArucoMarkers(camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary)
         return Tracker(
-            laboratory_markers(setup),
+            markers,
             laboratory_calibration(setup),
             setup.labels,
             interval_s=1 / camera.fps,
             maximum_speed_cm_s=robot.maximum_speed_cm_s,
             maximum_turn_rad_s=fastest_turn(robot),
         )
-
-
-def laboratory_markers(setup: LaboratorySetup) -> Markers:
-    """Return the markers that the robots wear."""
-    camera = setup.camera
-    if camera.markers == "aruco":
-        return ArucoMarkers(camera.marker_cm or 4.8, height_cm=camera.marker_height_cm, dictionary=camera.dictionary)
-    share = (camera.marker_cm or 4.5) / 4.5  # of the usual triangle
-    tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
-    return TriangleMarkers(tip, base, half, disk, camera.marker_height_cm)
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
