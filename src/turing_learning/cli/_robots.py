@@ -171,7 +171,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     from turing_learning.config import ConfigurationError
     from turing_learning.robots import Capture, load_laboratory
     from turing_learning.robots.program._equipment import laboratory_tracker
-    from turing_learning.robots.tracking._calibration import refuse_taken
+    from turing_learning.robots.tracking._camera import refuse_taken
     from turing_learning.robots.tracking._tracker import write_table
     from turing_learning.runs import told
 

@@ -212,9 +212,8 @@ def detect(
         )  # fmt: skip
         assert run.calibration is not None
         pool = run.calibration[0][len(run.calibration[0]) // 2 :, 0]  # the run has not learned from these
-        alike = run.in_laboratory or not isinstance(
-            motion, RecordedMotion
-        )  # windows of one recording are not independent
+        # windows of one recording are not independent
+        alike = run.in_laboratory or not isinstance(motion, RecordedMotion)
         promised = alike and len(pool) >= 2 * int(np.median(lengths))
         normal = _pooled(pool, int(np.median(lengths)) if promised else 1, seed)
         recordings, relative = 0, False

@@ -114,10 +114,8 @@ class ExperimentFolder:
             return None
         try:
             tables, pictures = (tuple(Shown(**one) for one in content[name]) for name in ("tables", "pictures"))
-            verdicts, remarks = (
-                tuple(ClaimVerdict(**one) for one in content["verdicts"]),
-                tuple(content.get("remarks", ())),
-            )
+            verdicts = tuple(ClaimVerdict(**one) for one in content["verdicts"])
+            remarks = tuple(content.get("remarks", ()))
             about = (content[name] for name in ("seconds", "provenance"))
             return Results(content["form"], verdicts, tables, pictures, remarks, *about)
         except (KeyError, TypeError) as error:

@@ -28,13 +28,7 @@ from ._link import (
 Answer = TypeVar("Answer")
 MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; one turn of a wheel has 1000 steps
 SENSORS = 8
-_EXPECTED = (
-    "WELCOME",
-    "the EPFL education robot",
-    "HW version",
-    "s",
-    "r",
-)  # of greetings, versions, and the stop above
+_EXPECTED = ("WELCOME", "the EPFL education robot", "HW version", "s", "r")  # greetings, versions, the stop above
 LEAST_CHARGE = 15  #: Percent
 _BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"

@@ -14,7 +14,7 @@
 """
 
 from ._load import FORMATS, from_xarray, load_trajectories
-from ._problems import Problems
+from ._recording import Problems
 from ._signals import DIRECTED, SIGNALS, Signals, compute_signals
 from ._trajectories import Trajectories, pooled_windows
 from ._windows import Windows, join_windows

@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning.errors import RefusedError, Setting, brief, integer, refuse, refusing_as, require
 
-from ._problems import JUMP_FACTOR, Problems, counted, find_problems
+from ._recording import JUMP_FACTOR, Problems, counted, find_problems
 from ._signals import Signals, bridge, compute_signals, every
 from ._windows import EXCERPT_S, Cut, Windows, cut_windows, join_windows
 

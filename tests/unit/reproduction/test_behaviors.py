@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction._verdicts import shares_not_worse
-from turing_learning.reproduction.experiments._shared import Runs
 from turing_learning.reproduction.experiments.generality import NAMES, behaviors_verdict, depends_on_the_reading
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from turing_learning.analysis import dynamic_outputs, response_error
 from turing_learning.models import ElmanModel
-from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction.experiments.generality import (
     NAMES,
     TRUTH,

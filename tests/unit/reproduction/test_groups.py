@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from turing_learning.reproduction._likelihood_free import (
+from turing_learning.reproduction._methods import (
     Groups,
     Inferred,
     baseline,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.coevolution import Samples
-from turing_learning.reproduction._least_squares import LeastSquares, squared_errors
+from turing_learning.reproduction._methods import LeastSquares, squared_errors
 from turing_learning.swarm import AGGREGATION
 
 BLIND = replace(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction.experiments._shared import Runs
+from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction.experiments.generality import morphology_verdict
 from turing_learning.swarm import AGGREGATION_VIEW_0
 

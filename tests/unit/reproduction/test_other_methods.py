@@ -11,7 +11,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.figures import Picture
 from turing_learning.reproduction import reproduce
 from turing_learning.reproduction._experiment import Findings, Table
-from turing_learning.reproduction._likelihood_free import (
+from turing_learning.reproduction._methods import (
     Groups,
     Inferred,
     fit_mixture,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.reproduction._least_squares import (
+from turing_learning.reproduction._methods import (
     Check,
     check_statements,
     expected_squared_error,

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction._verdicts import (
     ClaimVerdict,
     Spread,
@@ -10,7 +11,6 @@ from turing_learning.reproduction._verdicts import (
     shares_not_worse,
     within_spread,
 )
-from turing_learning.reproduction.experiments._shared import Runs
 from turing_learning.reproduction.experiments.case_studies import (
     Case,
     Emergence,

@@ -6,7 +6,7 @@ import pytest
 
 from turing_learning.robots import CameraError, Capture
 from turing_learning.robots.program._equipment import PunctualImages
-from turing_learning.robots.tracking._images import LiveCapture
+from turing_learning.robots.tracking._camera import LiveCapture
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.trajectories import Trajectories
-from turing_learning.trajectories._problems import Jump
+from turing_learning.trajectories._recording import Jump
 
 
 def recording(positions, present=None, **more):

@@ -17,7 +17,24 @@ from turing_learning.purposes import EMERGENCE_STARTS
 from turing_learning.runs import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import Captions, Experiment, Findings, RunSizes, Table, Work, stacked
+from .._experiment import (
+    KINDS,
+    PRESETS,
+    Captions,
+    Experiment,
+    Findings,
+    Runs,
+    RunSizes,
+    ShareSizes,
+    Table,
+    Work,
+    gathered,
+    moved,
+    sensor_shares,
+    small,
+    stacked,
+    variant_of,
+)
 from .._verdicts import (
     PRINTED,
     REASONS,
@@ -28,7 +45,6 @@ from .._verdicts import (
     shares_not_worse,
     spreads_of,
 )
-from ._shared import KINDS, PRESETS, Runs, ShareSizes, gathered, moved, sensor_shares, small, variant_of
 
 GATHERED = "3.2-snapshots"
 SHARE = 0.9  # of all robots, or objects, in the largest cluster: then they count as one cluster

@@ -14,10 +14,21 @@ from turing_learning.figures._many_runs import error_groups_figure
 from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import Captions, Experiment, Findings, Work, stacked
+from .._experiment import (
+    PRESETS,
+    Captions,
+    Experiment,
+    Findings,
+    Runs,
+    Work,
+    compare_columns,
+    small,
+    spreads_frame,
+    stacked,
+    variant_of,
+)
 from .._experiment import RunSizes as Sizes
 from .._verdicts import PRINTED, REASONS, ClaimVerdict, spreads_of
-from ._shared import PRESETS, Runs, compare_columns, small, spreads_frame, variant_of
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress

@@ -20,7 +20,25 @@ from turing_learning.figures._many_runs import (
 from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
-from .._experiment import Captions, Experiment, Findings, RunSizes, Work, stacked
+from .._experiment import (
+    KINDS,
+    PRESETS,
+    Captions,
+    Experiment,
+    Findings,
+    Runs,
+    RunSizes,
+    ShareSizes,
+    Work,
+    compare_columns,
+    seeded,
+    sensor_shares,
+    small,
+    spreads_frame,
+    stacked,
+    values_of,
+    variant_of,
+)
 from .._verdicts import (
     PAPER_RUNS,
     PRINTED,
@@ -35,24 +53,9 @@ from .._verdicts import (
     spreads_of,
     valued,
 )
-from ._shared import (
-    KINDS,
-    PRESETS,
-    Runs,
-    ShareSizes,
-    compare_columns,
-    seeded,
-    sensor_shares,
-    small,
-    spreads_frame,
-    values_of,
-    variant_of,
-)
 
-FIELDS_OF_VIEW = {
-    "4.6.1-morphology-0": AGGREGATION_VIEW_0,
-    "4.6.1-morphology-60": AGGREGATION_VIEW_60,
-}  # claim -> scenario
+FIELDS_OF_VIEW = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
+"""Claim -> scenario."""
 OFF = 0.1  # mean absolute error above which a run is off
 
 

@@ -16,10 +16,20 @@ from turing_learning.figures._many_runs import convergence_panels_figure, error_
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
-from .._experiment import Captions, Experiment, Findings, Table, Work, stacked
+from .._experiment import (
+    Captions,
+    Experiment,
+    Findings,
+    Table,
+    Work,
+    beside_the_paper,
+    compare_columns,
+    errors_frame,
+    seeded,
+    stacked,
+)
 from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
 from .._verdicts import PRINTED, REASONS, ClaimVerdict, errors_verdict, load_claims, spreads_of, valued
-from ._shared import beside_the_paper, compare_columns, errors_frame, seeded
 from .classifiers import BestAccuracies
 
 CAPTIONS = Captions("5")

@@ -16,15 +16,29 @@ from turing_learning.figures._many_runs import budget_figure, prediction_figure
 from turing_learning.purposes import COMPARISON_OBSERVATION
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
-from .._experiment import Captions, Experiment, Findings, Table, Work, stacked
-from .._least_squares import Check, LeastSquares, check_statements, least_squares_optimum
-from .._likelihood_free import (
+from .._experiment import (
+    Captions,
+    Experiment,
+    Findings,
+    ShareSizes,
+    Table,
+    Work,
+    seeded,
+    sensor_shares,
+    spreads_frame,
+    stacked,
+)
+from .._methods import (
+    Check,
     Groups,
     Inferred,
+    LeastSquares,
     baseline,
+    check_statements,
     fit_mixture,
     infer_by_abc_smc,
     infer_by_npe,
+    least_squares_optimum,
     summaries,
 )
 from .._verdicts import (
@@ -36,7 +50,6 @@ from .._verdicts import (
     spreads_of,
     within_spread,
 )
-from ._shared import ShareSizes, seeded, sensor_shares, spreads_frame
 
 THEOREM, BASELINE_CAPTIONS = "4.5-theorem", Captions("4.5")
 TYPICAL = "typical model of the last generations"

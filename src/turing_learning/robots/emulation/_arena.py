@@ -11,8 +11,7 @@ import numpy as np
 from turing_learning.errors import choice, number, refuse, require
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import Link
-from turing_learning.robots.tracking._calibration import Calibration
-from turing_learning.robots.tracking._images import CameraError
+from turing_learning.robots.tracking._camera import Calibration, CameraError
 from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
 from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, initial_poses, simulate
 

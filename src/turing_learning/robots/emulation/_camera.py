@@ -12,8 +12,7 @@ import numpy as np
 
 from turing_learning.arrays import array
 from turing_learning.errors import number
-from turing_learning.robots.tracking._calibration import Calibration, Lens
-from turing_learning.robots.tracking._images import vision
+from turing_learning.robots.tracking._camera import Calibration, Lens, vision
 from turing_learning.robots.tracking._markers import Markers, Shapes
 
 _FLOOR, _WALL, _BEYOND, _SKIRT, _DISK = (200,) * 3, (232,) * 3, (96,) * 3, (26,) * 3, (235,) * 3

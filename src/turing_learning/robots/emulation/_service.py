@@ -11,7 +11,7 @@ import numpy as np
 
 from turing_learning._files import whole
 from turing_learning.errors import choice, number
-from turing_learning.robots.tracking._images import vision
+from turing_learning.robots.tracking._camera import vision
 from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions

@@ -16,8 +16,14 @@ from turing_learning.errors import refuse, refusing_as, require
 from turing_learning.robots._clock import Clock, RealClock
 from turing_learning.robots._epuck import EPuck
 from turing_learning.robots._link import Replica, open_link
-from turing_learning.robots.tracking._calibration import Calibration, find_landmarks
-from turing_learning.robots.tracking._images import CameraError, Capture, LiveCapture, vision
+from turing_learning.robots.tracking._camera import (
+    Calibration,
+    CameraError,
+    Capture,
+    LiveCapture,
+    find_landmarks,
+    vision,
+)
 from turing_learning.robots.tracking._markers import ArucoMarkers, Markers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
 from turing_learning.swarm import Robot, Scenario

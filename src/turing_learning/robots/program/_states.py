@@ -198,9 +198,8 @@ class PcProgram:
         elif self._clock.now() > self._send_until:
             for name, robot in self._robots.items():
                 self._guard(name, robot.drop_signals)
-            stops = self._signals(
-                "STOP", timing.loop_s + timing.execute_s
-            )  # one that stood in R5 leaves its next STOP out
+            # one that stood in R5 leaves its next STOP out
+            stops = self._signals("STOP", timing.loop_s + timing.execute_s)
         else:
             stops = {}
         self._confirmed = len(self._done)
@@ -282,10 +281,8 @@ class PcProgram:
             if more := len(trial.faults) - len(listed):
                 listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
             what = "camera and the PC:" if irregular else "robots:"
-            remedy, passing = (
-                f"Look after the {what} {' '.join(listed)} Then {REMOTE}",
-                irregular or passes(track, stuck),
-            )
+            remedy = f"Look after the {what} {' '.join(listed)} Then {REMOTE}"
+            passing = irregular or passes(track, stuck)
             tries = IMAGES_ALONE if passing else 0
             raise Disturbance("P5", trial.faults[0], remedy, tries=tries, connected=bool(passing))
         self._done.append(trial)

@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning.errors import choice, require
 
-from ._images import gray, vision
+from ._camera import gray, vision
 
 HUES = {"blue": 220.0, "orange": 28.0, "purple": 290.0, "green": 130.0, "red": 0.0}
 """Hue (degrees) of each color that a marker may have."""

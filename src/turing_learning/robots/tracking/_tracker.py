@@ -13,9 +13,9 @@ from turing_learning._files import whole
 from turing_learning.arrays import array
 from turing_learning.errors import integer, number, require
 from turing_learning.trajectories import compute_signals
+from turing_learning.trajectories._signals import wrap
 
-from ._calibration import Calibration, refuse_taken
-from ._images import require_image
+from ._camera import Calibration, refuse_taken, require_image
 from ._markers import Detections, Markers
 
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
@@ -77,9 +77,9 @@ class Track:
         poses = self.poses.copy()
         for frame in np.nonzero(self.lost)[0].tolist():
             way = poses[frame + 1] - poses[frame - 1]
-            way[:, 2] = (way[:, 2] + np.pi) % (2 * np.pi) - np.pi
+            way[:, 2] = wrap(way[:, 2])
             poses[frame] = poses[frame - 1] + way / 2
-            poses[frame, :, 2] = (poses[frame, :, 2] + np.pi) % (2 * np.pi) - np.pi
+            poses[frame, :, 2] = wrap(poses[frame, :, 2])
         return replace(self, poses=poses)
 
     def speeds(self) -> np.ndarray:
@@ -106,7 +106,7 @@ def impossible(track: Track, speed_cm_s: float, turn_rad_s: float) -> tuple[Faul
             frame = int(np.argmax(gaps))
             faults.append(Fault(frame, MISSING, f"{name} is out of sight. Look after it."))
         steps, times = np.diff(track.poses[seen, who], axis=0), np.diff(seen) * track.interval_s
-        turned = np.abs((steps[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+        turned = np.abs(wrap(steps[:, 2]))
         far = np.hypot(steps[:, 0], steps[:, 1]) > speed_cm_s * times + PUSH_CM
         if (wrong := far | (turned > turn_rad_s * times + PUSH_RAD)).any():
             frame = int(seen[1:][np.argmax(wrong)])
@@ -251,7 +251,7 @@ class Tracker:
         present, free = self._assign(detections)
         faults = self._report(detections, present, free)
         if detections.headings is not None:
-            turned = np.abs((self._poses[:, 2] - before + np.pi) % (2 * np.pi) - np.pi)
+            turned = np.abs(wrap(self._poses[:, 2] - before))
             too_far = present & (gap >= 0) & (turned > self._turn * self.interval_s * (gap + 1) + PUSH_RAD)
             for who in np.nonzero(too_far)[0].tolist():
                 angle = f"{np.degrees(turned[who]):.0f} degrees"
@@ -296,9 +296,7 @@ class Tracker:
     def _nearest(self, individuals: np.ndarray, positions: np.ndarray) -> list[tuple[int, int]]:
         """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within reach."""
         distance = np.hypot(*(self._poses[individuals, None, :2] - positions[None]).transpose(2, 0, 1))
-        reach = (self._step * (self._gap[individuals] + 1) + PUSH_CM)[
-            :, None
-        ]  # their way since the last sight, and a push
+        reach = (self._step * (self._gap[individuals] + 1) + PUSH_CM)[:, None]  # their way since, and a push
         rows, columns = linear_sum_assignment(np.where(distance <= reach, distance, 1e6))
         return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= reach[i]]
 
