@@ -131,12 +131,7 @@ _LOGGER = logging.getLogger("turing_learning")
 
 
 def keep_observed(
-    *,
-    learned: np.ndarray,
-    held_out: np.ndarray,
-    replicas: np.ndarray,
-    models: np.ndarray,
-    estimate: np.ndarray,
+    *, learned: np.ndarray, held_out: np.ndarray, replicas: np.ndarray, models: np.ndarray, estimate: np.ndarray
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold of samples that a run has observed in a laboratory.
 

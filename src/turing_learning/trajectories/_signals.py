@@ -8,12 +8,7 @@ import numpy as np
 
 from turing_learning.errors import brief, integer, refuse
 
-SIGNALS = {
-    "speed": "cm/s",
-    "turn": "rad/s",
-    "neighbor_distance": "cm",
-    "neighbor_bearing": "rad",
-}
+SIGNALS = {"speed": "cm/s", "turn": "rad/s", "neighbor_distance": "cm", "neighbor_bearing": "rad"}
 """Signals and their units (px instead of cm where the scale is unknown)."""
 
 DIRECTED = ("speed", "turn", "neighbor_bearing")

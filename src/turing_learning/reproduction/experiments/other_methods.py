@@ -41,15 +41,7 @@ from .._methods import (
     least_squares_optimum,
     summaries,
 )
-from .._verdicts import (
-    PRINTED,
-    REASONS,
-    ClaimVerdict,
-    listed,
-    printed_spreads,
-    spreads_of,
-    within_spread,
-)
+from .._verdicts import PRINTED, REASONS, ClaimVerdict, listed, printed_spreads, spreads_of, within_spread
 
 THEOREM, BASELINE_CAPTIONS = "4.5-theorem", Captions("4.5")
 TYPICAL = "typical model of the last generations"
