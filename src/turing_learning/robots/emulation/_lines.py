@@ -123,7 +123,7 @@ class VirtualLine(Line):
 
 
 class _NearEnd:
-    """The PC's end of a virtual line, a `links.Device`."""
+    """The PC's end of a virtual line, a `Device`."""
 
     def __init__(self, line: VirtualLine, clock: VirtualClock) -> None:
         self._line, self._clock = line, clock
