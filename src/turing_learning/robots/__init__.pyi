@@ -35,6 +35,7 @@ from .tracking._camera import Calibration as Calibration
 from .tracking._camera import CameraError as CameraError
 from .tracking._camera import Capture as Capture
 from .tracking._camera import Lens as Lens
+from .tracking._camera import LiveCapture as LiveCapture
 from .tracking._camera import calibrate_lens as calibrate_lens
 from .tracking._camera import place_camera as place_camera
 from .tracking._markers import ArucoMarkers as ArucoMarkers
