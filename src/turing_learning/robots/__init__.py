@@ -4,8 +4,8 @@ Camera
     A `Calibration` is a `Lens` at its place above the arena: `calibrate_lens` from views of a printed `Board`,
     `place_camera` from markers on the floor. Robots wear `Markers`: `TriangleMarkers`, `RoundMarkers` or
     `ArucoMarkers`. A `Tracker` turns images into a `Track`, whose `speeds` are motion samples and whose
-    `Fault`s say what went wrong; `compare_labels` says which markers are in sight. `Capture` opens a video;
-    anything else that takes images is a `Camera`, which may raise `CameraError`.
+    `Fault`s say what went wrong; `compare_labels` says which markers are in sight. `Capture` opens a video,
+    `LiveCapture` a camera, whose images it stamps; others are a `Camera`, which may raise `CameraError`.
 Robots
     A `Replica` takes a `Model`, says its `Status` and each `Signal`. An `EPuck` is one, over a `Link`, a serial
     line or a TCP port that `open_link` opens (docs/robots/protocol.md), or a `LinkError` says why not; others

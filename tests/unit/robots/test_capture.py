@@ -4,9 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from turing_learning.robots import CameraError, Capture
+from turing_learning.robots import CameraError, Capture, LiveCapture
 from turing_learning.robots.program._equipment import PunctualImages
-from turing_learning.robots.tracking._camera import LiveCapture
 
 
 @pytest.fixture
