@@ -136,18 +136,9 @@ def print_standings(
     console: Console, found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool, steps: int
 ) -> None:
     """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
-    from turing_learning.detection._present import standing_rows
+    from turing_learning.detection._present import standings
 
-    headings = (
-        "individual",
-        "rank",
-        "windows",
-        "score",
-        "p-value",
-        "verdict",
-        "when (s)" if seconds else "since sample",
-    )
-    print_table(console, headings, standing_rows(found, timed, seconds=seconds))
+    print_table(console, *standings(found, timed, seconds=seconds))
     called = sum(bool(each.abnormal) for each in found.individuals)
     ways = [f"{each.individuals[k].individual} by {each.name}" for each in found.rankings[1:] for k in _first(each)]
     by = f"ranked by {found.rankings[0].name} (first would be {', '.join(ways)})" if ways else "ranked by it alone"

@@ -32,8 +32,19 @@ def timed_verdicts(found: Detection, motion: Motion | RecordedMotion) -> list[Ti
     return timed
 
 
-def standing_rows(found: Detection, timed: Sequence[TimedVerdict], *, seconds: bool) -> list[tuple[str, ...]]:
-    """Return individual, rank, windows, score, p-value, verdict, and when, the most unlike individual first."""
+def standings(
+    found: Detection, timed: Sequence[TimedVerdict], *, seconds: bool
+) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return headings and rows of a table, the most unlike individual first, without columns in which nothing is known."""
+    headings = (
+        "individual",
+        "rank",
+        "windows",
+        "score",
+        "p-value",
+        "verdict",
+        "when (s)" if seconds else "since sample",
+    )
     rows: list[tuple[str, ...]] = []
     for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
         each, spells = found.individuals[k], timed[k].spells
@@ -41,11 +52,12 @@ def standing_rows(found: Detection, timed: Sequence[TimedVerdict], *, seconds: b
         if spells:
             when = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
         verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
-        score = f"{each.score:.3g}" if each.windows else "-"
+        score = f"{each.score:.2f}" if each.windows else "-"
         p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
         verdict = verdict if each.windows else "no window"
         rows.append((each.individual, str(each.rank), str(each.windows), score, p_value, verdict, when))
-    return rows
+    known = [k for k in range(len(headings)) if any(row[k] != "-" for row in rows)]
+    return tuple(headings[k] for k in known), [tuple(row[k] for k in known) for row in rows]
 
 
 def timeline_of(motion: RecordedMotion, verdicts: Sequence[TimedVerdict], *, votes: bool) -> "Figure":
@@ -78,10 +90,9 @@ def window_table(verdicts: Sequence[TimedVerdict]) -> str:
 
 def detection_page(found: Detection, motion: RecordedMotion, timed: Sequence[TimedVerdict], timeline: "Figure") -> str:
     """Return the page of a detection: ranking, scores over time, and paths of the most unlike and the most normal individuals."""
-    columns = ("individual", "rank", "windows", "score", "p-value", "verdict", "when (s)")
     limit = "" if found.level is None else f" Abnormal: a p-value of at most {found.level:.2g}."
     note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit}"
-    table = Listing("ranking", "Ranking", columns, standing_rows(found, timed, seconds=True), note=note)
+    table = Listing("ranking", "Ranking", *standings(found, timed, seconds=True), note=note)
     caption = (
         "Higher bars: a window that is more unlike normal ones. Orange: the stretch that makes an individual abnormal."
     )

@@ -201,6 +201,7 @@ def timeline_figure(
 def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":
     """Draw where some individuals were, paths (F, 2) in cm with NaN for gaps, a panel each, on the same scale."""
     figure, panels, _ = grid_of_panels(names, 2.4)
+    figure.set_layout_engine("constrained", hspace=0.08)
     places = np.concatenate(paths)
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
     low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from html import escape
@@ -19,7 +20,7 @@ from turing_learning.figures import Picture
 
 from ._content import Cell, Listing, RunReport, RunTable, StudyReport, describe_selection
 from ._replay import Replay, Swarm
-from ._tabular import aligned, short_number, shown
+from ._tabular import aligned, shown
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""
@@ -115,9 +116,8 @@ def _verdict(verdicts: tuple[Verdict, ...]) -> str:
     first, *others = verdicts
     look = {"converged": "good", "model rejected": "bad"}.get(first, "warning")
     also = f" Also: {escape(', '.join(others))}." if others else ""
-    return (
-        f'<p class="judged {look}" id="verdict"><b>{escape(first)}</b> <span>{escape(first.meaning)}{also}</span></p>'
-    )
+    meaning = re.sub("`(.*?)`", r"<code>\1</code>", escape(first.meaning))
+    return f'<p class="judged {look}" id="verdict"><b>{escape(first)}</b> <span>{meaning}{also}</span></p>'
 
 
 def _facts(facts: Sequence[tuple[str, str]]) -> str:
@@ -157,11 +157,6 @@ def _section(name: str, heading: str, body: str) -> str:
     """Return a part of a page under a heading; the texts are markup already."""
     title = f'<h2 id="{name}-heading">{heading}</h2>'
     return f'<section id="{name}" aria-labelledby="{name}-heading">{title}\n{body}</section>'
-
-
-def _number(value: float | None) -> str:
-    """Return a number as it stands in a table of a page; None where there is none, NaN where it is not known."""
-    return shown(value, lambda number: short_number(number, 4), NOTHING)
 
 
 def _parameters(table: RunTable) -> str:
@@ -214,14 +209,15 @@ def _parameters(table: RunTable) -> str:
 def _listing(listing: Listing) -> str:
     """Return a table as markup."""
 
-    def cell(value: Cell) -> str:
-        return _number(value) if value is None or isinstance(value, float) else escape(str(value))
+    def column(cells: Sequence[Cell]) -> list[str]:
+        numbers = iter(aligned([each for each in cells if each is None or isinstance(each, float)], NOTHING))
+        return [next(numbers) if each is None or isinstance(each, float) else escape(str(each)) for each in cells]
 
     header = "".join(f'<th scope="col">{escape(column)}</th>' for column in listing.columns)
     rows = []
-    for head, *rest in listing.rows:
-        cells = "".join(f"<td>{cell(value)}</td>" for value in rest)
-        rows.append(f'<tr><th scope="row">{cell(head)}</th>{cells}</tr>')
+    for head, *rest in zip(*map(column, zip(*listing.rows, strict=True)), strict=True):
+        cells = "".join(f"<td>{cell}</td>" for cell in rest)
+        rows.append(f'<tr><th scope="row">{head}</th>{cells}</tr>')
     name, heading, body = escape(listing.name), escape(listing.heading), "\n".join(rows)
     note = f'<p class="note">{escape(listing.note)}</p>' if listing.note else ""
     table = (

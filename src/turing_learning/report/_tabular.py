@@ -50,16 +50,21 @@ def short_number(value: float, decimals: int = 3) -> str:
 def aligned(values: Sequence[float | None], nothing: str = "-") -> list[str]:
     """Return the numbers of a column, all with the same number of places after the point, or all with an exponent.
 
+    Beside larger numbers the least one may have a single digit.
+
     Examples
     --------
     >>> aligned([8.43, 0.35, None, -0.0021])
     ['8.4300', '0.3500', '-', '-0.0021']
+    >>> aligned([0.0231, 4.112e-5])
+    ['0.02310', '0.00004']
     >>> aligned([1.2e-7, 3.0])
     ['1.200e-07', '3.000e+00']
     """
     sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
-    decimals = max(4, 1 - math.floor(math.log10(min(sizes)))) if sizes else 4
-    fixed = decimals <= MOST_DECIMALS and max(sizes, default=0.0) < LARGEST_FIXED
+    first = -math.floor(math.log10(min(sizes))) if sizes else 0  # place of the first digit of the least
+    decimals, largest = max(4, min(first + 1, MOST_DECIMALS)), max(sizes, default=0.0)
+    fixed = first + (largest < 1e-3) <= MOST_DECIMALS and largest < LARGEST_FIXED
     return [shown(value, f"{{:.{decimals}f}}".format if fixed else "{:.3e}".format, nothing) for value in values]
 
 

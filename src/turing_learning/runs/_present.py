@@ -203,7 +203,7 @@ def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
         again = "turing-learning infer --config RUN/config.toml --out AGAIN"
     return [
         ("Seed", str(result.seed)),
-        ("Begun", manifest.get("started", "unknown").replace("T", " ")),
+        ("Begun", manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")),
         ("Again", again),
         ("Cite", CITATION),
     ]

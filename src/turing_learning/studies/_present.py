@@ -159,7 +159,8 @@ def _kinds(result: StudyResult) -> Listing:
         f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, and how the estimate "
         "misses the truth."
     )
-    rows = [*result.verdicts().items(), *result.kinds().items()]
+    both = (("Says", result.verdicts()), ("Against the truth", result.kinds()))
+    rows = [(f"{what}: {word}", count) for what, counts in both for word, count in counts.items()]
     return Listing("kinds", "Runs", ("Verdict", "Runs"), rows, note)
 
 

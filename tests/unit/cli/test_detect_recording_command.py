@@ -130,6 +130,8 @@ def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial
     assert content["remarks"][0].startswith(
         "Nobody is called abnormal, as no recordings of normal individuals are given"
     )
+    headings = call("detect", fish, trial(), *OPTIONS)[1].splitlines()[0].split()
+    assert headings == ["individual", "rank", "windows", "score"]  # nothing is known of the others
 
 
 @pytest.mark.parametrize(

@@ -27,6 +27,14 @@ def test_a_page_shows_its_tables_and_escapes_what_it_shows():
         assert text in html
 
 
+def test_the_numbers_of_a_column_have_the_same_places():
+    rows = [("vl0", 0.0006085, 3), ("vl1", 0.0148, 4)]
+    listing = Listing("errors", "Errors", ("Parameter", "Mean", "Runs"), rows)
+    html = study_page(StudyReport("A study", "2 of 2 runs.", (listing,)))
+    assert '<th scope="row">vl0</th><td>0.00061</td><td>3</td>' in html
+    assert '<th scope="row">vl1</th><td>0.01480</td><td>4</td>' in html
+
+
 def test_long_tables_are_folded_and_come_after_the_figures():
     html = page(figures=(Picture("boxes", "Boxes", "", Figure()),))
     assert html.index('id="errors"') < html.index("<svg ") < html.index('<details id="runs">')
