@@ -125,7 +125,7 @@ def resume(
     cluster: str | None = None,
     recording: Recording = Recording(),  # noqa: B008 - frozen
 ) -> int | None:
-    """Resume a run or study that was stopped or killed; the result is as if it never had been.
+    """Resume a run or study that was stopped or killed; the result is that of one that never stopped.
 
     A run on recorded motion knows its recording; give --trajectories if the file is elsewhere now.
 

@@ -130,7 +130,9 @@ def test_the_verdict_names_what_is_not_pinned_down():
     assert found.verdict == (
         "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
     )
-    assert "  b: its interval is 90%" in str(found)
+    assert "its interval is 90% of the initial range" in next(
+        line for line in str(found).splitlines() if line.startswith("b ")
+    )
     unfinished = replace(found, unfinished=(3, 10))
     assert unfinished.verdict == (
         f"{found.verdict} The run was not finished: the estimate is that after 3 of 10 generations."
