@@ -16,10 +16,10 @@ from identifiability import least_errors
 from recovery_figure import draw
 
 import turing_learning as tl
+from turing_learning._files import write_atomically
 from turing_learning.analysis import UNKNOWN, is_known
 from turing_learning.families import Boids, BurstAndCoast, Couzin, Family, Robots, Vicsek
 from turing_learning.models import Parameter
-from turing_learning.runs import write_atomically
 from turing_learning.trajectories import SIGNALS
 
 RECORDINGS = 10

@@ -1,11 +1,11 @@
 """Turing Learning: infer the rules that individuals follow from nothing but their motion, without a metric.
 
-The three nouns at the top are the boxes of the method's picture: a sample source (for example a simulated swarm,
-`swarm`), classifiers that judge motion samples (`classifiers`), and the coevolution that pits models against
-classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or with a custom system
-(recorded samples and a simulator), whose parameters may be described by `Parameter`; `resume` resumes a run; `load_run`
-opens a stored run; `pool` combines several runs; `study` does many runs, and `load_study` opens them.
-`load_trajectories` reads recorded motion.
+The three nouns at the top are the boxes of the method's picture: a sample source (for example a simulated
+swarm, `swarm`), classifiers that judge motion samples (`classifiers`), and the coevolution that pits models
+against classifiers (`coevolution`, on top of `evolution`). `infer` runs all of it, with simulated robots or
+with a custom system (recorded samples and a simulator), whose parameters may be described by `Parameter`;
+`resume` resumes a run; `load_run` opens a stored run; `pool` combines several runs; `study` does many runs, and
+`load_study` opens them. `load_trajectories` reads recorded motion.
 
 Rejected input raises `errors.RefusedError`, a ValueError; `config.ConfigurationError` and `runs.RunFolderError` are kinds of it.
 A run that has begun and fails raises `systems.CustomSystemError`, `runs.RunStorageError` or `robots.LaboratoryError`.

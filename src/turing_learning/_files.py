@@ -1,15 +1,22 @@
-"""Atomic files: a reader sees the old or the new content, never half of it. And what a path means."""
+"""Atomic files: a reader sees the old or the new content, never half of it. What a path means. And seals of files."""
 
 import contextlib
+import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 PARTIAL = ".partial"
 """How temporary names end."""
+
+SEALS = "seals.txt"
+_TITLE = "# SHA-256 of the files in this folder; do not edit.\n"
+_GONE = "-"
+_ADOPTED = "~"
+_ROOM = 256  # superseded lines that may stand in the index, at least
 
 
 def in_home(path: str | Path) -> Path:
@@ -79,3 +86,120 @@ def _flush_folder(folder: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+class Seals:
+    """The sealed index of one folder: the SHA-256 of every file that is read again, one line each, appended.
+
+    A line is ``CHECK DIGEST NAME``. CHECK is a digest of the rest of the line and of the identity of the
+    folder's content: a line that was changed, or comes from another folder, does not count. A line is appended
+    before its file gets its name. A kill between the two leaves the earlier file, whose line stands just above.
+    So the last two lines of a name count.
+
+    Parameters
+    ----------
+    folder
+        Whose index.
+    identity
+        Digest of what the content of the folder belongs to.
+
+    Attributes
+    ----------
+    exists
+        Whether there is an index with at least one line, sound or not.
+    lost
+        Number of lines that do not count.
+    """
+
+    def __init__(self, folder: Path, identity: str) -> None:
+        self._path, self._identity = folder / SEALS, identity
+        self.load()
+
+    def load(self) -> None:
+        """Read the index from the disk."""
+        self._digests: dict[str, tuple[str, ...]] = {}
+        self._lines = self.lost = 0
+        try:
+            text = self._path.read_text(encoding="utf-8", errors="replace")
+        except OSError:
+            text = ""
+        for line in text.splitlines():
+            if line.startswith("#") or not line:
+                continue
+            self._lines += 1
+            check, _, rest = line.partition(" ")
+            digest, _, name = rest.partition(" ")
+            if name and check == self._check(rest):
+                self._take(name, digest)
+            else:
+                self.lost += 1
+        self._torn = bool(text) and not text.endswith("\n")
+        self.exists = self._lines > 0
+
+    @property
+    def usable(self) -> bool:
+        """Whether any line counts."""
+        return bool(self._digests)
+
+    def __contains__(self, name: str) -> bool:
+        return bool(self._digests.get(name))
+
+    def names(self) -> list[str]:
+        """Return the names of all sealed files."""
+        return [name for name, digests in self._digests.items() if digests]
+
+    def fits(self, name: str, digest: str) -> bool:
+        """Return whether a file of that name was written with that digest."""
+        return any(known.removeprefix(_ADOPTED) == digest for known in self._digests.get(name, ()))
+
+    def adopted(self, name: str) -> bool:
+        """Return whether a file was there before the folder had an index."""
+        return any(known.startswith(_ADOPTED) for known in self._digests.get(name, ())[-1:])
+
+    def ambiguous(self, name: str) -> bool:
+        """Return whether two lines of a name count: what its file is has to be looked up before a third one is added."""
+        return len(self._digests.get(name, ())) > 1
+
+    def append(self, lines: Sequence[tuple[str, str | None]], *, adopted: bool = False) -> None:
+        """Add names and digests, flushed to the disk; None stands for a file that is removed."""
+        marked = [(name, _GONE if digest is None else (_ADOPTED if adopted else "") + digest) for name, digest in lines]
+        for name, digest in marked:
+            self._take(name, digest)
+        self._lines += len(marked)
+        self.exists = self.exists or bool(marked)
+        if not self._path.exists() or self._lines > 4 * len(self._digests) + _ROOM:
+            self.rewrite()
+            return
+        text = ("\n" if self._torn else "") + "".join(self._line(name, digest) for name, digest in marked)
+        self._torn = False
+        with self._path.open("ab") as file:
+            file.write(text.encode())
+            file.flush()
+            os.fsync(file.fileno())
+
+    def rewrite(self) -> None:
+        """Write the index anew, atomically, with nothing but the lines that count."""
+        lines = [self._line(name, digest) for name, digests in self._digests.items() for digest in digests]
+        with whole(self._path) as temporary:
+            temporary.write_text(_TITLE + "".join(lines), encoding="utf-8")
+        self._lines, self.lost, self._torn, self.exists = len(lines), 0, False, bool(lines)
+
+    def _take(self, name: str, digest: str) -> None:
+        self._digests[name] = () if digest == _GONE else (*self._digests.get(name, ()), digest)[-2:]
+
+    def _line(self, name: str, digest: str) -> str:
+        return f"{self._check(f'{digest} {name}')} {digest} {name}\n"
+
+    def _check(self, rest: str) -> str:
+        return hashlib.sha256(f"{self._identity} {rest}".encode()).hexdigest()[:16]
+
+
+def digest_of(content: bytes | memoryview) -> str:
+    """Return the SHA-256 of bytes."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

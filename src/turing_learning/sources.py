@@ -3,6 +3,7 @@
 from typing import Any
 
 from . import systems
+from .systems import _custom, _genuine, _system
 
 _FORMER = {"OwnSource": "CustomSource", "OwnSystem": "CustomSystem", "OwnSystemError": "CustomSystemError"}
 
@@ -10,7 +11,8 @@ _FORMER = {"OwnSource": "CustomSource", "OwnSystem": "CustomSystem", "OwnSystemE
 def __getattr__(name: str) -> Any:
     if name.startswith("__"):
         raise AttributeError(name)
-    return getattr(systems, _FORMER.get(name, name))
+    places = (systems, _custom, _genuine, _system)  # what is private by now stays as well
+    return getattr(next((place for place in places if hasattr(place, name)), systems), _FORMER.get(name, name))
 
 
 def __dir__() -> list[str]:

@@ -17,9 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ._files import PARTIAL, in_home, json_bytes, write_atomically
-from ._seals import NAME as SEALS
-from ._seals import Seals, digest_of, file_digest
+from ._files import PARTIAL, SEALS, Seals, digest_of, file_digest, in_home, json_bytes, write_atomically
 from .errors import RefusedError, brief, refuse, require
 
 LOCK = "lock"
@@ -123,8 +121,8 @@ class Kind:
 class Store:
     """A folder of files that are written atomically, and verified when they are read.
 
-    Each file has a seal, its SHA-256, in one index (``seals.txt``). A folder without an index comes from version 0.1.0: its files
-    are read as they are, and the log says once that they are not verified.
+    Each file has a seal, its SHA-256, in one index (``seals.txt``). A folder without an index comes from
+    version 0.1.0: its files are read as they are, and the log says once that they are not verified.
 
     Parameters
     ----------

@@ -68,8 +68,8 @@ class Workers:
     attempts
         Processes that may die of a call before it is given up with `WorkerDied`.
     warm_up
-        Arguments of a call that one process does before the others begin, so that kernels are compiled once; what it raises is left
-        to the calls that follow.
+        Arguments of a call that one process does before the others begin, so that kernels are compiled once;
+        what it raises is left to the calls that follow.
     script
         Whether the calling script is imported, so that its functions can be called; it then needs a guard of ``__main__``.
     patient

@@ -5,22 +5,19 @@
 `mean_absolute_error`     MAE over all parameters, equation 10.
 `estimate`                One model from the last generations of a run, better than any of them.
 `interval`                The uncertainty of that estimate, for each parameter.
-`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`, which has
-                          settled if its p-value is at least `LEAST_P`.
+`match`                   The parameters with which classifiers judge a model as they judge the agents; a `Matched`.
 `pooled_estimate`         One model from several runs; `pooled_interval`: its uncertainty, if runs settle in different regions.
 `r_hat`                   Whether runs agree, for each parameter, as of Markov chains.
-`is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN;
-                          `WHY_UNKNOWN` says so in words, `known_or` replaces it, by null in files.
+`is_known`                Whether there is a number: an interval or R-hat of models that have not moved is `UNKNOWN`, which is NaN.
 `name_failure`            How a run misses a known truth: states exchanged, I = 2 as I = 1, runaway.
 `dispersion`              How far disks lie from their centroid, section 4.3.
 `least_dispersion`        The smallest dispersion that disks can have.
 `largest_cluster`         The number of disks in the largest cluster, section 5.4.
 `decision_accuracy`       How often a classifier decides rightly after several trials, section 4.4.
 `polarization`            How aligned a group moves.
-`steady_outputs`          What networks put out for each constant sensor reading, section 4.6.2.
-`dynamic_outputs`         The same for readings that change, `DYNAMIC_READINGS`.
-`response_error`          How far both are from the agents' parameters; `median_place`: of which network it is the median.
-`Verdict`                 Whether to believe a run, in a word; `ordered`: of several, the first is shown; `judgment`: in words.
+`dynamic_outputs`         What networks put out for sensor readings that change, section 4.6.2.
+`response_error`          How far networks are from the agents' parameters at constant readings.
+`Verdict`                 Whether to believe a run, in a word.
 `settled`, `told`         Whether the models of a run have settled, and whether its classifiers still tell them from the agents.
 `Jury`                    Classifiers with votes; `competence`: Youden's J of each.
 `area_under_curve`        How well scores separate two kinds.
@@ -29,69 +26,25 @@
 """
 
 from ._disks import dispersion, largest_cluster, least_dispersion
-from ._errors import (
-    DYNAMIC_READINGS,
-    absolute_error,
-    dynamic_outputs,
-    mean_absolute_error,
-    median_place,
-    name_failure,
-    response_error,
-    steady_outputs,
-)
+from ._errors import absolute_error, dynamic_outputs, mean_absolute_error, name_failure, response_error
 from ._estimate import (
     UNKNOWN,
-    WHY_UNKNOWN,
     Verdict,
     estimate,
     interval,
     is_known,
-    judgment,
-    known_or,
-    ordered,
     pooled_estimate,
     pooled_interval,
     r_hat,
     settled,
     told,
 )
-from ._matching import LEAST_P, Matched, match
+from ._matching import Matched, match
 from ._tests import Comparison, Jury, area_under_curve, compare, competence, decision_accuracy, polarization
 
 __all__ = [
-    "DYNAMIC_READINGS",
-    "LEAST_P",
-    "UNKNOWN",
-    "WHY_UNKNOWN",
-    "Comparison",
-    "Jury",
-    "Matched",
-    "Verdict",
-    "absolute_error",
-    "area_under_curve",
-    "compare",
-    "competence",
-    "decision_accuracy",
-    "dispersion",
-    "dynamic_outputs",
-    "estimate",
-    "interval",
-    "is_known",
-    "judgment",
-    "known_or",
-    "largest_cluster",
-    "least_dispersion",
-    "match",
-    "mean_absolute_error",
-    "median_place",
-    "name_failure",
-    "ordered",
-    "polarization",
-    "pooled_estimate",
-    "pooled_interval",
-    "r_hat",
-    "response_error",
-    "settled",
-    "steady_outputs",
-    "told",
-]
+    "UNKNOWN", "Comparison", "Jury", "Matched", "Verdict", "absolute_error", "area_under_curve", "compare",
+    "competence", "decision_accuracy", "dispersion", "dynamic_outputs", "estimate", "interval", "is_known",
+    "largest_cluster", "least_dispersion", "match", "mean_absolute_error", "name_failure", "polarization",
+    "pooled_estimate", "pooled_interval", "r_hat", "response_error", "settled", "told",
+]  # fmt: skip

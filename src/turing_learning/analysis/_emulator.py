@@ -32,9 +32,10 @@ ENOUGH = 250
 class Emulator:
     """Predict M outputs, each with noise of variance 1, at parameters z (S, P); every parameter has a length scale.
 
-    The kernel is linear + exp(-d^2 / 2), with d in length scales: what has no effect gets a length scale beyond its range, so
-    that neither slope nor bend is expected of it. The kernels of a few pivots stand for those of all points; what they miss is
-    added to the variance. Each output has a size of its own: what says nothing of the parameters is hardly expected to move.
+    The kernel is linear + exp(-d^2 / 2), with d in length scales: what has no effect gets a length scale beyond
+    its range, so that neither slope nor bend is expected of it. The kernels of a few pivots stand for those of
+    all points; what they miss is added to the variance. Each output has a size of its own: what says nothing of
+    the parameters is hardly expected to move.
     """
 
     logs: np.ndarray  # (P + 2,): of length scales, of the variance of slopes and of bends

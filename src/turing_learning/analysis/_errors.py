@@ -110,16 +110,6 @@ def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
     return "other"
 
 
-def steady_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
-    """Return the outputs (..., 2 n) of networks (..., Q) in the 20th step of each constant reading, from the reset network.
-
-    Source
-    ------
-    Paper, section 4.6.2, figure 11.
-    """
-    return model.described(networks)
-
-
 def dynamic_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
     """Return the outputs (..., 30, 2) of networks (..., Q) for I = 0 (steps 1 to 10), 1 (11 to 20) and 0 (21 to 30).
 

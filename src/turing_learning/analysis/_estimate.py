@@ -56,10 +56,11 @@ def known_or(instead: float | None, interval: Mapping[str, Sequence[float | None
 def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """Estimate the agent's parameters from the last generations of a run.
 
-    The subjectively best model of the last generation is a noisy estimate: its fitness rests on a single trial, so
-    it is drawn almost at random from a converged population. The typical model of a generation, the median of the
-    better half of its models, varies less; the median of the typical models over many generations still less. Medians
-    rather than means, because a population sometimes makes an excursion and returns. All of it costs no simulation.
+    The subjectively best model of the last generation is a noisy estimate: its fitness rests on a single trial,
+    so it is drawn almost at random from a converged population. The typical model of a generation, the median
+    of the better half of its models, varies less; the median of the typical models over many generations still
+    less. Medians rather than means, because a population sometimes makes an excursion and returns. All of it
+    costs no simulation.
 
     Parameters
     ----------
@@ -79,12 +80,13 @@ def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
 def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """State the uncertainty of the estimate: an interval for each parameter that holds the truth nine times of ten.
 
-    Near the truth the models wander where no classifier tells them apart; the range that they wander over is what the data leave
-    open. It is read off the central 90 % of the typical models over the generations that make the estimate. A series that wanders
-    slowly has shown little of its range: as much as n independent values would, n being the number of generations divided by the
-    autocorrelation time. So both ends are moved away from the estimate, by the factor by which the next of normally distributed
-    values, of which only n are known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and
-    the normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
+    Near the truth the models wander where no classifier tells them apart; the range that they wander over is
+    what the data leave open. It is read off the central 90 % of the typical models over the generations that
+    make the estimate. A series that wanders slowly has shown little of its range: as much as n independent
+    values would, n being the number of generations divided by the autocorrelation time. So both ends are moved
+    away from the estimate, by the factor by which the next of normally distributed values, of which only n are
+    known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and the
+    normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
     Where the models have not moved, nothing is known of the range, and so nothing of the interval: not that it is a point. That is
     so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
@@ -206,10 +208,10 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
 def r_hat(typical_models: np.ndarray) -> np.ndarray:
     """Say how far the runs agree: the potential scale reduction of the ranks, known from Markov chains.
 
-    It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be told apart. Where no
-    two share a value it is 2.1 for 2 runs, 3.1 for 4 and 4.6 for 8, however far apart they are. Ranks make it the same on any
-    scale, and let no excursion of a run hide that the others disagree. The scatter within is that of the runs that have moved (see
-    `interval`).
+    It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be
+    told apart. Where no two share a value it is 2.1 for 2 runs, 3.1 for 4 and 4.6 for 8, however far apart they
+    are. Ranks make it the same on any scale, and let no excursion of a run hide that the others disagree. The
+    scatter within is that of the runs that have moved (see `interval`).
 
     Parameters
     ----------
@@ -291,9 +293,9 @@ def ordered(verdicts: Iterable[str]) -> tuple[Verdict, ...]:
 def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None = None) -> np.ndarray:
     """Say whether the models of a run have settled, parameter by parameter.
 
-    A parameter has settled if the halves of the generations that make the estimate agree within its interval, and if the
-    population has contracted, or its typical model has been through all that the population still spans: then the
-    parameter is open, not on its way.
+    A parameter has settled if the halves of the generations that make the estimate agree within its interval,
+    and if the population has contracted, or its typical model has been through all that the population still
+    spans: then the parameter is open, not on its way.
 
     Parameters
     ----------

@@ -286,10 +286,12 @@ def _write(
     out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]", found: "Detection | None" = None
 ) -> None:
     """Write table, picture and page, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+    from turing_learning._files import write_atomically
     from turing_learning.detection._present import detection_page, timeline_of, window_table
     from turing_learning.figures import save_figure
     from turing_learning.report import write_page
-    from turing_learning.runs import RunStorageError, told, write_atomically
+    from turing_learning.runs import RunStorageError
+    from turing_learning.store import told
 
     figure = timeline_of(motion, verdicts, votes=found is None)
     what = f"`out` must be a file that can be written; could not write to {out}"

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 
 from turing_learning.errors import MissingExtraError, RefusedError
 
-from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted
-from ._words import OptionWords
+from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted, OptionWords
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f]")
@@ -53,7 +52,8 @@ class _Said(logging.Handler):
 def _run(arguments: list[str]) -> int:
     from cyclopts import CycloptsError
 
-    if not _room(os.environ.get("COLUMNS", "")):
+    columns = os.environ.get("COLUMNS", "")
+    if not (columns.isdecimal() and len(columns) < 5 and int(columns) >= NARROWEST):
         os.environ.pop("COLUMNS", None)  # as programs of the shell do
 
     from ._app import app
@@ -87,11 +87,6 @@ def _run(arguments: list[str]) -> int:
     except Exception as error:
         return _say(f"error: {_failure(error)}", FAILED)
     return outcome if isinstance(outcome, int) else DONE
-
-
-def _room(columns: str) -> bool:
-    """Return whether a table can be printed in so many columns, of which the environment says."""
-    return columns.isdecimal() and len(columns) < 5 and int(columns) >= NARROWEST
 
 
 def _say(text: str, code: int) -> int:

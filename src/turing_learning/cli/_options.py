@@ -260,7 +260,7 @@ def _tank(text: str, recording: "Trajectories") -> tuple[float, float] | None:
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:
     """Return dotted key -> value, and dotted key -> where it was given, of --set texts and of the options for some keys."""
-    from turing_learning.config import stated_once
+    from turing_learning.config._study import stated_once
 
     given = {key: text for key, text in options.items() if text is not None}
     stated = [(key, toml_value(text), f"--{key.removeprefix('run.')} {text}") for key, text in given.items()]
@@ -292,7 +292,8 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 def watched(scenario: str | None, passive: str) -> "StimulatedSystem":
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
     from turing_learning.config import ConfigurationError
-    from turing_learning.interaction import STIMULATED, read_stimuli
+    from turing_learning.interaction import STIMULATED
+    from turing_learning.interaction._describe import read_stimuli
 
     known, remedy = scenario in STIMULATED, f"Choose from: {', '.join(STIMULATED)}."
     require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy, error=ConfigurationError)

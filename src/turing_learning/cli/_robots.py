@@ -173,7 +173,7 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     from turing_learning.robots.program._equipment import laboratory_tracker
     from turing_learning.robots.tracking._camera import refuse_taken
     from turing_learning.robots.tracking._tracker import write_table
-    from turing_learning.runs import told
+    from turing_learning.store import told
 
     laboratory = load_laboratory(config)
     path = out or video.with_suffix(".csv")
@@ -237,7 +237,7 @@ def arena(
     """
     from turing_learning.config import ConfigurationError
     from turing_learning.robots import LABORATORY, ArenaService
-    from turing_learning.runs import told
+    from turing_learning.store import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
     print("preparing the laboratory", flush=True)

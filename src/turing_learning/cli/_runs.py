@@ -77,12 +77,13 @@ def infer(
     force
         Replace a run that is in the folder already.
     passive
-        Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV file, see
-        `turing-learning docs interaction`. By default they choose the stimuli.
+        Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV
+        file, see `turing-learning docs interaction`. By default they choose the stimuli.
     settings
         Any setting, for example models.parents=20. Repeatable.
     """
-    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml, require_seen
+    from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml
+    from turing_learning.config._configuration import require_seen
     from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
 
@@ -150,8 +151,9 @@ def resume(
     cluster
         Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     """
-    from turing_learning.runs import FINISHED, RunFolder, is_laboratory_run
+    from turing_learning.runs import RunFolder, is_laboratory_run
     from turing_learning.runs import resume as resume_run
+    from turing_learning.runs._folder import FINISHED
     from turing_learning.studies import is_study
 
     of_study = is_study(run)
@@ -251,7 +253,8 @@ def simulate(
         Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.runs import refuse_film_path, scenario_named, trial_replay, write_trial
+    from turing_learning.runs import trial_replay, write_trial
+    from turing_learning.runs._trial import refuse_film_path, scenario_named
     from turing_learning.swarm import SCENARIOS
 
     require_scenario(scenario, config, SCENARIOS)

@@ -86,9 +86,9 @@ def study(
         execute_study,
         new_study_path,
         plan_study,
-        refuse_script,
     )
     from turing_learning.studies import write_slurm as write_script
+    from turing_learning.studies._backends import refuse_script
 
     require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
     hands = Hands(workers, cluster=cluster)

@@ -12,7 +12,7 @@ from turing_learning.report import counted, short_number
 from turing_learning.report._tabular import tables
 
 if TYPE_CHECKING:
-    from turing_learning.detection import Detection, Detector, Motion, Ranking, SampleVerdict, TimedVerdict
+    from turing_learning.detection import Detection, Detector, Motion, SampleVerdict, TimedVerdict
     from turing_learning.interaction import StimulatedSystem
     from turing_learning.runs import ModelEvaluation, Result
     from turing_learning.swarm import Scenario
@@ -140,13 +140,9 @@ def print_standings(
 
     print_table(console, *standings(found, timed, seconds=seconds))
     called = sum(bool(each.abnormal) for each in found.individuals)
-    ways = [f"{each.individuals[k].individual} by {each.name}" for each in found.rankings[1:] for k in _first(each)]
+    others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
+    ways = [f"{each.individual} by {ranking.name}" for ranking, each in others if each.rank == 1]
     by = f"ranked by {found.rankings[0].name} (first would be {', '.join(ways)})" if ways else "ranked by it alone"
     console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
     for remark in found.remarks:
         console.print(remark)
-
-
-def _first(ranking: "Ranking") -> list[int]:
-    """Return who is most unlike."""
-    return [k for k, each in enumerate(ranking.individuals) if each.rank == 1]

@@ -15,48 +15,32 @@ In the order of the data:
 `Coevolution`                                  The loop: one `step` is one generation.
 `Generation`                                   What a step leaves: both populations, scored.
 `FewTrials`, `Batch`                           The loop for few trials: samples are kept and judged again.
-`batch_schedule`                               How many trials such a run has spent after each of its batches.
 `SampleBuffer`                                 All samples of a run.
-`Moments`, `train_moments`                     What trained jurors say: 0 on average for a model that is right.
 `Observers`                                    Protocol: random classifiers beside the evolved ones.
 =============================================  ================================================================
 
 Other rewards (`Reward`) are functions of `Judgments` that return an array with one number for each model or classifier.
 """
 
-from ._few_trials import Batch, FewTrials, Observers, batch_schedule
+from ._few_trials import Batch, FewTrials, Observers
 from ._interrogation import InteractiveInterrogation, PassiveInterrogation
-from ._judgments import THRESHOLD, Judgments
 from ._loop import Coevolution, Generation
 from ._memory import ClassifierArchive, SampleBuffer
-from ._moments import Moments, train_moments
 from ._protocols import Classifier, InteractiveSource, Interrogation, Samples, SampleSource
-from ._rewards import Reward, classifier_reward, jury_reward, model_reward, sensitivity, specificity
+from ._rewards import (
+    THRESHOLD,
+    Judgments,
+    Reward,
+    classifier_reward,
+    jury_reward,
+    model_reward,
+    sensitivity,
+    specificity,
+)
 
 __all__ = [
-    "THRESHOLD",
-    "Batch",
-    "Classifier",
-    "ClassifierArchive",
-    "Coevolution",
-    "FewTrials",
-    "Generation",
-    "InteractiveInterrogation",
-    "InteractiveSource",
-    "Interrogation",
-    "Judgments",
-    "Moments",
-    "Observers",
-    "PassiveInterrogation",
-    "Reward",
-    "SampleBuffer",
-    "SampleSource",
-    "Samples",
-    "batch_schedule",
-    "classifier_reward",
-    "jury_reward",
-    "model_reward",
-    "sensitivity",
-    "specificity",
-    "train_moments",
-]
+    "THRESHOLD", "Batch", "Classifier", "ClassifierArchive", "Coevolution", "FewTrials", "Generation",
+    "InteractiveInterrogation", "InteractiveSource", "Interrogation", "Judgments", "Observers",
+    "PassiveInterrogation", "Reward", "SampleBuffer", "SampleSource", "Samples", "classifier_reward", "jury_reward",
+    "model_reward", "sensitivity", "specificity",
+]  # fmt: skip

@@ -9,12 +9,13 @@ from threadpoolctl import threadpool_limits
 
 from ..arrays import array
 from ..errors import integer, require
-from ..evolution import INDUCING, MomentField, Optimizer, TrialDesign, generation_rng
+from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
+from ..evolution._field import INDUCING
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
-from ._judgments import THRESHOLD
 from ._memory import ClassifierArchive, SampleBuffer
 from ._moments import train_moments
 from ._protocols import Classifier, SampleSource
+from ._rewards import THRESHOLD
 
 BATCHES = 40
 _FIRST_SHARE, _FIRST_LEAST, _FIRST_MOST = 0.1, 10, 40  # of the trials; times the number of parameters
@@ -67,19 +68,20 @@ class Batch:
 class FewTrials:
     """Infer a model from a given number of trials.
 
-    Each batch: (1) Models are tried; their samples, and the genuine ones, go to the buffer. (2) Classifiers evolve for some
-    generations on the buffer; the best of each goes to an archive. (3) Archived, present and random classifiers judge the
-    samples again. (4) From their outputs jurors are trained whose expectation for a right model is that for the system
-    (`train_moments`). (5) A map of these moments over the parameters (`MomentField`) says which models may be right; walkers
-    follow it (`TrialDesign`), and the next batch is tried around them.
+    Each batch: (1) Models are tried; their samples, and the genuine ones, go to the buffer. (2) Classifiers
+    evolve for some generations on the buffer; the best of each goes to an archive. (3) Archived, present and
+    random classifiers judge the samples again. (4) From their outputs jurors are trained whose expectation for
+    a right model is that for the system (`train_moments`). (5) A map of these moments over the parameters
+    (`MomentField`) says which models may be right; walkers follow it (`TrialDesign`), and the next batch is
+    tried around them.
 
     Only judgments enter: no distance between behaviors, no summary made by hand.
 
     Parameters
     ----------
     source
-        Yields the samples of models (M, P) in the optimizer's numbers; one execution of `together` of them is one trial.
-        If it has an attribute ``failed`` (M,), it marks simulations without samples.
+        Yields the samples of models (M, P) in the optimizer's numbers; one execution of `together` of them is
+        one trial. If it has an attribute ``failed`` (M,), it marks simulations without samples.
     classifier
         Judges samples, as the genomes of `classifiers` say.
     classifiers
@@ -215,7 +217,9 @@ class FewTrials:
         """Spend a batch of trials and return what is known then; after a failure, `restore` the state before."""
         require(not self.complete, "trials", "be more than the run has spent", f"{self.trials}")
         with threadpool_limits(1, "blas"):  # sums in one order, for any number of processors
-            self._widen()
+            if self.buffer.pool != self._pool:  # the run has got more trials: more genuine samples are judged
+                self.buffer.pool = self._pool
+                self._observe(len(self.buffer), len(self.buffer.genuine))
             self._try(self._models())
             self._evolve()
             explained, self._pooled = self._match(0), self._design.walkers
@@ -242,12 +246,6 @@ class FewTrials:
         """Return the models (M, P) of the next batch, in the design's units."""
         spent, count = self.spent, (self._schedule[self._number] - self.spent) * self._together
         return self._design.propose(count, spent / self._budget) if spent else self._design.start(count)
-
-    def _widen(self) -> None:
-        """Judge more genuine samples where a run has got more trials."""
-        if self.buffer.pool != self._pool:
-            self.buffer.pool = self._pool
-            self._observe(len(self.buffer), len(self.buffer.genuine))
 
     def _try(self, models: np.ndarray) -> None:
         """Simulate models (M, P) and let the observers see what comes."""

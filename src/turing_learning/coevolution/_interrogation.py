@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..errors import integer
-from ._judgments import Judgments
 from ._protocols import Classifier, InteractiveSource, Samples, SampleSource
+from ._rewards import Judgments
 
 
 class PassiveInterrogation:

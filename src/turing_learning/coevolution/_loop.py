@@ -7,10 +7,9 @@ import numpy as np
 
 from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
 
-from ._judgments import Judgments
 from ._memory import ClassifierArchive
 from ._protocols import Interrogation
-from ._rewards import Reward, classifier_reward, model_reward, specificity
+from ._rewards import Judgments, Reward, classifier_reward, model_reward, specificity
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +60,8 @@ class Generation:
     def typical_model(self) -> np.ndarray:
         """The median (P,), parameter by parameter, of the half of the models with the higher scores.
 
-        Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where mu is half
-        the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
+        Of equals the first come first, as in `evolution.EvolutionStrategy`, whose next parents these are where
+        mu is half the population. Much less noisy than `best_model`, whose fitness rests on a single trial.
         """
         half = np.argsort(-self.model_scores, kind="stable")[: max(1, len(self.models) // 2)]
         return np.median(self.models[half], axis=0)
@@ -78,8 +77,8 @@ class Coevolution:
     models, classifiers
         Optimizers of the two populations. Give them different seeds.
     seed
-        Entropy of the interrogations: a non-negative integer or a sequence of them. In generation g they draw from
-        ``default_rng(SeedSequence(seed, spawn_key=(g,)))``.
+        Entropy of the interrogations: a non-negative integer or a sequence of them. In generation g they draw
+        from ``default_rng(SeedSequence(seed, spawn_key=(g,)))``.
     reward_models, reward_classifiers
         What the optimizers are told: functions of the judgments that return (M,) and (N,) finite numbers,
         larger being better. By default equations 1 and 2 of the paper.

@@ -5,7 +5,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from ._judgments import Judgments
+from ._rewards import Judgments
 
 
 @dataclass(frozen=True, eq=False)

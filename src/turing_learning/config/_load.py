@@ -94,9 +94,9 @@ def load_configuration(
     Parameters
     ----------
     path
-        A TOML file; see `to_toml` for all it may hold. ``scenario = "NAME"`` takes a known scenario; below ``[scenario]``,
-        ``name`` (or ``preset``, where the name is to be another) takes the fields of a known scenario that the table does not
-        give. See docs/scenarios.md.
+        A TOML file; see `to_toml` for all it may hold. ``scenario = "NAME"`` takes a known scenario; below
+        ``[scenario]``, ``name`` (or ``preset``, where the name is to be another) takes the fields of a known
+        scenario that the table does not give. See docs/scenarios.md.
     preset
         One of `PRESETS`.
     overrides

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from turing_learning.errors import RefusedError, integer, nearest, require
+from turing_learning.errors import RefusedError, nearest, require
 
 PROSE = ("scenario.title", "scenario.description")
 """Settings that are told, and change nothing: configurations that differ in them alone are the same."""
@@ -33,12 +33,6 @@ Start = Annotated[float, Field(ge=-LARGEST_START, le=LARGEST_START)]
 
 class ConfigurationError(RefusedError):
     """A setting is rejected; the message names what, where, the value, and what to do."""
-
-
-def require_at_least(least: int, **values: Any) -> None:
-    """Reject what is not an integer of at least `least`, by its name."""
-    for name, value in values.items():
-        integer(name, value, least, error=ConfigurationError)
 
 
 def require_part(key: str, name: str, known: tuple[str, ...]) -> None:
@@ -93,9 +87,9 @@ class PopulationSection(Section):
 class ModelsSection(PopulationSection):
     """The population of models, and what they are.
 
-    With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1 or more they are Elman networks
-    with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size` is 0.3 unless it is given: with 1
-    many of them come to oscillate.
+    With `hidden` 0 models are what the scenario says, in the agents' parameters (gray box); with 1 or more they
+    are Elman networks with as many hidden neurons (black box; paper, section 4.6.2). Their `initial_step_size`
+    is 0.3 unless it is given: with 1 many of them come to oscillate.
 
     A run has two halves: the first searches for the right region, the second for the right point.
     docs/method.md says how; the paper has neither.

@@ -125,9 +125,9 @@ def load_variants(
 ) -> tuple[Variant, ...]:
     """Resolve the configurations of a study.
 
-    The file may hold all that `load_configuration` reads, and one of two tables: ``[grid]``, in which a setting has a
-    list of values, stands for all combinations; ``[[list]]``, once for each configuration, holds the settings in which
-    it differs.
+    The file may hold all that `load_configuration` reads, and one of two tables: ``[grid]``, in which a setting
+    has a list of values, stands for all combinations; ``[[list]]``, once for each configuration, holds the
+    settings in which it differs.
 
     Parameters
     ----------

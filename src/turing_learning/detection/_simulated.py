@@ -15,7 +15,8 @@ from turing_learning.models import Behavior, Parameter
 from turing_learning.purposes import DETECTION
 from turing_learning.swarm import Scenario, Trials, mixed
 from turing_learning.swarm._trials import AGENT
-from turing_learning.systems import Source, SystemFailedError, cut_samples
+from turing_learning.systems import Source, SystemFailedError
+from turing_learning.systems._genuine import cut_samples
 
 from ._motion import Motion
 

@@ -5,13 +5,11 @@ The module knows no robots, no models and no classifiers; it imports nothing but
 ===========================  ===============================================================================
 `Optimizer`                  The protocol: what the coevolution needs of an optimizer, and all it knows of one.
 `EvolutionStrategy`          The paper's (mu + lambda) evolution strategy with self-adaptive step sizes.
-`Mating`, `TwoParents`       Parts of it: who has which parents, in the paper two;
-`PhasedMating`, `Jumper`     in the default preset fewer at first and their means later, with jumps,
-`FitnessMemory`              and with a memory of fitness.
+`PhasedMating`, `Jumper`     Parts of it in the default preset: fewer parents at first and their means later, jumps,
+`FitnessMemory`              and a memory of fitness.
 `CMAEvolutionStrategy`       CMA-ES from the package `cma` (extra ``optimizers``), behind the same protocol.
 `RenewedOptimizer`           Replaces an optimizer by a fresh one at regular intervals.
-`MomentField`                A map of moments over the parameters, and the density of the right model; `INDUCING` is the number
-                             of points that it rests on.
+`MomentField`                A map of moments over the parameters, and the density of the right model.
 `TrialDesign`                Walkers that follow a density, and batches of trials around them.
 `Seed`, `check_seed`         What a seed is: a non-negative integer, or several.
 `generation_rng`             The random generator of one generation.
@@ -22,24 +20,11 @@ from ._checks import Seed, check_seed, generation_rng
 from ._cma import CMAEvolutionStrategy
 from ._design import TrialDesign
 from ._evolution_strategy import EvolutionStrategy
-from ._field import INDUCING, MomentField
+from ._field import MomentField
 from ._optimizer import Optimizer, RenewedOptimizer
-from ._parts import FitnessMemory, Jumper, Mating, PhasedMating, TwoParents
+from ._parts import FitnessMemory, Jumper, PhasedMating
 
 __all__ = [
-    "INDUCING",
-    "CMAEvolutionStrategy",
-    "EvolutionStrategy",
-    "FitnessMemory",
-    "Jumper",
-    "Mating",
-    "MomentField",
-    "Optimizer",
-    "PhasedMating",
-    "RenewedOptimizer",
-    "Seed",
-    "TrialDesign",
-    "TwoParents",
-    "check_seed",
-    "generation_rng",
-]
+    "CMAEvolutionStrategy", "EvolutionStrategy", "FitnessMemory", "Jumper", "MomentField", "Optimizer",
+    "PhasedMating", "RenewedOptimizer", "Seed", "TrialDesign", "check_seed", "generation_rng",
+]  # fmt: skip

@@ -31,9 +31,9 @@ class CMAEvolutionStrategy:
     The first population is normal, with the mean and the standard deviation of the uniform distribution between
     `initial_low` and `initial_high`. CMA-ES keeps a distribution, no parents: every candidate is new.
 
-    The state is the distribution: mean, covariances, paths and counts, a few arrays however long the run is. Random
-    numbers come from this object alone: numpy's global random state is neither read nor changed. `cma` writes no
-    files here and prints nothing.
+    The state is the distribution: mean, covariances, paths and counts, a few arrays however long the run is.
+    Random numbers come from this object alone: numpy's global random state is neither read nor changed. `cma`
+    writes no files here and prints nothing.
 
     Parameters
     ----------

@@ -22,14 +22,15 @@ _LOST = 20.0  # a walker so far below the best, in the logarithm of the density,
 class TrialDesign:
     """Walkers that follow a density, and batches of models around them.
 
-    After `start`, a uniform Latin hypercube, each batch is drawn by `propose` around walkers, wider than they lie; in the
-    first part of a run some proposals have a parameter drawn anew, or two groups exchanged. `move` lets the walkers follow a
-    new density by the Metropolis rule: by differences of two others, by one parameter drawn anew, and by exchanges of two
-    groups, in turn. Moves cost no trial, so every exchange is tried in earnest, and as many centers stay alive as the density has.
+    After `start`, a uniform Latin hypercube, each batch is drawn by `propose` around walkers, wider than they
+    lie; in the first part of a run some proposals have a parameter drawn anew, or two groups exchanged. `move`
+    lets the walkers follow a new density by the Metropolis rule: by differences of two others, by one parameter
+    drawn anew, and by exchanges of two groups, in turn. Moves cost no trial, so every exchange is tried in
+    earnest, and as many centers stay alive as the density has.
 
-    A quarter of each batch is drawn from scouts. They are walkers to which a model is not less likely for being little known.
-    Where only a product of two parameters shows, many models are equally good. Without scouts, trials gather in the part of
-    them that is known best.
+    A quarter of each batch is drawn from scouts. They are walkers to which a model is not less likely for being
+    little known. Where only a product of two parameters shows, many models are equally good. Without scouts,
+    trials gather in the part of them that is known best.
 
     Parameters
     ----------
@@ -40,8 +41,8 @@ class TrialDesign:
     groups, dependent
         Indices of parameters that may be exchanged, and of those drawn anew then; see `EvolutionStrategy`.
     limits : (P,) bool
-        Which parameters end at -1 and 1. The others may leave the range at a cost, that of a normal one with the deviation
-        `margin` beyond it.
+        Which parameters end at -1 and 1. The others may leave the range at a cost, that of a normal one with
+        the deviation `margin` beyond it.
     saturated : (P,) bool
         Of those that may leave it: for which anything beyond -1 and 1 is the same as that end, and is stated as such.
     walkers

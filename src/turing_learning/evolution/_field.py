@@ -109,8 +109,8 @@ class MomentField:
     def log_density(self, parameters: np.ndarray, hopeful: bool = False) -> np.ndarray:
         """Return the logarithm (N,) of the density with which models (N, P) are the right one, up to a constant.
 
-        It is that of the moments 0 where they are expected so; where nothing has been tried little is excluded. If hopeful,
-        models are not the less likely for being little known.
+        It is that of the moments 0 where they are expected so; where nothing has been tried little is excluded.
+        If hopeful, models are not the less likely for being little known.
         """
         mean, variance = self.predict(parameters)
         variance += self._noise

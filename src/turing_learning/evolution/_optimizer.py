@@ -12,9 +12,9 @@ from ..errors import integer, refuse
 class Optimizer(Protocol):
     """A population-based optimizer that is asked for candidates and told how fit they are.
 
-    `ask` and `tell` alternate, starting with `ask`. Fitness is subjective in a coevolution: it holds against the
-    present opponents only. So `ask` returns the whole population, survivors of earlier generations included, and
-    no candidate is ranked by a fitness from an earlier generation alone.
+    `ask` and `tell` alternate, starting with `ask`. Fitness is subjective in a coevolution: it holds against
+    the present opponents only. So `ask` returns the whole population, survivors of earlier generations
+    included, and no candidate is ranked by a fitness from an earlier generation alone.
 
     Everything random is drawn from ``default_rng(SeedSequence(seed, spawn_key=(generation,)))``, afresh in each
     generation (0 is the initialization). So the state holds no generator, and a restored optimizer goes on

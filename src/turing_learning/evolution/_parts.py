@@ -158,9 +158,10 @@ class FitnessMemory:
 
         sum_a decay^a d_a / (1 + sum_a decay^a)
 
-    that is, a weighted mean with the difference 0 as one more observation. Where nothing is remembered, it ranks as the fitness
-    does. In a population that improves, the past flatters the old, who were compared with worse. That slows the search down, and
-    against opponents that change all the time the steadiness is wanted; shifting the past to make up for it was worse.
+    that is, a weighted mean with the difference 0 as one more observation. Where nothing is remembered, it
+    ranks as the fitness does. In a population that improves, the past flatters the old, who were compared with
+    worse. That slows the search down, and against opponents that change all the time the steadiness is wanted;
+    shifting the past to make up for it was worse.
 
     Parameters
     ----------

@@ -16,9 +16,8 @@ A family of one's own derives from `Particles`, names its parameters and yields 
 directions of motion are complex numbers x + iy there, one for each model and individual: a turn is a product then.
 """
 
-from ._family import Family
+from ._family import Family, Particles
 from ._particles import Boids, BurstAndCoast, Couzin, Vicsek
-from ._plane import Particles
 from ._replicates import Replicates, Robots, as_recorded
 
 FAMILIES: dict[str, type[Family]] = {
@@ -31,14 +30,6 @@ FAMILIES: dict[str, type[Family]] = {
 """The families by the names that commands use."""
 
 __all__ = [
-    "FAMILIES",
-    "Boids",
-    "BurstAndCoast",
-    "Couzin",
-    "Family",
-    "Particles",
-    "Replicates",
-    "Robots",
-    "Vicsek",
+    "FAMILIES", "Boids", "BurstAndCoast", "Couzin", "Family", "Particles", "Replicates", "Robots", "Vicsek",
     "as_recorded",
-]
+]  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.errors import brief, refuse
 
 from ..models import Parameter
-from ._plane import Particles, draw, offsets, rotation, total, unit
+from ._family import Particles, draw, offsets, rotation, total, unit
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""

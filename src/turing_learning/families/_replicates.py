@@ -12,8 +12,7 @@ from turing_learning.errors import refuse, require
 from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
 from ..trajectories import Trajectories, Windows
-from ._family import NEIGHBOR, Family
-from ._plane import Particles
+from ._family import NEIGHBOR, Family, Particles
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,8 +162,8 @@ def as_recorded(
     Returns
     -------
     Family or Replicates
-        `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often as windows are from
-        them.
+        `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often
+        as windows are from them.
     """
     given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
     fits = len(given) in (0, len(recordings))

@@ -37,9 +37,9 @@ def accuracy_figure(
 ) -> "Figure":
     """Draw the decision accuracy (R, G) of the best classifiers of some generations (G,): mean and deviation over the runs.
 
-    `subjective` is that of the classifier with the highest subjective fitness; `objective` and `jury` are the highest of a
-    single classifier of the population, and of the population or its archive. The horizontal axis is linear up to generation
-    1 and logarithmic from there.
+    `subjective` is that of the classifier with the highest subjective fitness; `objective` and `jury` are the
+    highest of a single classifier of the population, and of the population or its archive. The horizontal axis
+    is linear up to generation 1 and logarithmic from there.
 
     Source
     ------

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import UNKNOWN, Verdict, known_or, ordered
+from turing_learning.analysis import UNKNOWN, Verdict
+from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.report import Tabular, shown
 
-from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, fault
-from ._profile import Profile
+from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, Profile, fault
 from ._quantities import Quantity
 from ._two_sample import TwoSampleTest
 
@@ -157,8 +157,8 @@ class Check(Tabular):
     def verdicts(self) -> tuple[Verdict, ...]:
         """What the check says of whether to believe the run; empty if nothing speaks against it.
 
-        The model is rejected where classifiers tell it although searches find their truth: see `fault`, or for a run of
-        generations, where every recovery comes within a quarter of the range.
+        The model is rejected where classifiers tell it although searches find their truth: see `fault`, or for
+        a run of generations, where every recovery comes within a quarter of the range.
         """
         found = [Verdict.BOUND] if any(each.bound for each in self.parameters) else []
         fits = all(share < FAR for each in self.recoveries for share in each.error_share.values())
@@ -237,14 +237,12 @@ def check_from_json(content: Mapping[str, Any]) -> Check:
         test=TwoSampleTest(**content["test"]),
         parameters=tuple(PinnedDown(**_tuples(each)) for each in content["parameters"]),
         profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
-        recoveries=tuple(_recovery(each) for each in content["recoveries"]),
+        recoveries=tuple(
+            Recovery(**{**each, "interval": known_or(UNKNOWN, each["interval"])}) for each in content["recoveries"]
+        ),
         quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),
         unfinished=_tuples(content).get("unfinished"),
     )
-
-
-def _recovery(fields: Mapping[str, Any]) -> Recovery:
-    return Recovery(**{**fields, "interval": known_or(UNKNOWN, fields["interval"])})
 
 
 def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -6,12 +6,6 @@
     Those that are built in, by name: an agent that responds to light, a robot that does not know its sensors.
 `describe_stimulated`, `Step`
     A system from what a caller hands over; how a model of it answers, as a function.
-`StimulatedSource`
-    Its trials, from `StimulatedSystem.open`.
-`Interrogator`
-    An Elman network whose further outputs are the next stimulus.
-`read_stimuli`
-    Series of stimuli from a file.
 """
 
 import lazy_loader

@@ -9,7 +9,8 @@ import numpy as np
 from ..arrays import array
 from ..errors import brief, refuse, require
 from ..purposes import GENUINE
-from ..systems import CustomOptions, CustomSystemError, Given, Range, read_parameters
+from ..systems import CustomOptions, CustomSystemError, Given, Range
+from ..systems._describe import read_parameters
 from ._stimulus import PASSIVE, Stimulus
 from ._system import StimulatedSystem
 

@@ -24,10 +24,10 @@ RANGES_CM = (30.0, 20.0, 12.0)  # ours
 class LightResponse:
     """Speed of an agent with states 0 to 3, which it climbs where darkness and bright light follow each other at the right time.
 
-    In the states 0 and 2 it waits for darkness, in 1 and 3 for bright light. In other light it falls back to state 0. In the right
-    light a stochastic agent climbs with the probability `readiness` in each step; a deterministic one gets nearer to the next
-    state by the share `readiness`. In state 3 it stays while it is bright. `speed0` to `speed3` are its speeds in the states,
-    measured with noise.
+    In the states 0 and 2 it waits for darkness, in 1 and 3 for bright light. In other light it falls back to
+    state 0. In the right light a stochastic agent climbs with the probability `readiness` in each step; a
+    deterministic one gets nearer to the next state by the share `readiness`. In state 3 it stays while it is
+    bright. `speed0` to `speed3` are its speeds in the states, measured with noise.
 
     Source
     ------

@@ -27,8 +27,8 @@ class Stimulus:
     levels
         0 for any value of the range; n for one of n evenly spaced values, both ends included.
     passive
-        Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial, uniformly;
-        "recorded": a row of `recorded`.
+        Empty if the classifiers choose. "random": anew in every step, uniformly; "constant": once for a trial,
+        uniformly; "recorded": a row of `recorded`.
     recorded : (R, T, S)
         Series of stimuli, each as long as a trial.
     """
@@ -105,9 +105,9 @@ class Stimulus:
 class Interrogator:
     """What an Elman network judges, and with further outputs of the same neurons which stimulus comes next.
 
-    A genome is that of the network, see `classifiers.ElmanClassifier`, then the weights (O, H) and biases (O) of O more logistic
-    outputs. They are 0 to 1 of a stimulus' range, or, of one of n levels, the largest of n outputs counts. The first stimulus
-    is chosen with all hidden activations 0.
+    A genome is that of the network, see `classifiers.ElmanClassifier`, then the weights (O, H) and biases (O)
+    of O more logistic outputs. They are 0 to 1 of a stimulus' range, or, of one of n levels, the largest of n
+    outputs counts. The first stimulus is chosen with all hidden activations 0.
 
     Parameters
     ----------

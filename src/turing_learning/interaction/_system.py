@@ -12,8 +12,9 @@ from ..classifiers import ElmanClassifier
 from ..coevolution import THRESHOLD, Classifier, InteractiveInterrogation, Interrogation, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
-from ..systems import CustomSystem, CustomSystemError, FailureLog, Given, GuardedInterrogation, Source
+from ..systems import CustomSystem, CustomSystemError, Given, GuardedInterrogation, Source
 from ..systems._genuine import SCALE_PERCENTILE, SMALLEST_SCALE
+from ..systems._system import FailureLog
 from . import _examples
 from ._stimulus import Dialogue, Interrogator, Stimulus
 

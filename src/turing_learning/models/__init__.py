@@ -6,26 +6,17 @@
     What a model of a robot is: names of its parameters, the map from genomes to them, and to a `Behavior`,
     what robots execute; how results describe it, and which `Jumps` the optimizer may make.
 `ReactiveModel`, `MorphologyModel`
-    Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field of view.
-    Each is an `AgentsRepresentation`; `REPRESENTATIONS` names them. `FULL_VIEW` is the largest field of view.
+    Gray boxes, whose parameters agents have, too: wheel speeds for each sensor state; the same, and the field
+    of view. `FULL_VIEW` is the largest field of view.
 `ElmanModel`
     Black boxes: networks from the sensor reading to the wheel speeds, described by what they put out.
 """
 
 from ._elman import ElmanModel
 from ._parameters import Parameter
-from ._reactive import REPRESENTATIONS, MorphologyModel, ReactiveModel
-from ._representation import FULL_VIEW, AgentsRepresentation, Behavior, Jumps, Representation
+from ._representation import FULL_VIEW, Behavior, Jumps, MorphologyModel, ReactiveModel, Representation
 
 __all__ = [
-    "FULL_VIEW",
-    "REPRESENTATIONS",
-    "AgentsRepresentation",
-    "Behavior",
-    "ElmanModel",
-    "Jumps",
-    "MorphologyModel",
-    "Parameter",
-    "ReactiveModel",
+    "FULL_VIEW", "Behavior", "ElmanModel", "Jumps", "MorphologyModel", "Parameter", "ReactiveModel",
     "Representation",
-]
+]  # fmt: skip

@@ -27,8 +27,8 @@ LARGEST_DECADE = 300.0
 class Parameter:
     """A parameter in its user's units.
 
-    Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a logarithmic scale, in decades)
-    to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror.
+    Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a logarithmic scale,
+    in decades) to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror.
 
     Parameters
     ----------

@@ -11,17 +11,15 @@
     where there is none; a number of things, in words.
 `Tabular`
     A result with a short `repr` and a table in notebooks.
-`describe_unknown`
-    In words, of which parameters an interval is not known, and why.
 
 The pages of runs and studies are in the modules of this room: `_content` has what they show, `_page` how.
 """
 
 from ._page import replay_page, write_page
 from ._replay import Replay, Swarm, write_gif, write_mp4
-from ._tabular import Tabular, counted, describe_unknown, short_number, shown
+from ._tabular import Tabular, counted, short_number, shown
 
 __all__ = [
-    "Replay", "Swarm", "Tabular", "counted", "describe_unknown", "replay_page", "short_number", "shown", "write_gif", "write_mp4",
-    "write_page",
+    "Replay", "Swarm", "Tabular", "counted", "replay_page", "short_number", "shown", "write_gif",
+    "write_mp4", "write_page",
 ]  # fmt: skip

@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from turing_learning.analysis import WHY_UNKNOWN, Verdict, is_known, judgment
+from turing_learning.analysis import Verdict, is_known
+from turing_learning.analysis._estimate import WHY_UNKNOWN, judgment
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -162,8 +163,8 @@ class Tabular:
 def tables(headings: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> "Iterator[Table]":
     """Yield a table for a terminal: words to the left, numbers to the right, alarming words in red.
 
-    Where a terminal of `width` characters has no room for a column, it and those after it come in a further table, which begins
-    with the first column again. Columns of words wrap before they do so.
+    Where a terminal of `width` characters has no room for a column, it and those after it come in a further
+    table, which begins with the first column again. Columns of words wrap before they do so.
     """
     from rich.table import Table
     from rich.text import Text

@@ -18,22 +18,14 @@
     Several runs of one configuration, combined.
 `check_run`
     Whether its estimate can be believed; `Result.check` calls it.
-`trial_replay`, `write_trial`, `scenario_named`, `refuse_film_path`
-    One trial of a scenario, as page or film; a scenario by its name; where a film or page of one may be written.
+`trial_replay`, `write_trial`
+    One trial of a scenario, as page or film.
 `RunFolder`, `resume_command`
     The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to resume it.
 `stored_generations`
     What the last checkpoint of a run holds, without the rest of it.
-`new_manifest`, `RUNNING`, `FINISHED`
-    When, where and with what a computation was begun; how it stands.
-`write_atomically`, `write_json`
-    Atomic files.
-`RunFolderError`, `RunStorageError`, `refuse_future_format`
+`RunFolderError`, `RunStorageError`
     A folder that is refused before anything runs, such as one of a later version; a run that cannot be written any further.
-`refuse_target`
-    Where a page or film may be written that somebody asks for.
-`told`, `writable`, `storage`
-    What the operating system says about files, as such an error, in one message.
 """
 
 import lazy_loader

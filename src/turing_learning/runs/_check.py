@@ -23,11 +23,11 @@ from turing_learning.systems import (
     Given,
     Simulator,
     Source,
-    cut_samples,
     describe,
     observed,
-    same_time_step,
 )
+from turing_learning.systems._custom import same_time_step
+from turing_learning.systems._genuine import cut_samples
 from turing_learning.trajectories import Trajectories
 
 from ._assemble import refuse_unknown, resolved
@@ -82,8 +82,9 @@ class _Checker:
 
     def run(self, *, force: bool) -> "Check":
         """Go through the stages; what a folder holds already is not done again."""
-        from turing_learning.identifiability import evidence_of, profile, two_sample_test
+        from turing_learning.identifiability import profile, two_sample_test
         from turing_learning.identifiability._check import check_from_json
+        from turing_learning.identifiability._quantities import evidence_of
 
         self.configuration = self.result.configuration
         self.estimate, networks = np.array(list(self.result.estimate.values())), self.result.networks
@@ -170,7 +171,7 @@ class _Checker:
         return new
 
     def _quantities(self, evidence: "Evidence", model: np.ndarray) -> tuple[Any, ...]:
-        from turing_learning.identifiability import recorded_quantities, signal_quantities, swarm_quantities
+        from turing_learning.identifiability._quantities import recorded_quantities, signal_quantities, swarm_quantities
 
         if self.configuration.system.simulated is not None:
             return swarm_quantities(self.configuration, model, seed=self.seed)
@@ -224,8 +225,8 @@ class _Checker:
         self, k: int, configuration: Configuration, evidence: "Evidence", given: Given, found: Result
     ) -> dict[str, float]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
-        from turing_learning.identifiability import evidence_of, two_sample_test
-        from turing_learning.identifiability._evidence import RECOVERING, stream
+        from turing_learning.identifiability import two_sample_test
+        from turing_learning.identifiability._quantities import RECOVERING, evidence_of, stream
 
         number = self.seed + 1 + k
         with configuration.system.open(given) as source:
@@ -244,7 +245,7 @@ class _Checker:
 
     def _simulated_system(self, k: int, evidence: "Evidence") -> tuple[CustomSystem, Given]:
         """Return a system of as many samples as the run learned from, simulated at the estimate."""
-        from turing_learning.identifiability._evidence import RECOVERING, stream
+        from turing_learning.identifiability._quantities import RECOVERING, stream
 
         data, system = cast(Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
         rng, live = stream(self.seed, RECOVERING, k), data.live
@@ -270,7 +271,7 @@ class _Checker:
 
     def _pinned_down(self, content: dict[str, Any], evidence: "Evidence", profiled: bool) -> list[dict[str, Any]]:
         from turing_learning.identifiability import PinnedDown
-        from turing_learning.identifiability._profile import Profile
+        from turing_learning.identifiability._claims import Profile
         from turing_learning.identifiability._two_sample import LEVEL
 
         interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL

@@ -7,8 +7,8 @@ import shlex
 import shutil
 import socket
 import subprocess
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
@@ -21,27 +21,10 @@ import numpy as np
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
-from turing_learning.store import (
-    Kind,
-    RunFolderError,
-    RunStorageError,
-    Store,
-    digest_of,
-    storage,
-    told,
-    writable,
-)
-from turing_learning.store import refuse_format as refuse_future_format
+from turing_learning.store import Kind, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
 from turing_learning.systems import Given, imported
 
 from ._checkpoints import Checkpoint, Latest, latest_checkpoint
-
-__all__ = [  # also what the rooms above need of every store
-    "BLOCK", "CALIBRATION", "FINISHED", "MOTION", "RECORDING", "RUNNING", "STOPPED", "RunFolder", "RunFolderError",
-    "RunStorageError",
-    "blocks_before", "how_to_resume", "manifest_rows", "new_manifest", "now", "piece", "refuse_future_format", "resume_command",
-    "resumed", "storage", "told", "writable", "write_atomically", "write_json",
-]  # fmt: skip
 
 FORMAT_VERSION = 1
 BLOCK = 5000
@@ -385,3 +368,35 @@ def _processor() -> str | None:
     except OSError:
         return platform.processor() or None
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), None)
+
+
+def refuse_target(
+    path: Path,
+    *,
+    name: str,
+    suffixes: tuple[str, ...],
+    force: bool,
+    replaceable: Callable[[Path], bool] = lambda path: False,
+) -> None:
+    """Reject a path, by the `name` of the argument, unless a file with one of these suffixes may be written there.
+
+    A file that exists may be replaced with `force`, or if it is `replaceable`.
+    """
+    rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
+    require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
+    got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."
+    there = path.absolute().parent.is_dir()
+    require(there, name, "be a file that can be written", got, remedy, error=ConfigurationError)
+    with writing(path, name):
+        got = f"{path}, a folder"
+        require(not path.is_dir(), name, "be a file", got, "Choose another name.", error=ConfigurationError)
+        taken = path.exists() and not force and not replaceable(path)
+    other = "Choose another name, or replace it with ", Setting("force", True), "."
+    require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
+
+
+@contextmanager
+def writing(path: Path, name: str) -> Iterator[None]:
+    """Turn what the operating system says about such a file into one message."""
+    with told(ConfigurationError, f"`{name}` must be a file that can be written; got {path}", "Choose another place."):
+        yield

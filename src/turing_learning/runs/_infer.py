@@ -1,35 +1,33 @@
-"""The doors: infer, start, resume."""
+"""The doors: infer, start, resume; and how far a run is, in one line, on terminals and in notebooks."""
 
+import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
+from importlib import import_module
 from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
-from turing_learning.config import Configuration, ConfigurationError, part_named, require_seen, single_settings
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._configuration import part_named, require_seen
+from turing_learning.config._study import single_settings
 from turing_learning.errors import brief, refusing_as, require
 from turing_learning.interaction import describe_stimulated
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
-from turing_learning.systems import (
-    CustomOptions,
-    CustomSystem,
-    Given,
-    Range,
-    Simulator,
-    Source,
-    describe,
-    importable_name,
-    imported,
-)
+from turing_learning.systems import CustomOptions, CustomSystem, Given, Range, Simulator, Source, describe, imported
+from turing_learning.systems._calls import importable_name
 
 from ._assemble import refuse_unknown, resolved
-from ._bar import watched
 from ._folder import RunFolder, resume_command
 from ._result import Result
-from ._run import Observer, Origin, Run, conduct, give_parts, refuse_given_source
+from ._run import Observer, Origin, Progress, Run, conduct, give_parts, refuse_given_source
+
+INTERVAL_S = 0.2  # between two pictures
+WAITING = "getting ready; the first run of an installation compiles for some seconds"
 
 RUNS = Path("runs")
 
@@ -79,13 +77,13 @@ def infer(
         Budget in trials, >= 20, instead of generations: every sample is kept and judged again, and the next trials are spent
         where they tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it.
     models
-        Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that makes an
-        `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
+        Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that
+        makes an `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
     classifier
         What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an Elman network.
     tolerance
-        Beside `trials`: the run stops before they are spent once it has settled and `interval` leaves, of each parameter that can
-        be identified, at most this share of its range to either side. None, or 0: never.
+        Beside `trials`: the run stops before they are spent once it has settled and `interval` leaves, of each
+        parameter that can be identified, at most this share of its range to either side. None, or 0: never.
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
@@ -93,8 +91,8 @@ def infer(
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings
-        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``. What is an argument, too,
-        must not have another value here.
+        Dotted key -> value, any setting of a configuration, for example ``{"models.parents": 20}``. What is an
+        argument, too, must not have another value here.
     threads
         Number of threads; None takes the configuration's, which is all by default.
     out
@@ -109,8 +107,8 @@ def infer(
         Whether to show a progress bar. None shows one on a terminal and in a notebook, unless `observer` or `should_stop` is given.
     **options
         More about a custom system: name, title, signals, length, held_out, samples_per_generation, vectorized,
-        batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose stimuli, and
-        `genuine` and `simulate` make one step; see docs/interaction.md.
+        batches, workers, timeout_s; see docs/own-system.md. With `stimulus` it is one whose classifiers choose
+        stimuli, and `genuine` and `simulate` make one step; see docs/interaction.md.
 
     Returns
     -------
@@ -292,3 +290,58 @@ def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:
     while path.exists():
         path, number = parent / f"{name}-{number}", number + 1
     return path
+
+
+@contextmanager
+def watched(observer: Observer | None, should_stop: Any, progress: bool | None) -> Iterator[Observer | None]:
+    """Return an observer that also shows a bar, on standard error or in the cell of a notebook.
+
+    Without a word on `progress` there is one where somebody looks, who has not given an observer or `should_stop`.
+    """
+    fits = progress is None or isinstance(progress, bool)
+    require(fits, "progress", "be True, False or None", brief(progress), error=ConfigurationError)
+    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
+    notebook = getattr(shell, "kernel", None) is not None
+    seen = notebook or (sys.stderr is not None and sys.stderr.isatty())
+    if not (progress or (progress is None and seen and observer is None and should_stop is None)):
+        yield observer
+        return
+    following = 0.0
+    with nullcontext(_cell()) if notebook else _terminal() as show:
+
+        def observe(state: Progress) -> None:
+            nonlocal following
+            if observer is not None:
+                observer(state)
+            if (now := time.monotonic()) >= following or state.completed == state.total:
+                following = now + INTERVAL_S
+                left = f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
+                show(state.completed, state.total, f"{state.place}, {left}")
+
+        yield observe
+
+
+@contextmanager
+def _terminal() -> Iterator[Callable[[int, int, str], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bar
+
+    columns = (BarColumn(), TextColumn("{task.description}"))
+    with Bar(*columns, console=Console(stderr=True), auto_refresh=False, transient=True) as bar:
+        task = bar.add_task(WAITING, total=None)
+        bar.refresh()
+
+        def show(done: int, total: int, text: str) -> None:
+            bar.live.transient = False  # a bar stays once there was something to show
+            bar.update(task, completed=done, total=total, description=text, refresh=True)
+
+        yield show
+
+
+def _cell() -> Callable[[int, int, str], None]:
+    """Show one line of a cell's output, which is replaced: without the widgets that bars of rich need."""
+    handle: Any = import_module("IPython.display").display({"text/plain": WAITING}, raw=True, display_id=True)
+    return lambda done, total, text: handle.update(
+        {"text/plain": f"[{'#' * (30 * done // total):.<30}] {text}"}, raw=True
+    )

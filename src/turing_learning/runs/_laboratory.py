@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.config import Configuration, ConfigurationError, give_again, part_named
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._configuration import give_again, part_named
 from turing_learning.robots import (
     Equipment,
     Event,
@@ -26,10 +27,17 @@ from turing_learning.store import RunFolderError, told
 from ._checkpoints import stored_generations
 from ._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
 from ._infer import start
-from ._post_evaluation import POST_EVALUATION, judged_again, keep_observed_motion, post_evaluate, read_post_evaluation
 from ._result import Result
 from ._run import Observer, Progress, Run, conduct
-from ._trials import EventLog, TrialStore
+from ._trials import (
+    POST_EVALUATION,
+    EventLog,
+    TrialStore,
+    judged_again,
+    keep_observed_motion,
+    post_evaluate,
+    read_post_evaluation,
+)
 
 if TYPE_CHECKING:
     EventObserver = Callable[[Event], None]
@@ -241,10 +249,7 @@ def awaits_robots(path: str | Path) -> bool:
 
 
 def _source(
-    laboratory: Laboratory,
-    folder: RunFolder,
-    equipment: Equipment | None,
-    on_event: "EventObserver | None",
+    laboratory: Laboratory, folder: RunFolder, equipment: Equipment | None, on_event: "EventObserver | None"
 ) -> LaboratorySource:
     store, log = TrialStore(folder), EventLog(folder)
 

@@ -57,8 +57,8 @@ class Plots:
     def motion(self, ax: Any = None) -> np.ndarray:
         """Draw paths (cm) of genuine individuals, where they are known, and beside them of replicas that execute the estimate.
 
-        Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows; other simulators
-        need a method `simulate` that says where everybody is, as families of models have.
+        Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows;
+        other simulators need a method `simulate` that says where everybody is, as families of models have.
         """
         from turing_learning.figures._swarms import draw_paths
 
@@ -82,8 +82,7 @@ class Plots:
         and `simulate` are given again if the run was loaded and they are no functions of a module.
         """
         from turing_learning.figures._classifiers import draw_quantities
-        from turing_learning.identifiability import compare_quantities, swarm_quantities
-        from turing_learning.identifiability._evidence import COMPARING, stream
+        from turing_learning.identifiability._quantities import COMPARING, compare_quantities, stream, swarm_quantities
 
         result, system = self.result, self.result.configuration.system
         rule, got = "be of a system that can be simulated", "one in a laboratory"

@@ -7,21 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.analysis import (
-    UNKNOWN,
-    Verdict,
-    absolute_error,
-    is_known,
-    known_or,
-    ordered,
-    pooled_estimate,
-    pooled_interval,
-    r_hat,
-)
-from turing_learning.config import PROSE, Configuration, ConfigurationError, flat_settings
+from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
+from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.config import Configuration, ConfigurationError, flat_settings
+from turing_learning.config._sections import PROSE
 from turing_learning.errors import brief, refuse, require, said
-from turing_learning.report import Tabular, counted, describe_unknown, shown
-from turing_learning.report._tabular import judged, parameter_rows, parameter_table
+from turing_learning.report import Tabular, counted, shown
+from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
 
 from ._folder import RunFolder, how_to_resume
@@ -80,8 +72,8 @@ class Pooled(Tabular):
     trials
         That runs of trials were to spend; None for runs of generations.
     chains
-        For each run what its estimate is made of (W, P): the typical models of its last generations; of runs of trials draws of
-        the matched estimate, of those alone that have settled.
+        For each run what its estimate is made of (W, P): the typical models of its last generations; of runs of
+        trials draws of the matched estimate, of those alone that have settled.
     found
         What more than half of the runs say of themselves.
     """
@@ -104,8 +96,8 @@ class Pooled(Tabular):
     def to_xarray(self) -> "xarray.Dataset":
         """Return `chains` as ArviZ takes them (`arviz.summary`, `arviz.plot_pair`): a variable for each parameter, (chain, draw).
 
-        Chains are runs, named by their seeds. The models of a run of generations wander with its populations: they say how far
-        runs agree, and are no draws of a posterior.
+        Chains are runs, named by their seeds. The models of a run of generations wander with its populations:
+        they say how far runs agree, and are no draws of a posterior.
         """
         import xarray
 
@@ -185,9 +177,9 @@ def pool(runs: Sequence[Result]) -> Pooled:
     The interval of one run speaks of the wandering of that run. Where runs settle in different regions it is
     far too narrow; that of the pool counts their scatter too.
 
-    Of runs of trials the draws are mixed (a linear opinion pool): where runs agree, the interval of the pool is that of one run, as
-    the samples may be the same for all; where they do not, it spans them. Runs that have not settled are left out of estimate and
-    interval, unless none has settled; then the interval is not known.
+    Of runs of trials the draws are mixed (a linear opinion pool): where runs agree, the interval of the pool is
+    that of one run, as the samples may be the same for all; where they do not, it spans them. Runs that have
+    not settled are left out of estimate and interval, unless none has settled; then the interval is not known.
 
     Parameters
     ----------

@@ -9,31 +9,21 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from turing_learning.analysis import (
-    LEAST_P,
-    UNKNOWN,
-    Verdict,
-    absolute_error,
-    estimate,
-    interval,
-    known_or,
-    ordered,
-    settled,
-    told,
-)
+from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, estimate, interval, settled, told
+from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.analysis._matching import LEAST_P
 from turing_learning.coevolution import Classifier
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import brief, integer, require
-from turing_learning.report import Tabular, counted, describe_unknown, shown
+from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._page import is_page
-from turing_learning.report._tabular import judged, parameter_rows, parameter_table
+from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError
 from turing_learning.systems import Given, Laboratory, System
 
-from ._folder import CALIBRATION, RunFolder
+from ._folder import CALIBRATION, RunFolder, refuse_target, writing
 from ._history import SELECTION_CODES, Traces
 from ._paper import paper_absolute_errors
-from ._target import refuse_target, writing
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -138,9 +128,9 @@ class Result(Tabular):
         Median of the typical models of the last generations, see `turing_learning.analysis.estimate`; of a run of trials, what
         its classifiers make likeliest after the last batch.
     interval
-        Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth, see
-        `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still moving, where
-        classifiers still tell its models, and where the models have never moved.
+        Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth,
+        see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still
+        moving, where classifiers still tell its models, and where the models have never moved.
     absolute_error, estimate_absolute_error
         Of `best_model` and of `estimate`; None where there is no truth.
     mae, estimate_mae
@@ -170,8 +160,8 @@ class Result(Tabular):
     found
         What the run itself says of whether to believe it; `verdicts` also has what `check` and `pool` say.
     wandering
-        What the typical models of the end wandered over, as the interval was in version 0.1.0: also where the run is still moving,
-        so that it says nothing of the truth. None for runs of trials.
+        What the typical models of the end wandered over, as the interval was in version 0.1.0: also where the
+        run is still moving, so that it says nothing of the truth. None for runs of trials.
     """
 
     scenario: str
@@ -278,8 +268,8 @@ class Result(Tabular):
     def draws(self, count: int | None = None, seed: int = 0) -> np.ndarray:
         """Return draws of the parameters from what an estimate from few trials leaves open: the joint uncertainty.
 
-        Their central 90 %, and the estimate, are in the `interval` of a parameter that the judgments identify. Their covariance is
-        `covariance`.
+        Their central 90 %, and the estimate, are in the `interval` of a parameter that the judgments identify.
+        Their covariance is `covariance`.
 
         Parameters
         ----------
@@ -352,9 +342,10 @@ class Result(Tabular):
     def check(self, **options: Any) -> "Check":
         """Check whether the estimate can be believed: see docs/identifiability.md.
 
-        Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate, and tested on kept-out
-        ones; the same is done where each parameter is moved across its range; a run is made whose truth is the estimate; and
-        distributions of the motion are compared. Of a run in a folder all of it is kept there, and goes on where it was stopped.
+        Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate, and tested
+        on kept-out ones; the same is done where each parameter is moved across its range; a run is made whose
+        truth is the estimate; and distributions of the motion are compared. Of a run in a folder all of it is
+        kept there, and goes on where it was stopped.
 
         Parameters
         ----------

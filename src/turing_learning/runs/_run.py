@@ -14,11 +14,13 @@ import numpy as np
 from turing_learning._files import remove_partial
 from turing_learning.analysis import Verdict, name_failure
 from turing_learning.coevolution import Generation
-from turing_learning.config import Configuration, ConfigurationError, classifier_of, give_again, to_toml
+from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
+from turing_learning.config._configuration import give_again
 from turing_learning.errors import brief, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.store import RunFolderError, storage, writable
-from turing_learning.systems import FailureLog, Given, Source, SystemFailedError
+from turing_learning.systems import Given, Source, SystemFailedError
+from turing_learning.systems._system import FailureLog
 
 from ._assemble import Loop, generations_of, resolved
 from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
@@ -66,7 +68,6 @@ if TYPE_CHECKING:
 
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
-_INTERVAL = "interval"  # of an estimate from few trials, among them
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
 _READOUT = "readout/"  # interval and draws of its estimate, among the arrays of a checkpoint
 _COMPLETE = "complete"  # whether the run was, among the arrays of a checkpoint
@@ -243,8 +244,8 @@ class Run:
     ) -> "Run | FinishedRun":
         """Open a run that was stopped or killed, to resume it; a finished one has its result, and no further generations.
 
-        A finished run of trials that is given more of them is the run whose configuration has all of them as `run.trials`, and what
-        it had before in `run.extended`: to the same bits, wherever either is stopped.
+        A finished run of trials that is given more of them is the run whose configuration has all of them as
+        `run.trials`, and what it had before in `run.extended`: to the same bits, wherever either is stopped.
 
         Parameters
         ----------

@@ -11,7 +11,7 @@ from turing_learning.errors import brief, choice, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 
-from ._target import refuse_target, writing
+from ._folder import refuse_target, writing
 
 if TYPE_CHECKING:
     from turing_learning.report import Replay

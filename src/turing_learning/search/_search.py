@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from turing_learning.analysis import dispersion
-from turing_learning.config import PROSE, ConfigurationError, dotted, require_whole_cycles
+from turing_learning.config import ConfigurationError, dotted, require_whole_cycles
+from turing_learning.config._sections import PROSE
 from turing_learning.errors import integer, number, require
 from turing_learning.purposes import SEARCH_NOISE, SEARCH_STARTS
 from turing_learning.store import Kind, RunFolderError, Store, storage, writable

@@ -1,11 +1,9 @@
-from ._backends import refuse_script as refuse_script
 from ._backends import write_slurm as write_slurm
 from ._conduct import StudyProgress as StudyProgress
 from ._folder import ExecutorError as ExecutorError
 from ._folder import StudyFolder as StudyFolder
 from ._folder import is_study as is_study
 from ._plan import BEHAVIORS as BEHAVIORS
-from ._plan import Plan as Plan
 from ._plan import plan_study as plan_study
 from ._study import Hands as Hands
 from ._study import collect_study as collect_study
@@ -16,8 +14,6 @@ from ._study import new_study_path as new_study_path
 from ._study import resume_study as resume_study
 from ._study import run_one as run_one
 from ._study import study as study
-from ._table import Convergence as Convergence
 from ._table import ParameterSummary as ParameterSummary
 from ._table import StudyResult as StudyResult
 from ._table import StudyRun as StudyRun
-from ._table import convergences as convergences

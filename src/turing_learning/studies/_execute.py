@@ -134,7 +134,7 @@ def _given(study: StudyFolder, plan: "Plan") -> dict[str, Any]:
 
 def note_failure(folder: Path, error: BaseException) -> str:
     """Write into a run's folder why it failed, and return it."""
-    from turing_learning.runs import write_json
+    from turing_learning._files import write_json
 
     reason = f"{type(error).__name__}: {' '.join(str(error).split())}".rstrip(": ")
     with contextlib.suppress(OSError):  # the disk may be the reason

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from turing_learning._seals import digest_of, file_digest
+from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import is_integer
 from turing_learning.store import SEALS, Kind, RunFolderError, Store, encoded
 
@@ -159,7 +159,8 @@ class StudyFolder(Store):
 
 def _difference(old: "Plan", new: "Plan") -> str:
     """Name the first setting in which two plans differ, nothing if there is none."""
-    from turing_learning.config import PROSE, flat_settings
+    from turing_learning.config import flat_settings
+    from turing_learning.config._sections import PROSE
 
     before, after = flat_settings(old.base), flat_settings(new.base)
     pairs = [(key, before.get(key), after.get(key), "") for key in [*after, *before] if key not in PROSE]

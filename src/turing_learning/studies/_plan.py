@@ -7,21 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.config import (
-    LARGEST_SEED,
-    Configuration,
-    ConfigurationError,
-    flat_settings,
-    load_variants,
-    require_at_least,
-    require_seen,
-    with_settings,
-)
-from turing_learning.errors import brief, is_integer, refusing_as, require
+from turing_learning.config import Configuration, ConfigurationError, flat_settings, with_settings
+from turing_learning.config._configuration import require_seen
+from turing_learning.config._sections import LARGEST_SEED
+from turing_learning.config._study import load_variants
+from turing_learning.errors import brief, integer, is_integer, refusing_as, require
 from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
 from turing_learning.swarm import AGGREGATION, Scenario
-from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported, name_of
+from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported
+from turing_learning.systems._calls import name_of
 
 BEHAVIORS = replace(
     AGGREGATION,
@@ -105,7 +100,7 @@ def plan_study(
     first_seed
         >= 0; None takes `run.seed` of the file, 1 by default.
     preset, config
-        As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``, see `turing_learning.config.load_variants`.
+        As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``, see docs/studies.md.
     settings, labels
         Dotted key -> value, over preset and file; dotted key -> where it comes from, for messages.
     grid
@@ -119,7 +114,7 @@ def plan_study(
         fits = isinstance(value, Mapping | None)
         require(fits, key, "be dotted keys with values", brief(value), error=ConfigurationError)
     behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}
-    require_at_least(1, runs=runs)
+    integer("runs", runs, 1, error=ConfigurationError)
     require(not (behaviors and CONTROLLER in given), CONTROLLER, "be left out of a study of random behaviors, which draws it",
             given.get(CONTROLLER), error=ConfigurationError)  # fmt: skip
     require(SEED not in given, SEED, "be left out of a study", given.get(SEED),

@@ -10,8 +10,9 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from turing_learning.config import ConfigurationError, require_at_least, single_settings
-from turing_learning.errors import nearest, require
+from turing_learning.config import ConfigurationError
+from turing_learning.config._study import single_settings
+from turing_learning.errors import integer, nearest, require
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.runs import resume_command
 from turing_learning.store import storage, writable
@@ -56,7 +57,7 @@ class Hands:
         if len(given) > 1:
             raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
         if self.workers is not None:
-            require_at_least(1, workers=self.workers)
+            integer("workers", self.workers, 1, error=ConfigurationError)
 
 
 def study(
@@ -98,8 +99,8 @@ def study(
     generations
         Number of generations of each run, >= 1.
     trials
-        Budget of each run in trials, >= 20, instead of generations, as in `infer`. Samples are kept while a run lasts; with the
-        setting ``run.history`` "full" they stay, so that the run can be extended.
+        Budget of each run in trials, >= 20, instead of generations, as in `infer`. Samples are kept while a run
+        lasts; with the setting ``run.history`` "full" they stay, so that the run can be extended.
     preset, config
         As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``.
     settings

@@ -15,7 +15,6 @@ from ._simulate import Simulation as Simulation
 from ._simulate import initial_poses as initial_poses
 from ._simulate import observe as observe
 from ._simulate import simulate as simulate
-from ._trials import Execution as Execution
 from ._trials import MixedSwarm as MixedSwarm
 from ._trials import ObservedSwarm as ObservedSwarm
 from ._trials import SeparatedSwarm as SeparatedSwarm

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 from ..errors import brief, choice, integer, number, refuse, require
-from ..models import FULL_VIEW, REPRESENTATIONS, AgentsRepresentation
+from ..models import FULL_VIEW
+from ..models._representation import REPRESENTATIONS, AgentsRepresentation
 
 ITEM_KINDS = ("background", "robot", "object")
 
@@ -264,8 +265,8 @@ class Scenario:
     robot, objects, arena, sensor, trial
         What moves, where, what it senses, and for how long.
     representation
-        What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as well; see
-        `models.REPRESENTATIONS`. Models of which the agents are none, networks, are up to the configuration.
+        What a model is: "reactive" for the wheel speeds alone, "morphology" for the field of view as
+        well. Models of which the agents are none, networks, are up to the configuration.
     known
         Whether `controller` is what the agents execute, so that models are compared with it. False for robots
         in a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only.

@@ -330,10 +330,11 @@ class CenteredClassifier:
 class CustomSource(Source):
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
-    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked or not finite.
-    If a call with several models fails, each of its models is simulated again alone, so that only those that fail alone
-    have failed. In generation 0 an exception or a wrong shape ends the run. Later a failed model has samples of zeros and
-    is marked in `failed`. If more than half of the models of a generation fail, the run ends.
+    A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked
+    or not finite. If a call with several models fails, each of its models is simulated again alone, so that
+    only those that fail alone have failed. In generation 0 an exception or a wrong shape ends the run. Later a
+    failed model has samples of zeros and is marked in `failed`. If more than half of the models of a generation
+    fail, the run ends.
 
     Parameters
     ----------
@@ -423,8 +424,8 @@ class CustomSource(Source):
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Return where recorded individuals are, and replicas of the model with these parameters (P,), see `Source.positions`.
 
-        Simulators know it that have a method `simulate`, as families of models do; a dataclass with `steps` simulates as
-        many as are recorded.
+        Simulators know it that have a method `simulate`, as families of models do; a dataclass with `steps`
+        simulates as many as are recorded.
         """
         group: Any = getattr(self._simulate, "groups", (self._simulate,))[0]
         if self.system.interval_s <= 0 or not callable(getattr(group, "simulate", None)):

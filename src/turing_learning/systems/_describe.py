@@ -49,9 +49,9 @@ class CustomOptions(TypedDict, total=False):
     provenance
         Name -> value, JSON: where the samples come from. The manifest of the run holds it.
     stimulus, levels, passive, steps, states, opponents, interval_s
-        Of a system with stimuli, see docs/interaction.md: name -> (low, high) of each; 0, or one of how many values; empty where
-        the classifiers choose, "random", "constant", or series (R, T, S); steps of a trial; numbers of a state; models that each
-        classifier meets in a generation; duration of a step (s).
+        Of a system with stimuli, see docs/interaction.md: name -> (low, high) of each; 0, or one of how many
+        values; empty where the classifiers choose, "random", "constant", or series (R, T, S); steps of a trial;
+        numbers of a state; models that each classifier meets in a generation; duration of a step (s).
     """
 
     name: str

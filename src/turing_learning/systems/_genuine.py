@@ -107,9 +107,9 @@ def read_genuine(
         None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a
         number cuts them to that many steps, and refuses shorter ones.
     held_out
-        Share of the samples that are held out, drawn at random, at least 0 and below 1; or which ones, counted from 0.
-        Windows that overlap or follow each other are alike: name complete individuals or blocks of time then. None takes a
-        fifth at random, of split samples those held out, and none of a live source.
+        Share of the samples that are held out, drawn at random, at least 0 and below 1; or which ones, counted
+        from 0. Windows that overlap or follow each other are alike: name complete individuals or blocks of time
+        then. None takes a fifth at random, of split samples those held out, and none of a live source.
     rng
         Draws the samples that are held out, and feeds a live source.
     """

@@ -184,8 +184,8 @@ class Source:
     together
         Number of models that a trial executes.
     ends
-        In the optimizer's numbers, lowest and highest value of each parameter, beyond which a model is that at the end; None
-        without such ends.
+        In the optimizer's numbers, lowest and highest value of each parameter, beyond which a model is that at
+        the end; None without such ends.
     """
 
     generation: int | None = 0

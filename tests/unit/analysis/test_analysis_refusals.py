@@ -13,13 +13,13 @@ from turing_learning.analysis import (
     largest_cluster,
     least_dispersion,
     mean_absolute_error,
-    median_place,
     name_failure,
     pooled_estimate,
     pooled_interval,
     r_hat,
     response_error,
 )
+from turing_learning.analysis._errors import median_place
 from turing_learning.models import ElmanModel
 
 SOME, NAN, TRUTH = [1.0, 2.0, 3.0], [[0.0, np.nan]], np.zeros(4)

@@ -3,7 +3,8 @@ import math
 
 import pytest
 
-from turing_learning.analysis import UNKNOWN, is_known, known_or
+from turing_learning.analysis import UNKNOWN, is_known
+from turing_learning.analysis._estimate import known_or
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from turing_learning.analysis import dynamic_outputs, median_place, response_error, steady_outputs
+from turing_learning.analysis import dynamic_outputs, response_error
+from turing_learning.analysis._errors import median_place
 from turing_learning.models import ElmanModel
 
 MODEL = ElmanModel(hidden=1)
@@ -14,8 +15,8 @@ SWITCH = [40.0, 0.0, -20.0, 4.0, 0.0, -2.0, 0.0]
 
 
 def test_steady_outputs_are_in_the_order_of_the_agents_parameters():
-    np.testing.assert_allclose(steady_outputs(MODEL, np.array(CONSTANT)), [0.5, -0.25, 0.5, -0.25])
-    np.testing.assert_allclose(steady_outputs(MODEL, np.array(SWITCH)), [math.tanh(-1), 0, math.tanh(1), 0], atol=1e-7)
+    np.testing.assert_allclose(MODEL.described(np.array(CONSTANT)), [0.5, -0.25, 0.5, -0.25])
+    np.testing.assert_allclose(MODEL.described(np.array(SWITCH)), [math.tanh(-1), 0, math.tanh(1), 0], atol=1e-7)
 
 
 def test_the_dynamic_response_sees_nothing_then_something_then_nothing():
@@ -32,7 +33,7 @@ def test_the_metric_sums_the_squared_differences_of_all_parameters_and_twenty_st
 
 def test_the_metric_counts_the_steps_before_the_outputs_are_steady():
     slow = [0.0, 8.0, -2.0, 6.0, 0.0, -3.0, 0.0]  # the hidden neuron rises over some steps
-    steady = steady_outputs(MODEL, np.array(slow))
+    steady = MODEL.described(np.array(slow))
     assert response_error(MODEL, np.array(slow), steady) > 0.01
 
 

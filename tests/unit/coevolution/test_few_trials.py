@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.coevolution import FewTrials, Samples, batch_schedule
+from turing_learning.coevolution import FewTrials, Samples
+from turing_learning.coevolution._few_trials import batch_schedule
 from turing_learning.evolution import EvolutionStrategy
 
 TRUTH = np.array([1.5, 0.5])

@@ -1,6 +1,6 @@
 import numpy as np
 
-from turing_learning.coevolution import train_moments
+from turing_learning.coevolution._moments import train_moments
 
 TRUTH = np.array([0.2, -0.3])
 

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from turing_learning.config import ConfigurationError, load_configuration, nearest, to_toml
+from turing_learning.config import ConfigurationError, load_configuration, to_toml
+from turing_learning.errors import nearest
 from turing_learning.models import ElmanModel, MorphologyModel
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, SCENARIOS, Arena
 

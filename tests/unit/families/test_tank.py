@@ -5,7 +5,7 @@ import pytest
 from family_motion import steps
 
 from turing_learning.families import FAMILIES, Couzin, Particles, Vicsek
-from turing_learning.families._plane import offsets, reflected
+from turing_learning.families._family import offsets, reflected
 
 PARTICLES = {name: make for name, make in FAMILIES.items() if issubclass(make, Particles)}
 

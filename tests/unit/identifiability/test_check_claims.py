@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from turing_learning.identifiability import FAILED_SEARCH, FINE, WRONG_MODEL, fault, sides_rejected
+from turing_learning.identifiability import fault, sides_rejected
+from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
 
 ABOVE = np.array([False] * 4 + [True] * 4)
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.identifiability import permutation_test
-from turing_learning.identifiability._two_sample import group_means
+from turing_learning.identifiability._two_sample import group_means, permutation_test
 
 
 def test_scores_that_differ_have_the_smallest_p_value():

@@ -6,8 +6,8 @@ import pytest
 from turing_learning.classifiers import ElmanClassifier
 from turing_learning.coevolution import Judgments, classifier_reward, jury_reward, model_reward, sensitivity
 from turing_learning.errors import RefusedError
-from turing_learning.interaction import Interrogator, Stimulus, _examples
-from turing_learning.interaction._stimulus import Dialogue
+from turing_learning.interaction import Stimulus, _examples
+from turing_learning.interaction._stimulus import Dialogue, Interrogator
 
 LIGHTS = Stimulus({"light": (0.0, 1.0), "warmth": (-5.0, 15.0)})
 

@@ -12,7 +12,8 @@ from turing_learning.config import ConfigurationError, load_configuration, to_to
 from turing_learning.errors import RefusedError
 from turing_learning.identifiability import Effort
 from turing_learning.interaction import STIMULATED as BUILT_IN
-from turing_learning.interaction import StimulatedSource, describe_stimulated
+from turing_learning.interaction import describe_stimulated
+from turing_learning.interaction._system import StimulatedSource
 from turing_learning.runs import TIMINGS, RunFolderError
 from turing_learning.systems import CustomSystemError
 

@@ -4,7 +4,8 @@ import warnings
 import numpy as np
 import pytest
 
-from turing_learning.models import REPRESENTATIONS, MorphologyModel, ReactiveModel
+from turing_learning.models import MorphologyModel, ReactiveModel
+from turing_learning.models._representation import REPRESENTATIONS
 
 
 def test_a_reactive_model_is_its_genome():

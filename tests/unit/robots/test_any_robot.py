@@ -174,7 +174,7 @@ def test_functions_that_have_no_name_are_asked_for_when_the_run_is_resumed(labor
     start_laboratory(
         load_laboratory(file), out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True
     )
-    monkeypatch.setattr("turing_learning.config._parts._objects", {})  # as in another process
+    monkeypatch.setattr("turing_learning.config._configuration._objects", {})  # as in another process
     with pytest.raises(ConfigurationError, match="`open_replica` must be given again"):
         resume_laboratory(out)
     resume_laboratory(out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True)

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
-from turing_learning.identifiability import FAILED_SEARCH, FINE, WRONG_MODEL, Effort
+from turing_learning.identifiability import Effort
+from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
 from turing_learning.runs._pool import _mixed
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import turing_learning as tl
-from turing_learning.analysis import UNKNOWN, WHY_UNKNOWN, Verdict
+from turing_learning.analysis import UNKNOWN, Verdict
+from turing_learning.analysis._estimate import WHY_UNKNOWN
 from turing_learning.config import load_configuration
 from turing_learning.runs._present import replay, run_table, summary
 

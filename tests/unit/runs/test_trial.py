@@ -4,7 +4,8 @@ import pytest
 
 import turing_learning.report
 from turing_learning.config import ConfigurationError
-from turing_learning.runs import scenario_named, trial_replay, write_trial
+from turing_learning.runs import trial_replay, write_trial
+from turing_learning.runs._trial import scenario_named
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
 

@@ -7,8 +7,9 @@ import pytest
 
 from turing_learning.analysis import dispersion
 from turing_learning.config import ConfigurationError
-from turing_learning.search import SearchSettings, gathering_costs, grid_controllers, mirrored, search_controller
+from turing_learning.search import SearchSettings, mirrored, search_controller
 from turing_learning.search import _search as rounds
+from turing_learning.search._search import gathering_costs, grid_controllers
 from turing_learning.store import DamagedError, RunFolderError, RunStorageError, Store
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, initial_poses, simulate
 

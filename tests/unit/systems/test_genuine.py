@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from turing_learning.systems import read_genuine
+from turing_learning.systems._genuine import read_genuine
 
 
 def read(genuine, **options):

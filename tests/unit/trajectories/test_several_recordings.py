@@ -77,7 +77,7 @@ def test_what_is_held_out_is_grouped_by_recordings_where_there_are_enough():
 
 
 def replace_samples(windows):
-    from turing_learning.systems import read_genuine
+    from turing_learning.systems._genuine import read_genuine
 
     return read_genuine(observed(windows), rng=np.random.default_rng(0))
 

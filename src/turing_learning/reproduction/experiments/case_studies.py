@@ -229,7 +229,8 @@ def conduct_case_studies(work: Work) -> Findings:
 
 
 def _outcome(work: Work, case: Case, preset: str) -> Outcome:
-    from turing_learning.studies import StudyFolder, convergences
+    from turing_learning.studies import StudyFolder
+    from turing_learning.studies._table import convergences
 
     result = work.runs(f"study-{case.scenario.name}-{preset}", case.scenario.name, preset)
     runs, folder = Runs.of(result, preset, case.scenario.parameter_names), StudyFolder(result.path)

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import DYNAMIC_READINGS as READINGS
-from turing_learning.analysis import compare, dynamic_outputs, median_place, response_error
+from turing_learning.analysis import compare, dynamic_outputs, response_error
+from turing_learning.analysis._errors import DYNAMIC_READINGS as READINGS
+from turing_learning.analysis._errors import median_place
 from turing_learning.figures import box_figure
 from turing_learning.figures._many_runs import (
     box_panels_figure,

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning.analysis import WHY_UNKNOWN, absolute_error, is_known
+from turing_learning.analysis import absolute_error, is_known
+from turing_learning.analysis._estimate import WHY_UNKNOWN
 from turing_learning.errors import require
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import budget_figure, prediction_figure

@@ -9,17 +9,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from turing_learning.config import (
-    Configuration,
-    ConfigurationError,
-    Section,
-    dotted,
-    line_of,
-    load_configuration,
-    nearest,
-    read_toml,
-)
-from turing_learning.errors import Refusal, brief, refuse, require
+from turing_learning.config import Configuration, ConfigurationError, Section, dotted, load_configuration, read_toml
+from turing_learning.config._toml import line_of
+from turing_learning.errors import Refusal, brief, nearest, refuse, require
 from turing_learning.systems import SystemFailedError
 
 Positive = Annotated[float, Field(gt=0)]
