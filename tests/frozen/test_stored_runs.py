@@ -67,8 +67,8 @@ def test_every_kind_of_folder_is_stored():
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_stored_folder_is_shown(kind, stored, call):
     printed = call("show", stored(kind))
-    assert ("Aggregation, " if "study" in kind else "seed ") in printed
-    assert ("not complete" in printed) == (kind.endswith("stopped") and "study" not in kind)
+    assert ("Aggregation: " if "study" in kind else "seed ") in printed
+    assert ("(incomplete)" in printed) == (kind.endswith("stopped") and "study" not in kind)
 
 
 @pytest.mark.parametrize("kind", ["aggregation", "custom", "laboratory"])
