@@ -67,6 +67,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--load", type=int, default=4, help="busy processes beside both programs")
+    parser.add_argument("--beside", type=int, default=0, help="busy processes that run anyway")
     parser.add_argument("--nice", type=int, default=0, help="of the busy processes")
     parser.add_argument("--priority", type=int, default=0, help="nice value of the PC program")
     parser.add_argument("--generations", type=int, default=10)
@@ -110,7 +111,8 @@ def main() -> None:
     rejected = len(list((folder / "run/trials").glob("generation-*/attempt-*/rejected-*.npz")))
     worst = np.array([errors(trial, truth, 1.0, 7.0) for trial in used])
     row = {
-        "busy_processes": given.load, "priority": given.priority, "load_average": round(sum(averages) / len(averages), 1),
+        "busy_processes": given.load + given.beside, "priority": given.priority,
+        "load_average": round(sum(averages) / len(averages), 1),
         "generations": given.generations, "exit": ended, "minutes": round(minutes, 1), "trials_used": len(used),
         "trials_rejected": rejected, "largest_cm": round(float(worst[:, 0].max()), 2),
         "largest_degrees": round(float(worst[:, 1].max()), 1),
