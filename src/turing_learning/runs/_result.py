@@ -125,8 +125,8 @@ class Result(Tabular):
     best_model
         The model with the highest subjective fitness in the last generation: the paper's rule.
     estimate
-        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`; of a run of trials, what
-        its classifiers make likeliest after the last batch.
+        Median of the typical models of the last generations, see `turing_learning.analysis.estimate`. Of a run of trials, the
+        median of its `draws` if it has settled, else what its classifiers make likeliest after the last batch.
     interval
         Lower and upper end, for each parameter, of what the estimate leaves open: nine of ten hold the truth,
         see `turing_learning.analysis.interval`. Both are NaN, in `result.json` null, where the run is still
@@ -477,12 +477,8 @@ def summarize(
     if not configuration.run.trials and origin.folder is not None and origin.folder.laboratory_path.exists():
         trials //= configuration.swarm.replicas  # each executes a model of its own
     if configuration.run.trials:
-        inferred = typical[-1]
+        inferred = readout.get("estimate", typical[-1])
         low, high = readout.get("interval", np.full((2, len(names)), np.nan))
-        low, high = (
-            np.minimum(low, inferred),
-            np.maximum(high, inferred),
-        )  # the estimate is that of the loop, not of matching
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
         tells = float(readout.get("p_value", 1.0)) < LEAST_P
         said = [] if "interval" in readout else [Verdict.TOLD if tells else Verdict.MOVING]

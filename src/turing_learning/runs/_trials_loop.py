@@ -20,6 +20,7 @@ _STANDARD = (
     2.576  # standard deviations of the samples of a custom system that its input scale spans: 99 % of normal values
 )
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
+_AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
 _FEWEST = 50  # trials within the range, to be matched
 _LOOKED_AT = (
     4  # batches after which a run with a tolerance looks at its intervals, again and again from the second time on
@@ -28,7 +29,7 @@ _LOOKED_AT = (
 
 @dataclass(frozen=True, eq=False)
 class _BatchGeneration(Generation):
-    """A batch as a generation: its typical model is the estimate, its best one the model tried that the jury accepts most."""
+    """A batch as a generation: its typical model is the loop's estimate, its best one the model that the jury accepts most."""
 
     estimate: np.ndarray
 
@@ -176,12 +177,20 @@ class TrialsLoop:
         return found
 
     def readout(self) -> dict[str, np.ndarray]:
-        """Return what the judgments leave open: "interval" (2, P), "draws" (D, P) in units if it is settled, and "p_value"."""
+        """Return what matching found: "p_value"; if settled, in units, "estimate" (P,), "interval" (2, P), and "draws" (D, P)."""
         found = self.matched()
         if found is None:
             return {}
-        values = {"interval": np.stack((found.interval_low, found.interval_high)), "draws": found.draws}
+        low, high, inferred = found.interval_low, found.interval_high, np.median(found.draws, axis=0)
+        if self._source.ends is not None:  # matching, whose models have a density, gives none of it to an end
+            tried = (self.trials.draws - self._middle) / self._reach
+            for end, at_end in ((-1.0, (tried <= -1).mean(axis=0)), (1.0, (tried >= 1).mean(axis=0))):
+                reached = at_end >= _AT_END
+                low, high = np.where(reached & (end < 0), end, low), np.where(reached & (end > 0), end, high)
+                inferred = np.where(at_end > 0.5, end, inferred)
+        values = {"estimate": inferred[None], "interval": np.stack((low, high)), "draws": found.draws}
         scaled = {name: self._source.to_units(self._middle + self._reach * value) for name, value in values.items()}
+        scaled["estimate"] = scaled["estimate"][0]
         return {"p_value": np.array(found.p_value)} | (scaled if found.settled else {})
 
     def state(self) -> dict[str, np.ndarray]:

@@ -4,6 +4,7 @@ import json
 import math
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
 from turing_learning.runs._pool import _mixed
+from turing_learning.runs._trials_loop import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
 
@@ -52,9 +54,8 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 
 def test_the_history_has_a_row_for_each_batch(whole):
     history = whole.history
-    assert history.sizes["generation"] == whole.generations
     assert history["trials"].to_numpy()[-1] == 90
-    assert history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(list(whole.estimate.values()))
+    assert history["typical_model"].shape == (whole.generations, 4)
 
 
 def test_it_is_described_in_trials(whole):
@@ -72,6 +73,7 @@ def test_a_stopped_run_is_resumed_to_the_same_bits(whole, tmp_path):
     stopped = inferred(tmp_path / "run", should_stop=lambda: True)
     assert (stopped.complete, stopped.generations) == (False, 1)
     assert all(math.isnan(end) for ends in stopped.interval.values() for end in ends)
+    assert stopped.history["typical_model"].to_numpy()[-1].tolist() == pytest.approx(list(stopped.estimate.values()))
     resumed = tl.resume(tmp_path / "run")
     assert resumed.estimate == whole.estimate
     assert repr(resumed.interval) == repr(whole.interval)
@@ -158,12 +160,26 @@ def test_covariance_and_draws_are_those_of_the_matched_estimate(tmp_path):
     _, result = speeds(tmp_path / "run", trials=200)
     draws = result.draws()
     np.testing.assert_allclose(np.cov(draws.T), [list(row.values()) for row in result.covariance.values()])
-    low, high = np.quantile(draws[:, 0], [0.05, 0.95])
-    estimate = result.estimate["speed"]
-    np.testing.assert_allclose(result.interval["speed"], [min(low, estimate), max(high, estimate)])
+    np.testing.assert_allclose(result.interval["speed"], np.quantile(draws[:, 0], [0.05, 0.95]))
+    np.testing.assert_allclose(list(result.estimate.values()), np.median(draws, axis=0))
     assert json.loads((tmp_path / "run" / "result.json").read_text())["covariance"] == result.covariance
     assert result.draws(5, seed=2).shape == (5, 2)
     np.testing.assert_array_equal(tl.load_run(tmp_path / "run").draws(5, seed=2), result.draws(5, seed=2))
+
+
+@pytest.mark.parametrize(("share", "estimate", "high"), [(0.0, 0.95, 0.99), (0.1, 0.95, 1.0), (0.6, 1.0, 1.0)])
+def test_where_models_end_at_full_speed_the_interval_reaches_it(share, estimate, high):
+    draws, tried = np.full((10, 2), [[0.95, 0.5]]), np.full((100, 2), [[0.9, 0.5]])
+    tried[: round(100 * share), 0] = 1.0
+    low, upper = np.array([0.9, 0.4]), np.array([0.99, 0.6])
+    found = SimpleNamespace(interval_low=low, interval_high=upper, draws=draws, p_value=0.5, settled=True)
+    source = SimpleNamespace(ends=(-1.0, 1.0), to_units=lambda values: values)
+    loop = SimpleNamespace(
+        matched=lambda: found, trials=SimpleNamespace(draws=tried), _source=source, _middle=0.0, _reach=1.0
+    )
+    read = TrialsLoop.readout(loop)
+    assert read["estimate"].tolist() == [estimate, 0.5]
+    assert read["interval"].tolist() == [[0.9, 0.4], [high, 0.6]]
 
 
 def test_a_run_of_generations_has_no_draws():
@@ -207,7 +223,7 @@ def test_trials_and_generations_are_not_given_together():
     [
         ({"run.trials": 5}, r"`run\.trials` must be 0, or at least 20; got 5"),
         ({"run.trials": 100, "models.hidden": 3}, r"`run\.trials` must be 0 where models are networks"),
-        ({"run.tolerance": 0.1}, r"`run\.tolerance` must be 0 without `run\.trials`; got 0\.1"),
+        ({"run.tolerance": 0.1, "run.generations": 5}, r"`run\.tolerance` must be 0 without `run\.trials`; got 0\.1"),
         ({"run.trials": 100, "run.extended": [[200, 100]]}, r"`run\.extended` must be pairs of trials"),
     ],
 )
