@@ -1,7 +1,8 @@
 """Measure how often the classifiers that a run of experiment 4.6.1 ends with take models and agents for genuine.
 
 Run with ``python docs/fittest_model.py RUN...`` after, for example,
-``turing-learning infer aggregation-field-of-view-60 --seed 2023 --out RUN``. Trials are fresh ones; decision 0016.
+``turing-learning infer aggregation-field-of-view-60 --generations 1000 --seed 2023 --out RUN``.
+Trials are fresh ones; decision 0016.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """Draw the pictures of README.md: a swarm of agents beside its inferred twin, still and moving.
 
-Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation``. It writes
-``images/twins.png`` for the site and ``images/twins.gif``, 180 s in 15 s, for the README.
+Run with ``python docs/pictures.py RUN``, where RUN is a finished run of ``turing-learning infer aggregation`` with
+``--generations 1000``. It writes ``images/twins.png`` for the site and ``images/twins.gif``, 180 s in 15 s, for the README.
 """
 
 import sys

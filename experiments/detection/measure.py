@@ -97,7 +97,7 @@ def swarm(work: Path) -> Measured:
 
 def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
     """Return rows (way, difference, area)."""
-    result = run_on(path, scenario=name, seed=seed)
+    result = run_on(path, scenario=name, generations=1000, seed=seed)
     run, rng = run_classifiers(result), np.random.default_rng((31, seed))
     scenario = run.simulated_scenario()
     truth, agents = np.asarray(scenario.controller), scenario.agents
@@ -138,7 +138,7 @@ def grid(work: Path) -> Measured:
 
 def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     """Return rows (way, samples, level, decision accuracy, sensitivity, specificity)."""
-    result = run_on(path, scenario=name, seed=seed)
+    result = run_on(path, scenario=name, generations=1000, seed=seed)
     run, rng = run_classifiers(result), np.random.default_rng((33, seed))
     scenario = run.simulated_scenario()
     models, agents = grid_models(scenario, 11 if len(scenario.controller) == 4 else 5), scenario.agents

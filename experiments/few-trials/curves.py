@@ -1,7 +1,7 @@
-"""Error over trials of `coevolution.FewTrials`: ``python curves.py CASE TRIALS FIRST LAST``; one row per run in a table.
+"""Error over trials of ``infer(..., trials=N)``: ``python curves.py CASE TRIALS FIRST LAST``; one row per run in a table.
 
 A run that has its row is not repeated. Cases: aggregation, object-clustering; two-state-N and three-state-N: the agents of
-either scenario with random controller number N, wheel speeds uniform in [-1, 1].
+either scenario with random controller number N, wheel speeds uniform in [-1, 1]. ``python curves.py`` alone prints the tables.
 """
 
 import csv
@@ -11,14 +11,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
-from turing_learning.classifiers import ElmanClassifier, PooledClassifier
-from turing_learning.coevolution import FewTrials
-from turing_learning.evolution import EvolutionStrategy
-from turing_learning.purposes import CLASSIFIERS
-from turing_learning.swarm import SCENARIOS, MixedSwarm, Scenario
+import turing_learning as tl
+from turing_learning.swarm import SCENARIOS
 
-HEADER = ("trials", "seed", "mae", "largest_ae", "misfit", "held_90", "cpu_s", "estimate", "spread", "truth")
+HERE = Path(__file__).parent
+HEADER = ("trials", "seed", "mae", "largest_ae", "verdict", "held_90", "cpu_s", "estimate", "low", "high", "truth")
 
 
 def system(case: str):
@@ -31,25 +30,6 @@ def system(case: str):
     return replace(base, controller=tuple(rng.uniform(-1, 1, len(base.controller)).tolist()))
 
 
-def finished(agents: Scenario, trials: int, seed: int) -> FewTrials:
-    """Return the loop of a run at its end."""
-    classifier = ElmanClassifier(scale=agents.input_scale, threads=1)
-    loop = FewTrials(
-        MixedSwarm(agents, threads=1),
-        classifier,
-        EvolutionStrategy(classifier.parameters, seed=(CLASSIFIERS, seed)),
-        low=-np.ones(len(agents.controller)),
-        high=np.ones(len(agents.controller)),
-        trials=trials,
-        seed=seed,
-        observers=PooledClassifier(scale=agents.input_scale, threads=1),
-        groups=agents.model.jumps.groups,
-    )
-    for _ in loop:
-        pass
-    return loop
-
-
 def append(path: Path, header: tuple[str, ...], rows: list[dict]) -> None:
     """Append rows to a table; a new one begins with its header."""
     with path.open("a", newline="") as file:
@@ -60,29 +40,43 @@ def append(path: Path, header: tuple[str, ...], rows: list[dict]) -> None:
 
 
 def run(case: str, trials: int, seed: int) -> dict:
-    """Return the row of one run."""
+    """Return the row of one run; `held_90` is the share of the intervals that hold the truth, NaN without any."""
     agents, begun = system(case), time.process_time()
-    truth, loop = np.array(agents.controller), finished(agents, trials, seed)
-    low, high = np.percentile(loop.draws, (5, 95), axis=0)
-    error = np.abs(loop.estimate - truth)
+    result = tl.infer(agents, trials=trials, seed=seed, settings={"run.threads": 1})
+    truth, estimate = np.array(agents.controller), np.array(list(result.estimate.values()))
+    low, high = np.array(list(result.interval.values())).T
+    error = np.abs(estimate - truth)
     return {
         "trials": trials,
         "seed": seed,
         "mae": f"{error.mean():.5f}",
         "largest_ae": f"{error.max():.4f}",
-        "misfit": f"{loop.batch.misfit:.2f}",
-        "held_90": f"{((low <= truth) & (truth <= high)).mean():.3f}",
+        "verdict": result.verdict,
+        "held_90": "nan" if np.isnan(low).any() else f"{((low <= truth) & (truth <= high)).mean():.3f}",
         "cpu_s": f"{time.process_time() - begun:.1f}",
         **{
             name: " ".join(f"{value:.4f}" for value in values)
-            for name, values in (("estimate", loop.estimate), ("spread", loop.batch.spread), ("truth", truth))
+            for name, values in (("estimate", estimate), ("low", low), ("high", high), ("truth", truth))
         },
     }
 
 
+def summary() -> None:
+    """Print, for each table and number of trials, errors, how many runs give intervals, and how many of these hold the truth."""
+    for name in ("aggregation", "object-clustering", "two-state", "three-state"):
+        path = HERE / f"{name}.csv"
+        if path.exists():
+            rows = pd.read_csv(path).assign(given=lambda one: one.held_90.notna(), below=lambda one: one.mae < 0.05)
+            table = rows.groupby("trials").agg(
+                runs=("mae", "size"), median=("mae", "median"), worst=("mae", "max"), below_005=("below", "mean"),
+                given=("given", "mean"), held=("held_90", "mean"), cpu_s=("cpu_s", "median"),
+            )  # fmt: skip
+            sys.stdout.write(f"{name}\n{table.to_string(float_format='{:.4f}'.format)}\n")
+
+
 def main(case: str, trials: int, first: int, last: int) -> None:
     """Compute the rows that are missing."""
-    path = Path(__file__).with_name(f"{case.rstrip('-0123456789')}.csv")
+    path = HERE / f"{case.rstrip('-0123456789')}.csv"
     rows = list(csv.DictReader(path.open())) if path.exists() else []
     done = {(row["trials"], row["seed"], row["truth"]) for row in rows}
     truth = " ".join(f"{value:.4f}" for value in system(case).controller)
@@ -95,4 +89,7 @@ def main(case: str, trials: int, first: int, last: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *(int(word) for word in sys.argv[2:5]))
+    if len(sys.argv) > 1:
+        main(sys.argv[1], *(int(word) for word in sys.argv[2:5]))
+    else:
+        summary()

@@ -13,9 +13,9 @@ from turing_learning.identifiability import Effort
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "first-swarm.md").read_text(encoding="utf-8")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-FEW = {"models.population": 8, "classifiers.population": 8, "run.threads": 1}
+FEW = {"trials": 30, "threads": 1}
 FAST = {
-    "infer": ["--generations=2", *(f"--set={key}={value}" for key, value in FEW.items())],
+    "infer": [f"--{name}={value}" for name, value in FEW.items()],
     "check": ["--samples=12", "--points=0", "--recoveries=0"],
 }
 
@@ -31,7 +31,7 @@ def test_the_commands_of_the_tutorial_run_in_their_order(tmp_path, monkeypatch, 
     commands = re.findall(r"^    turing-learning (.+)$", PAGE, re.MULTILINE)
     assert [line.split()[0] for line in commands] == ["infer", "check", "infer", "infer", "infer", "pool", "infer"]
     for line in commands:
-        verb, *rest = line.replace(" --generations 300", "").split()
+        verb, *rest = line.split()
         with pytest.raises(SystemExit) as ended:
             main([verb, *rest, *FAST.get(verb, [])])
         assert ended.value.code in (0, None), capsys.readouterr().err
@@ -39,30 +39,34 @@ def test_the_commands_of_the_tutorial_run_in_their_order(tmp_path, monkeypatch, 
     assert list(tl.load_run("runs/five").truth.values()) == [-0.6, -0.9, 0.9, -0.9]
 
 
-def test_the_python_of_the_tutorial_runs(tmp_path, monkeypatch):
+@pytest.fixture
+def short(monkeypatch):
+    """Give every run few trials, whatever the page asks for."""
+    infer = tl.infer
+    monkeypatch.setattr(tl, "infer", lambda *given, **options: infer(*given, **options | FEW))
+
+
+def test_the_python_of_the_tutorial_runs(tmp_path, monkeypatch, short):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "five.toml").write_text(blocks(PAGE, "toml")[0], encoding="utf-8")
     (block,) = blocks(PAGE, "python")
-    small = block.replace("generations=300", "generations=2, settings=FEW")
-    small = small.replace(
+    small = block.replace(
         "check()", "check(effort=Effort(samples=12, generations=2, population=4, points=0), recoveries=0)"
     )
-    assert small.count("FEW") == 2
-    names = {"FEW": FEW, "Effort": Effort}
+    names = {"Effort": Effort}
     exec(small, names)  # noqa: S102 - our own page
     assert set(names["five"].estimate) == {"vl0", "vr0", "vl1", "vr1"}
 
 
-def test_the_snippets_of_the_readme_run(tmp_path, monkeypatch):
+def test_the_snippets_of_the_readme_run(tmp_path, monkeypatch, short):
     monkeypatch.chdir(tmp_path)
 
     def my_model(parameters, rng):
         return parameters[:, None, :] + rng.standard_normal((len(parameters), 20, 2))
 
     samples = my_model(np.array([[6.0, 1.0]] * 30), np.random.default_rng(1))
-    names = {"samples": samples, "my_model": my_model, "FEW": FEW}
+    names = {"samples": samples, "my_model": my_model}
     for block in blocks(README, "python"):
-        small = re.sub(r"generations=\d+", "generations=2, settings=FEW", block)
-        exec(small, names)  # noqa: S102 - our own page
+        exec(block, names)  # noqa: S102 - our own page
     assert (tmp_path / "report.html").exists()
     assert names["motion"].speeds.shape == (5, 21, 100, 2)

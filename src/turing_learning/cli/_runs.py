@@ -62,11 +62,11 @@ def infer(
     preset
         "default", or "paper" to keep to the text of the paper.
     generations
-        Number of generations; 1000 by default.
+        Number of generations instead of a budget in trials.
     trials
-        Budget in simulated trials, instead of generations: the estimate from few trials, see `turing-learning docs few-trials`.
+        Budget in simulated trials; 3000 where nothing says how long the run is, see `turing-learning docs few-trials`.
     tolerance
-        Beside --trials: stop before they are spent once the interval of every parameter that can be
+        Stop before the trials are spent once the interval of every parameter that can be
         identified is at most this share of its range to either side.
     seed
         Seed of all random numbers; 1 by default.

@@ -60,9 +60,9 @@ def study(
     preset
         "default", or "paper" to keep to the text of the paper.
     generations
-        Number of generations; 1000 by default.
+        Number of generations of each run, as in `infer`.
     trials
-        Budget of each run in trials, instead of generations, as in `infer`.
+        Budget of each run in trials; 3000 where nothing says how long the runs are.
     settings
         Any setting, for example models.parents=20. Repeatable.
     workers

@@ -44,6 +44,12 @@ SCENARIOS: dict[str, Scenario | StimulatedSystem] = {**SWARMS, **STIMULATED}
 DEFAULT_SCENARIO = "aggregation"
 """What runs where neither a scenario nor a file is given."""
 
+DEFAULT_TRIALS = 3000
+"""Budget of a run of which nothing says how long it is, nor how its populations evolve (decision 0035)."""
+
+OF_GENERATIONS = {"generations", "checkpoint_every", "estimate_window", "models", "classifiers", "coevolution"}
+"""Settings of [run], and sections, that mean a run by generations where no budget is given."""
+
 STUDY_TABLES = ("grid", "list")
 """Tables of a file that describes a study; see `load_variants`."""
 
@@ -152,8 +158,15 @@ def resolve(
     data = merged(document, _nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
+    run = data.get("run", {})
+    said = {*run} if isinstance(run, Mapping) else {"generations"}  # what is no table is refused below
+    said |= {key for key in ("models", "classifiers", "coevolution") if data.get(key)}
     if scenario_type(data["scenario"]) is StimulatedSystem:
         data = merged(STIMULATING, data)
+    elif said.isdisjoint(OF_GENERATIONS | {"trials"}):
+        data = merged(data, {"run": {"trials": DEFAULT_TRIALS}})
+    if "run.generations" in overrides and "run.trials" not in overrides and data["run"].get("trials"):
+        data = merged(data, {"run": {"trials": 0}})  # the budget of a file gives way
     if scenario_type(data["scenario"]) is CustomSystem:
         section = data.get("classifiers", {})
         scale = section.get("input_scale", "robot")  # of a custom system it is found in the data

@@ -171,12 +171,13 @@ class RunSection(Section):
     """How long and with what to run."""
 
     generations: Annotated[int, Field(ge=1, le=LARGEST_GENERATIONS)] = Field(
-        default=1000, description="length of the run"
+        default=1000, description="length of a run without `trials`"
     )
     trials: Annotated[int, Field(ge=0, le=LARGEST_GENERATIONS)] = Field(
         default=0,
-        description="10 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); "
-        "generations and the population of models do not count. 0: as many trials as the generations need",
+        description="20 or more: the run infers from so many trials, keeps all samples and judges them again (decision 0028); "
+        "generations and the population of models do not count. 0: as many trials as the generations need. 3000 where nothing is "
+        "said of run.generations, checkpoint_every, estimate_window, models, classifiers and coevolution (decision 0035)",
     )
     tolerance: Annotated[float, Field(ge=0, lt=0.5)] = Field(
         default=0.0,

@@ -204,7 +204,8 @@ def parameter_rows(
         if isinstance(value, str):
             return value
         if isinstance(value, Sequence):
-            return shown(value[0], lambda low: f"{short_number(low)} to {short_number(value[1])}")
+            decimals = 4 if value[1] - value[0] < 0.01 else 3
+            return shown(value[0], lambda low: " to ".join(short_number(end, decimals) for end in (low, value[1])))
         return shown(value)
 
     known = {heading: column for heading, column in columns.items() if column is not None}

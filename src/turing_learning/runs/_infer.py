@@ -72,17 +72,18 @@ def infer(
         Name -> (low, high), the range of the first models and the space of the search, where None leaves a
         side open; or name -> `Parameter`, with a unit or on a logarithmic scale.
     generations
-        Number of generations, >= 1.
+        Number of generations, >= 1, instead of a budget in trials.
     trials
-        Budget in trials, >= 20, instead of generations: every sample is kept and judged again, and the next trials are spent
-        where they tell most (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it.
+        Budget in trials, >= 20: every sample is kept and judged again, and the next trials are spent where they tell most
+        (decision 0028). A trial is one execution of the simulator, whatever the number of replicas in it. 3000 where neither
+        the length of the run nor a setting of its populations is given (decision 0035).
     models
         Optimizer of the models: "evolution-strategy" by default, "cma", "module:function", a function that
         makes an `evolution.Optimizer`, or such an optimizer; see docs/your-own-parts.md.
     classifier
         What judges: a `coevolution.Classifier`, a function that makes one, or "module:function"; by default an Elman network.
     tolerance
-        Beside `trials`: the run stops before they are spent once it has settled and `interval` leaves, of each
+        The run stops before its trials are spent once it has settled and `interval` leaves, of each
         parameter that can be identified, at most this share of its range to either side. None, or 0: never.
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
@@ -126,7 +127,7 @@ def infer(
     Examples
     --------
     >>> import turing_learning as tl
-    >>> result = tl.infer("aggregation", generations=1000, seed=1)  # doctest: +SKIP
+    >>> result = tl.infer("aggregation", seed=1)  # doctest: +SKIP
     >>> result.estimate  # doctest: +SKIP
     {'vl0': -0.70, 'vr0': -1.00, 'vl1': 1.01, 'vr1': -0.99}
     """

@@ -441,3 +441,33 @@ def test_a_configuration_cannot_be_changed():
     configuration = load_configuration()
     with pytest.raises(ValueError, match="frozen"):
         configuration.run.seed = 3
+
+
+@pytest.mark.parametrize(
+    ("settings", "trials"),
+    [
+        ({}, 3000),
+        ({"run.seed": 4, "scenario.agents": 5, "run.tolerance": 0.1}, 3000),
+        ({"run.trials": 500}, 500),
+        ({"run.generations": 20}, 0),
+        ({"run.checkpoint_every": 5}, 0),
+        ({"models.parents": 20}, 0),
+        ({"classifiers.hidden": 3}, 0),
+        ({"coevolution.archive": 10}, 0),
+    ],
+)
+def test_a_run_of_which_nothing_is_said_has_a_budget_in_trials(settings, trials):
+    assert load_configuration(scenario="aggregation", overrides=settings).run.trials == trials
+
+
+def test_the_paper_and_stimulated_systems_have_generations():
+    assert load_configuration(scenario="aggregation", preset="paper").run.trials == 0
+    assert load_configuration(scenario="light-response").run.trials == 0
+
+
+def test_generations_come_before_the_budget_of_a_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('scenario = "aggregation"\n[run]\ntrials = 500\n')
+    assert load_configuration(path).run.trials == 500
+    run = load_configuration(path, overrides={"run.generations": 30}).run
+    assert (run.trials, run.generations) == (0, 30)
