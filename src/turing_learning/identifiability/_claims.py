@@ -192,7 +192,8 @@ class Profile:
 def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort, *, seed: int) -> Profile:
     """Move one parameter across its initial range, and test at each value as at the estimate.
 
-    The other parameters stay where they are. A parameter that only others can make up for looks pinned down here.
+    Where the search may leave that range, and the estimate lies at its end, values reach a quarter of it beyond. The other
+    parameters stay where they are. A parameter that only others can make up for looks pinned down here.
 
     Parameters
     ----------
@@ -208,7 +209,10 @@ def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort
         Of all random numbers.
     """
     name, parameter = list(evidence.parameters.items())[place]
-    numbers = np.append(np.linspace(-1, 1, effort.points), parameter.to_numbers(estimate[place]))
+    own, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
+    low = own - 0.5 if parameter.low is None and own < step / 2 - 1 else -1
+    high = own + 0.5 if parameter.high is None and own > 1 - step / 2 else 1
+    numbers = np.append(np.linspace(low, high, effort.points), own)
     order = np.argsort(numbers, kind="stable")
     values = parameter.to_units(numbers[order])
     tests, accuracies = zip(

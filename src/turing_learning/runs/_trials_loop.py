@@ -16,15 +16,11 @@ from turing_learning.systems import Source
 from ._assemble import optimizer_of
 
 _READ_OUT = 1_000_000  # batch whose random numbers the intervals are drawn with
-_STANDARD = (
-    2.576  # standard deviations of the samples of a custom system that its input scale spans: 99 % of normal values
-)
+_STANDARD = 2.576  # standard deviations of a custom system's samples that its input scale spans: 99 % of normal values
 _JUDGED = 200  # genuine samples by which the fitness of a batch is stated
 _AT_END = 0.05  # share of the loop's draws at an end that the 90 % interval reaches
 _FEWEST = 50  # trials within the range, to be matched
-_LOOKED_AT = (
-    4  # batches after which a run with a tolerance looks at its intervals, again and again from the second time on
-)
+_LOOKED_AT = 4  # batches after which a run with a tolerance looks at its intervals, from the second time on
 
 
 @dataclass(frozen=True, eq=False)

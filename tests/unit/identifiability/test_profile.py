@@ -47,6 +47,15 @@ def test_a_parameter_with_an_effect_is_pinned_down_and_one_without_is_not(eviden
     assert nothing.open_share > 0.5
 
 
+@pytest.mark.parametrize(("bounds", "least"), [((None, None), -4.5), ((-3.0, 3.0), -3.0)])
+def test_at_the_end_of_the_range_values_reach_beyond_it_unless_it_is_a_bound(evidence, small, bounds, least):
+    given = evidence()
+    mean = Parameter(*bounds, initial=(-3.0, 3.0))
+    given = replace(given, parameters={**given.parameters, "mean": mean})
+    found = profile(given, np.array([-3.0, 0.2]), 0, small, seed=2)
+    assert (min(found.values), max(found.values)) == pytest.approx((least, 3.0))
+
+
 @pytest.mark.parametrize("estimate", [-1.0, -0.6, -0.59, -0.2, 0.0, 0.99])
 def test_the_coarsest_profile_can_pin_any_estimate_down(estimate):
     numbers = np.append(np.linspace(-1, 1, LEAST_POINTS), estimate)
