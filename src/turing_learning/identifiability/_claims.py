@@ -189,11 +189,12 @@ class Profile:
         return {name: list(value) if isinstance(value, tuple) else value for name, value in vars(self).items()}
 
 
-def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort, *, seed: int) -> Profile:
+def profile(
+    evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort, *, seed: int, beyond: bool = False
+) -> Profile:
     """Move one parameter across its initial range, and test at each value as at the estimate.
 
-    Where the search may leave that range, and the estimate lies at its end, values reach a quarter of it beyond. The other
-    parameters stay where they are. A parameter that only others can make up for looks pinned down here.
+    The other parameters stay where they are. A parameter that only others can make up for looks pinned down here.
 
     Parameters
     ----------
@@ -207,11 +208,13 @@ def profile(evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort
         How much is simulated and trained, and at how many values.
     seed
         Of all random numbers.
+    beyond
+        Where the search may leave the initial range, and the estimate lies at its end, values reach a quarter of it beyond.
     """
     name, parameter = list(evidence.parameters.items())[place]
     own, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
-    low = own - 0.5 if parameter.low is None and own < step / 2 - 1 else -1
-    high = own + 0.5 if parameter.high is None and own > 1 - step / 2 else 1
+    low = own - 0.5 if beyond and parameter.low is None and own < step / 2 - 1 else -1
+    high = own + 0.5 if beyond and parameter.high is None and own > 1 - step / 2 else 1
     numbers = np.append(np.linspace(low, high, effort.points), own)
     order = np.argsort(numbers, kind="stable")
     values = parameter.to_units(numbers[order])

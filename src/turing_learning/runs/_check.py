@@ -109,7 +109,8 @@ class _Checker:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
             try:
-                found = profile(evidence, self.estimate, place, self.effort, seed=self.seed)
+                beyond = self.configuration.run.trials > 0
+                found = profile(evidence, self.estimate, place, self.effort, seed=self.seed, beyond=beyond)
             except CustomSystemError as error:
                 raise CustomSystemError(
                     f"{error} Or check without profiles, with points=0 in `effort` and force=True."

@@ -52,7 +52,7 @@ def test_at_the_end_of_the_range_values_reach_beyond_it_unless_it_is_a_bound(evi
     given = evidence()
     mean = Parameter(*bounds, initial=(-3.0, 3.0))
     given = replace(given, parameters={**given.parameters, "mean": mean})
-    found = profile(given, np.array([-3.0, 0.2]), 0, small, seed=2)
+    found = profile(given, np.array([-3.0, 0.2]), 0, small, seed=2, beyond=True)
     assert (min(found.values), max(found.values)) == pytest.approx((least, 3.0))
 
 
