@@ -129,8 +129,8 @@ def match(
     recordings : (K,)
         A label for each genuine sample; those with the same one are alike. None: each is on its own.
     averaged
-        How many samples each counterfeit output is the mean of, from one trial. As many genuine samples count
-        as one: they may be of one trial, too.
+        Number of samples of one trial that each counterfeit output is the mean of. As many genuine samples
+        count as one, because they may be of one trial, too.
     rng
         For the folds and the draws.
     draws

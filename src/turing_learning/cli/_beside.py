@@ -10,7 +10,7 @@ from turing_learning.errors import choice, refuse
 
 FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
 SWARM = ("--fps", "10", "--scale", "1", "--y-axis", "up", "--model", "robots")
-SWARM_S = 40.0  # they still gather; of a longer recording the estimate is off, as replicas start apart
+SWARM_S = 40.0  # they still gather; from 120 s the estimate was off, likely because replicas start apart
 PARTS = ("*.md", "examples/*.md", "robots/*.md")  # of the documentation, which the wheel has, too
 
 

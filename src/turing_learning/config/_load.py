@@ -47,8 +47,10 @@ DEFAULT_SCENARIO = "aggregation"
 DEFAULT_TRIALS = 3000
 """Budget of a run of which nothing says how long it is, nor how its populations evolve (decision 0035)."""
 
-OF_GENERATIONS = {"generations", "checkpoint_every", "estimate_window", "models", "classifiers", "coevolution"}
-"""Settings of [run], and sections, that mean a run by generations where no budget is given."""
+NO_DEFAULT_BUDGET = frozenset(
+    {"trials", "generations", "checkpoint_every", "estimate_window", "models", "classifiers", "coevolution"}
+)
+"""Settings of [run], and sections: a run for which one of them is given does not get `DEFAULT_TRIALS`."""
 
 STUDY_TABLES = ("grid", "list")
 """Tables of a file that describes a study; see `load_variants`."""
@@ -159,11 +161,10 @@ def resolve(
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
     run = data.get("run", {})
-    said = {*run} if isinstance(run, Mapping) else {"generations"}  # what is no table is refused below
-    said |= {key for key in ("models", "classifiers", "coevolution") if data.get(key)}
+    sections = [key for key, value in data.items() if value]
     if scenario_type(data["scenario"]) is StimulatedSystem:
         data = merged(STIMULATING, data)
-    elif said.isdisjoint(OF_GENERATIONS | {"trials"}):
+    elif isinstance(run, Mapping) and NO_DEFAULT_BUDGET.isdisjoint([*run, *sections]):
         data = merged(data, {"run": {"trials": DEFAULT_TRIALS}})
     if "run.generations" in overrides and "run.trials" not in overrides and data["run"].get("trials"):
         data = merged(data, {"run": {"trials": 0}})  # the budget of a file gives way

@@ -5,8 +5,8 @@ from ._claims import Profile as Profile
 from ._claims import fault as fault
 from ._claims import profile as profile
 from ._claims import sides_rejected as sides_rejected
-from ._quantities import Effort as Effort
-from ._quantities import Evidence as Evidence
-from ._quantities import Quantity as Quantity
+from ._evidence import Effort as Effort
+from ._evidence import Evidence as Evidence
+from ._evidence import Quantity as Quantity
 from ._two_sample import TwoSampleTest as TwoSampleTest
 from ._two_sample import two_sample_test as two_sample_test

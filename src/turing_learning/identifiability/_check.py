@@ -11,7 +11,7 @@ from turing_learning.analysis._estimate import known_or, ordered
 from turing_learning.report import Tabular, shown
 
 from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, Profile, fault
-from ._quantities import Quantity
+from ._evidence import Quantity
 from ._two_sample import TwoSampleTest
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from scipy.special import stdtr
 from turing_learning.arrays import array
 from turing_learning.errors import require
 
-from ._quantities import PROFILING, Effort, Evidence, stream
+from ._evidence import PROFILING, Effort, Evidence, stream
 from ._two_sample import paired_test
 
 LEVEL = 0.05
@@ -209,7 +209,8 @@ def profile(
     seed
         Of all random numbers.
     beyond
-        Where the search may leave the initial range, and the estimate lies at its end, values reach a quarter of it beyond.
+        If True, and the estimate lies at an end of the initial range that the search may leave: the values
+        extend beyond that end by a quarter of the range.
     """
     name, parameter = list(evidence.parameters.items())[place]
     own, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)

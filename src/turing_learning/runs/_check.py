@@ -84,7 +84,7 @@ class _Checker:
         """Go through the stages; what a folder holds already is not done again."""
         from turing_learning.identifiability import profile, two_sample_test
         from turing_learning.identifiability._check import check_from_json
-        from turing_learning.identifiability._quantities import evidence_of
+        from turing_learning.identifiability._evidence import evidence_of
 
         self.configuration = self.result.configuration
         self.estimate, networks = np.array(list(self.result.estimate.values())), self.result.networks
@@ -172,7 +172,7 @@ class _Checker:
         return new
 
     def _quantities(self, evidence: "Evidence", model: np.ndarray) -> tuple[Any, ...]:
-        from turing_learning.identifiability._quantities import recorded_quantities, signal_quantities, swarm_quantities
+        from turing_learning.identifiability._evidence import recorded_quantities, signal_quantities, swarm_quantities
 
         if self.configuration.system.simulated is not None:
             return swarm_quantities(self.configuration, model, seed=self.seed)
@@ -227,7 +227,7 @@ class _Checker:
     ) -> dict[str, float]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
         from turing_learning.identifiability import two_sample_test
-        from turing_learning.identifiability._quantities import RECOVERING, evidence_of, stream
+        from turing_learning.identifiability._evidence import RECOVERING, evidence_of, stream
 
         number = self.seed + 1 + k
         with configuration.system.open(given) as source:
@@ -246,7 +246,7 @@ class _Checker:
 
     def _simulated_system(self, k: int, evidence: "Evidence") -> tuple[CustomSystem, Given]:
         """Return a system of as many samples as the run learned from, simulated at the estimate."""
-        from turing_learning.identifiability._quantities import RECOVERING, stream
+        from turing_learning.identifiability._evidence import RECOVERING, stream
 
         data, system = cast(Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
         rng, live = stream(self.seed, RECOVERING, k), data.live

@@ -82,7 +82,7 @@ class Plots:
         and `simulate` are given again if the run was loaded and they are no functions of a module.
         """
         from turing_learning.figures._classifiers import draw_quantities
-        from turing_learning.identifiability._quantities import COMPARING, compare_quantities, stream, swarm_quantities
+        from turing_learning.identifiability._evidence import COMPARING, compare_quantities, stream, swarm_quantities
 
         result, system = self.result, self.result.configuration.system
         rule, got = "be of a system that can be simulated", "one in a laboratory"

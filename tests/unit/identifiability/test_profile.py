@@ -7,7 +7,7 @@ import pytest
 from turing_learning.analysis import UNKNOWN
 from turing_learning.identifiability import Check, PinnedDown, Profile, Recovery, TwoSampleTest, profile
 from turing_learning.identifiability._check import check_from_json
-from turing_learning.identifiability._quantities import LEAST_POINTS
+from turing_learning.identifiability._evidence import LEAST_POINTS
 from turing_learning.models import Parameter
 
 FLAT = Profile(
