@@ -176,6 +176,7 @@ def test_a_disturbed_run_has_as_many_generations_and_the_same_outcome(folder, fi
     rejected = list((folder / "disturbed" / "trials").rglob("rejected-*.npz"))
     reasons = " ".join(str(np.load(path)["faults"][0]) for path in rejected)
     assert "1 blue markers in the first image, 2 expected" in reasons
+    assert "STOP has not come from r2" in reasons
     for stage in ("generation-0000", "generation-0001", "generation-0002"):
         assert len(read_trials(folder / "disturbed", stage).poses) == 2
     for words in (
@@ -197,6 +198,7 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
         [sys.executable, script, folder, path], timeout=300, capture_output=True, text=True, check=False
     )
     assert killed.returncode == 0, killed.stderr
+    assert killed.stdout.split() == ["P1", "0", "P2", "1", "P3", "2", "P4", "3", "P5", "4"]  # those that STOP confirmed
     assert not load_run(path).complete
     result = resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
     assert result.complete
@@ -204,7 +206,27 @@ def test_a_run_killed_in_every_state_ends_as_one_that_was_not(folder, finished):
     completed = [event["stage"] for event in read_events(path) if event["kind"] == "complete"]
     assert sorted(set(completed)) == ["generation-0000", "generation-0001", "generation-0002"]
     assert len(list((path / "trials").rglob("trial-*.npz"))) == 6  # those before a kill count
+    assert not list((path / "trials").rglob("rejected-*.npz"))
     assert not list(path.rglob("*.partial"))
+
+
+@pytest.mark.parametrize(("ends", "rejected"), [("P1", 0), ("disturbed", 1)])
+def test_a_trial_without_a_stop_is_executed_again_by_a_run_that_is_resumed(folder, tmp_path, finished, ends, rejected):
+    lab, path, seen = ScriptedLaboratory(), tmp_path / "unconfirmed", []
+
+    def die(event):
+        seen.append(event.state if event.kind == "state" else event.kind)
+        if seen[-1] == "P4":
+            lab.wires[NAMES[0]].silent = True
+        if "P5" in seen and seen[-1] == ends:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        begin(folder, path, lab=lab, on_event=die)
+    names = [file.name.split("-")[0] for file in (path / "trials").rglob("*.npz")]
+    assert names == ["rejected"] * rejected
+    resume_laboratory(path, equipment=ScriptedLaboratory().equipment())
+    require_same_state(path, finished)
 
 
 def test_the_last_models_are_observed_again_and_the_best_is_named(folder):

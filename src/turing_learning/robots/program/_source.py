@@ -25,7 +25,7 @@ _LOGGER = logging.getLogger(__name__)
 class Event:
     """What happened in a laboratory."""
 
-    #: "state": the program enters a state; "trial": a trial was observed, perhaps a disturbed one; "disturbed": a
+    #: "state": the program enters a state; "trial": a trial was confirmed, or disturbed; "disturbed": a
     #: trial is repeated; "batteries": they are replaced; "complete": all trials are observed; "moving": replicas could
     #: not be halted
     kind: str

@@ -80,7 +80,7 @@ class PcProgram:
     setup, scenario, equipment
         As of `LaboratorySource`.
     watch
-        Called with the name of every state that is entered, and with every trial that is observed, disturbed ones too.
+        Called with the name of every state that is entered, and with every trial: when STOP has confirmed it, or was disturbed.
 
     Attributes
     ----------
@@ -109,6 +109,7 @@ class PcProgram:
         self._starts: dict[str, Signal] = {}
         self._counts: dict[str, int] = {}
         self._done: list[ObservedTrial] = []
+        self._observed: ObservedTrial | None = None  # the trial that waits for its STOP
         self._send_until = -np.inf
 
     @property
@@ -172,7 +173,6 @@ class PcProgram:
         `connect`.
         """
         self._done = [] if done is None else done
-        self._confirmed = len(self._done)
         self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
         state: State | None = self._wait_for_stop
         while state is not None:
@@ -192,8 +192,9 @@ class PcProgram:
             try:
                 stops = self._signals("STOP", end_s - self._clock.now())
                 self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
-            except Disturbance:
-                del self._done[self._confirmed :]
+            except Disturbance as disturbance:
+                if self._observed is not None:
+                    self._watch(replace(self._observed, faults=(disturbance.fault,)))
                 raise
         elif self._clock.now() > self._send_until:
             for name, robot in self._robots.items():
@@ -202,7 +203,11 @@ class PcProgram:
             stops = self._signals("STOP", timing.loop_s + timing.execute_s)
         else:
             stops = {}
-        self._confirmed = len(self._done)
+        if self._observed is not None:
+            self._done.append(self._observed)
+            self._queue.popleft()
+            self._watch(self._observed)
+            self._observed = None
         if stops:
             self._starts, self._counts = {}, {name: stop.trial for name, stop in stops.items()}
             first = min(stop.received_s for stop in stops.values())
@@ -260,7 +265,7 @@ class PcProgram:
         return replace(track, faults=impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot)))
 
     def _update(self, track: Track, started_s: float) -> State:
-        """P5: report the trial, and continue unless it was disturbed. The generation is judged when it is complete."""
+        """P5: continue unless the trial was disturbed, which is reported at once. The generation is judged when it is complete."""
         self._enter("P5")
         models = np.array([model.parameters for model in self._sent.values()])
         full = fastest_turn(self._scenario.robot) / 2  # for a difference of 1 between the wheel speeds
@@ -275,8 +280,8 @@ class PcProgram:
             faults=tuple(fault.text for fault in (*track.faults, *stuck)),
         )
         irregular = any(fault.kind == IRREGULAR for fault in track.faults)
-        self._watch(trial)
         if trial.faults:
+            self._watch(trial)
             listed = [f"{text[0].upper()}{text[1:]}" for text in trial.faults[:_LISTED]]
             if more := len(trial.faults) - len(listed):
                 listed.append(f"And {more} more; if they are of nearly all robots, look after the camera and the PC.")
@@ -285,8 +290,7 @@ class PcProgram:
             passing = irregular or passes(track, stuck)
             tries = IMAGES_ALONE if passing else 0
             raise Disturbance("P5", trial.faults[0], remedy, tries=tries, connected=bool(passing))
-        self._done.append(trial)
-        self._queue.popleft()
+        self._observed = trial
         return self._wait_for_stop
 
     def _signals(self, kind: str, expected_s: float) -> dict[str, Signal]:
