@@ -36,11 +36,11 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     """
     from turing_learning._files import write_atomically
     from turing_learning.config import ConfigurationError
+    from turing_learning.runs._folder import refuse_target
 
     choice("sample", what, ("fish", "swarm"), error=ConfigurationError)
     path = out or Path("fish.txt" if what == "fish" else "swarm.csv")
-    if path.exists() and not force:
-        refuse("out", "be a file that does not exist", str(path), "Choose another, or give --force.")
+    refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
     if what == "fish":
         packed = files(__package__).joinpath("samples/zebrafish.txt.gz").read_bytes()
         write_atomically(path, gzip.decompress(packed))

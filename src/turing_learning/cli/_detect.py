@@ -45,6 +45,7 @@ def detect(
     seed: Integer = 0,
     tracks: Tracks = Tracks(),  # noqa: B008 - frozen
     out: Path | None = None,
+    force: bool = False,
     as_json: Annotated[bool, Parameter("--json")] = False,
 ) -> None:
     """Say from motion which individuals behave abnormally, by the classifiers of a run.
@@ -84,6 +85,8 @@ def detect(
         Seed of all that is simulated; 0 by default.
     out
         Of a recording: table of all windows (.csv); beside it a picture, and with judged-alike a page.
+    force
+        Replace files of `--out` that exist.
     as_json
         Print JSON.
     """
@@ -100,7 +103,8 @@ def detect(
         for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
             option = f"--{name.replace('_', '-')}"
             refuse(option, "be left out where there is no recording", str(value), remedy)
-    _refuse_taken(out)
+    if out is not None:
+        _refuse_taken(out, force)
     result = opened(run)
     learned = run_classifiers(result)
     given = _given(motion, "motion", tracks if recorded else None, learned) if motion is not None else None
@@ -189,18 +193,15 @@ def _sorted(motion: "Motion") -> "Motion":
     return Motion(tuple(motion.individuals[k] for k in order), motion.samples[order])
 
 
-def _refuse_taken(out: Path | None) -> None:
+def _refuse_taken(out: Path, force: bool) -> None:
     """Reject a table that exists or has no folder, before anything runs."""
-    if out is None:
-        return
-    folder = out.absolute().parent
-    require(
-        out.suffix.lower() == ".csv", "out", "be a file that ends with .csv", str(out), "A picture is put beside it."
-    )
-    require(folder.is_dir(), "out", "be in an existing folder", str(out), "Make the folder first.")
-    require(os.access(folder, os.W_OK), "out", "be in a folder that can be written", str(out), "Choose another place.")
-    for path in _written(out):
-        require(not path.exists(), "out", "be a new file", f"{out}, and {path} exists", "Choose another name.")
+    from turing_learning.runs._folder import refuse_target
+
+    refuse_target(out, name="out", suffixes=(".csv",), force=force)
+    for path in _written(out)[1:]:
+        refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
+    writable = os.access(out.absolute().parent, os.W_OK)
+    require(writable, "out", "be in a folder that can be written", str(out), "Choose another place.")
 
 
 def _written(out: Path) -> tuple[Path, ...]:
@@ -285,7 +286,7 @@ def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | N
 def _write(
     out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]", found: "Detection | None" = None
 ) -> None:
-    """Write table, picture and page, or, if there is no room for all of it, nothing, so that the same command may be repeated."""
+    """Write table, picture and page, or, if there is no room for all of it, no new file: the same command may be repeated."""
     from turing_learning._files import write_atomically
     from turing_learning.detection._present import detection_page, timeline_of, window_table
     from turing_learning.figures import save_figure
@@ -294,6 +295,7 @@ def _write(
     from turing_learning.store import told
 
     figure = timeline_of(motion, verdicts, votes=found is None)
+    fresh = [path for path in _written(out) if not path.exists()]
     what = f"`out` must be a file that can be written; could not write to {out}"
     with told(RunStorageError, what, "Make room, or choose another place, and give the command again."):
         try:
@@ -302,7 +304,7 @@ def _write(
             if found is not None:
                 write_page(detection_page(found, motion, verdicts, figure), out.with_suffix(".html"))
         except OSError:
-            for path in _written(out):
+            for path in fresh:
                 try:
                     path.unlink(missing_ok=True)
                 except OSError:

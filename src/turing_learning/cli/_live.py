@@ -27,7 +27,7 @@ LAST = 5  # runs in the live view
 
 
 class View(Protocol):
-    """What is told of every generation."""
+    """What is called for every generation."""
 
     def __call__(self, progress: "Progress") -> None:
         """Show a generation, or not."""
@@ -121,7 +121,7 @@ def _line(progress: "Progress") -> str:
 def _outlook(progress: "Progress") -> str:
     """Say how the recent models miss the truth, where it is known."""
     outlook = progress.outlook
-    return "" if outlook is None else f"so far {AWAY if outlook == 'other' else outlook}"
+    return "" if outlook is None else f"models so far: {AWAY if outlook == 'other' else outlook}"
 
 
 def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
@@ -190,10 +190,11 @@ def watching_study(console: Console, should_stop: Callable[[], bool]) -> Iterato
     should_stop
         Whether a stop has been asked for, to say so.
     """
+    waiting = Text("getting ready; the first study of an installation compiles for some seconds", style="dim")
     if not console.is_terminal:
+        console.print(waiting)
         yield StudyLines(console)
         return
-    waiting = Text("getting ready; the first study of an installation compiles for some seconds", style="dim")
     with Live(waiting, console=console, auto_refresh=False) as live:
         yield StudyView(live, should_stop)
 

@@ -1,17 +1,17 @@
 """Whether an estimate can be believed: can the genuine motion be told from that of the model, and what do the samples pin down?
 
 `Evidence`
-    Genuine samples for training and kept out, a simulator of models, and the network of the classifiers.
+    Genuine samples for training and held out, a simulator of models, and the network of the classifiers.
 `Effort`
     How much is simulated and trained.
 `two_sample_test`, `TwoSampleTest`
-    Fresh classifiers are trained on genuine and simulated samples, and tested on kept-out ones.
+    Fresh classifiers are trained on genuine and simulated samples, and tested on held-out ones.
 `profile`, `Profile`
     The same test where a single parameter is moved across its range.
 `Recovery`, `PinnedDown`, `Check`
     What a run finds whose truth is the estimate; what is said of each parameter; all of it together.
 `sides_rejected`, `fault`
-    What may be claimed: that both sides of an estimate are told apart; that the model, or the search, is at fault.
+    What may be claimed: that values on both sides of an estimate fit worse; that the model, or the search, is at fault.
 `Quantity`
     Distributions of speed, turning, neighbor distance and polarization, genuine beside simulated.
 

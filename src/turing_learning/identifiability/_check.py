@@ -72,9 +72,9 @@ class PinnedDown:
     bound
         The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none.
     rejected
-        Whether the model is told from the samples: nothing is known of the parameters of a model that is wrong.
+        Whether classifiers tell the model from the samples: nothing is known of the parameters of a model that is wrong.
     sides
-        Of a run of trials: whether values below the estimate, and values above it, are told from the samples better than it. Only a
+        Of a run of trials: whether values below the estimate, and values above it, are shown to fit worse than it. Only a
         parameter of which both are is pinned down: nothing is claimed beside an end of its range, or without profiles.
     """
 
@@ -90,14 +90,13 @@ class PinnedDown:
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
         claimed = self.sides is not None
-        told = [
-            side for side, rejected in zip(("below", "above"), self.sides or (True, True), strict=True) if not rejected
-        ]
+        sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
+        open_ = " or ".join(side for side, rejected in sides if not rejected)
         said = (
             (self.rejected, "the model is rejected"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None and not claimed, "its interval is not known"),
-            (bool(told), f"no values {' or '.join(told)} the estimate are told better than it"),
+            (bool(open_), f"nothing shows that {open_} values fit worse, so the true one may be {open_}"),
             (
                 self.interval_share is not None and self.interval_share >= WIDE,
                 f"its interval is {self.interval_share or 0:.0%} of the initial range",
@@ -143,7 +142,7 @@ class Check(Tabular):
     quantities
         Distributions, genuine beside simulated.
     unfinished
-        Generations that the run had completed when it was checked, and those that it was asked for; None of a finished run.
+        Generations, or trials of a run of trials, after which an unfinished run was checked, and those of the whole; else None.
     """
 
     test: TwoSampleTest
@@ -186,7 +185,7 @@ class Check(Tabular):
         """All of it in two sentences, and a third if the run was not finished."""
         can = "can" if self.test.told_apart else "cannot"
         first = (
-            f"Fresh classifiers {can} tell kept-out samples from the model "
+            f"Fresh classifiers {can} tell held-out samples from the model "
             f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
         )
         first = {
@@ -204,8 +203,8 @@ class Check(Tabular):
             second = f"Not pinned down: {', '.join(loose)}."
         if self.unfinished is None:
             return f"{first} {second}"
-        done, asked = self.unfinished
-        return f"{first} {second} The run was not finished: the estimate is that after {done} of {asked} generations."
+        (done, asked), unit = self.unfinished, "generations" if self.parameters[0].sides is None else "trials"
+        return f"{first} {second} The run was not finished: the estimate is that after {done} of {asked} {unit}."
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: what is left open, in shares of the initial range, and whether it is pinned down."""

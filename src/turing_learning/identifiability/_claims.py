@@ -155,7 +155,7 @@ class Profile:
     accuracies, criticals
         Of the test at each value, see `TwoSampleTest`.
     rejected
-        Whether values below the estimate, and values above it, are told better than it, see `sides_rejected`; None in older checks.
+        Whether values below the estimate, and values above it, are shown to fit worse, see `sides_rejected`; None in older checks.
     """
 
     parameter: str

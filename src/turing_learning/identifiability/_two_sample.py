@@ -120,18 +120,18 @@ def _judgments(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray,
 
 @dataclass(frozen=True)
 class TwoSampleTest:
-    """Whether fresh classifiers can tell kept-out genuine samples from simulated ones.
+    """Whether fresh classifiers can tell held-out genuine samples from simulated ones.
 
     Attributes
     ----------
     accuracy
-        Mean share of right votes on kept-out samples, both kinds weighing the same; 0.5 is guessing.
+        Mean share of right votes on held-out samples, both kinds weighing the same; 0.5 is guessing.
     p_value
         How often guessing would do as well or better, see `permutation_test`.
     critical
         The accuracy from which on the p-value is at most 0.05.
     genuine_samples, genuine_groups
-        Kept-out samples, and how many groups they belong to; groups are what is permuted.
+        Held-out samples, and how many groups they belong to; groups are what is permuted.
     counterfeit_samples, counterfeit_groups
         The same of simulated samples, in bundles of the size of the genuine groups.
     grouping
@@ -167,7 +167,7 @@ def two_sample_test(
     generations: int | None = None,
     population: int | None = None,
 ) -> TwoSampleTest:
-    """Train fresh classifiers on genuine samples and samples of one model; test them on kept-out samples.
+    """Train fresh classifiers on genuine samples and samples of one model; test them on held-out samples.
 
     For the arguments see `paired_test`.
     """

@@ -151,14 +151,16 @@ class _Checker:
         remedy = "Replace it with force=True."
         if known["settings"]["estimate"] != self.result.estimate:
             rule = "have the estimate that it had when its check began"
-            got = f"another, after {self.result.generations} generations"
+            got = f"another, after {self.result.length}"
             remedy = "The run has gone on since: replace the check with force=True."
         raise RunFolderError(Refusal("run", rule, got, str(self.folder.path / FOLDER), remedy))
 
     def _begun(self) -> dict[str, Any]:
         """Return the beginning of a check, in place of one that may be there."""
-        unfinished = None if self.result.complete else [self.result.generations, self.configuration.length]
-        new = {"settings": self._settings(), "unfinished": unfinished, "profiles": {}, "recoveries": []}
+        of_trials = self.result.trials, self.configuration.run.trials
+        of_generations = self.result.generations, self.configuration.length
+        unfinished = None if self.result.complete else of_trials if of_trials[1] else of_generations
+        new: dict[str, Any] = {"settings": self._settings(), "unfinished": unfinished, "profiles": {}, "recoveries": []}
         if self.folder is None:
             return new
         path = self.folder.path / CHECK

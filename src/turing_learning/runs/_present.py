@@ -378,7 +378,7 @@ def draw_check(check: "Check", result: Result, configuration: Configuration) -> 
             Picture(
                 "check-profiles",
                 "What each parameter leaves open",
-                "Accuracy on kept-out samples of fresh classifiers, trained against models in which one parameter is moved "
+                "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is moved "
                 "across its initial range; below the dashed line they may be guessing. "
                 f"{result.unknown}".strip(),
                 _profiles(check, result, configuration),
@@ -443,7 +443,7 @@ def check_listing(check: "Check") -> Listing:
         heading="Can it be believed?",
         columns=("parameter", "interval", "left open", "missed by", ""),
         rows=[_row(each) for each in check.parameters],
-        note=f"{check.verdict} Tested on {test.genuine_samples} kept-out samples in {test.genuine_groups} groups "
+        note=f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
         f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of the interval of "
         "the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much a run missed "
         "the estimate when it was the truth.",

@@ -343,7 +343,7 @@ class Result(Tabular):
         """Check whether the estimate can be believed: see docs/identifiability.md.
 
         Fresh classifiers are trained to tell genuine samples from samples simulated at the estimate, and tested
-        on kept-out ones; the same is done where each parameter is moved across its range; a run is made whose
+        on held-out ones; the same is done where each parameter is moved across its range; a run is made whose
         truth is the estimate; and distributions of the motion are compared. Of a run in a folder all of it is
         kept there, and goes on where it was stopped.
 

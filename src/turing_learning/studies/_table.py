@@ -246,7 +246,7 @@ class StudyResult(Tabular):
         remarks = ["Absolute errors; paper: mean of the best model."] if rows else []
         if len(groups) > MOST_GROUPS:
             remarks.append(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
-        for what, counts in (("say of themselves", self.verdicts()), ("against the truth", self.kinds())):
+        for what, counts in (("verdicts of the runs", self.verdicts()), ("against the truth", self.kinds())):
             remarks += [f"{what}: {', '.join(f'{count} {word}' for word, count in counts.items())}"] if counts else []
         remarks += [f"run {run.number}  seed {run.seed}  failed: {run.reason}" for run in self.failed[:MOST_FAILED]]
         return f"{self.title}: {describe(self)}", headings, rows, remarks

@@ -2,6 +2,7 @@
 
 import errno
 import json
+import logging
 import os
 import re
 import signal
@@ -45,6 +46,14 @@ def test_every_command_explains_itself(command, call):
     code, out, _ = call(*command, "--help")
     assert code == 0
     assert "Usage: turing-learning" in out
+
+
+def test_another_kind_of_trials_that_compiles_is_called_another(call, capsys):
+    call("--version")
+    for _ in range(2):
+        logging.getLogger("turing_learning.kernels").info("Compiling what is for this kind, once on this machine.")
+    said = capsys.readouterr().err.splitlines()
+    assert said == [f"Compiling what is for {each} kind, once on this machine." for each in ("this", "another")]
 
 
 def test_the_version_is_printed(call):

@@ -142,11 +142,14 @@ def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial
         (["trial.txt", "--fps", "10", "--scale", "1e-12"], r"`--scale` must be a number from 1e-09 to .*; got 1e-12\."),
         (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames"),
         (["none.txt", *OPTIONS], r"`motion` must be a readable file; got none.txt"),
-        (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must be a file that ends with .csv; got x.txt"),
-        (["trial.txt", *OPTIONS, "--out", "no/x.csv"], "`out` must be in an existing folder; got no/x.csv"),
+        (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must end with .csv; got x.txt"),
+        (
+            ["trial.txt", *OPTIONS, "--out", "no/x.csv"],
+            r"`out` must be a file that can be written; got no/x.csv \(there is no folder no\)",
+        ),
         (
             ["trial.txt", *OPTIONS, "--out", "taken.csv"],
-            "`out` must be a new file; got taken.csv, and taken.png exists",
+            r"`out` must be a file that does not exist; got taken\.png\. Choose another name, or replace it with --force\.",
         ),
         (["motion.npy", "--out", "x.csv"], r"`--out` must be left out where there is no recording; got x\.csv"),
     ],
@@ -223,6 +226,10 @@ def test_a_table_without_room_is_left_out_whole_and_the_same_command_may_be_repe
     assert err.count("\n") == 1
     assert not Path("found.csv").exists()
     assert call(*command)[0] == 0
+    assert call(*command)[0] == 2
+    Path("found.csv").write_text("old")
+    assert call(*command, "--force")[0] == 0
+    assert Path("found.csv").read_text().startswith("individual,")
 
 
 def test_a_table_in_a_folder_that_is_not_ones_own_is_refused_before_anything_runs(fish, trial, call, monkeypatch):

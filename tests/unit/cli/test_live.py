@@ -76,10 +76,10 @@ def test_a_line_says_in_how_many_generations_selection_stopped_since_the_last():
 @pytest.mark.parametrize(
     ("recent", "said"),
     [
-        ([0.1, 0.2, 0.9, 0.8], "so far good"),
-        ([0.1, 0.2, 0.1, 0.2], "so far I = 1 as I = 0"),
-        ([0.9, 0.8, 0.1, 0.2], "so far states exchanged"),
-        ([-0.9, 0.8, -0.1, 0.2], "so far away from the truth"),
+        ([0.1, 0.2, 0.9, 0.8], "models so far: good"),
+        ([0.1, 0.2, 0.1, 0.2], "models so far: I = 1 as I = 0"),
+        ([0.9, 0.8, 0.1, 0.2], "models so far: states exchanged"),
+        ([-0.9, 0.8, -0.1, 0.2], "models so far: away from the truth"),
     ],
 )
 @pytest.mark.parametrize("terminal", [True, False])

@@ -137,7 +137,7 @@ def test_the_verdict_names_what_is_not_pinned_down():
     parameters = (PinnedDown("a", 0.1, 0.2, 0.0), PinnedDown("b", 0.9, 0.2, 0.0))
     found = Check(test, parameters, (), (), ())
     assert found.verdict == (
-        "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
+        "Fresh classifiers can tell held-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
     )
     assert "its interval is 90% of the initial range" in next(
         line for line in str(found).splitlines() if line.startswith("b ")
@@ -145,6 +145,11 @@ def test_the_verdict_names_what_is_not_pinned_down():
     unfinished = replace(found, unfinished=(3, 10))
     assert unfinished.verdict == (
         f"{found.verdict} The run was not finished: the estimate is that after 3 of 10 generations."
+    )
+    of_trials = replace(unfinished, parameters=tuple(replace(each, sides=(True, False)) for each in parameters))
+    assert of_trials.verdict.endswith("that after 3 of 10 trials.")
+    assert of_trials.parameters[0].reasons == (
+        "nothing shows that higher values fit worse, so the true one may be higher",
     )
     cannot = replace(found, test=replace(test, p_value=0.4), parameters=parameters[:1])
     assert "cannot tell" in cannot.verdict

@@ -198,6 +198,14 @@ def test_other_settings_are_refused_unless_forced(tmp_path):
     assert content(result.path)["settings"]["seed"] == 1
 
 
+def test_a_check_of_unfinished_trials_speaks_of_trials(stop_after):
+    options = {"genuine": recorded(), "simulate": walk, "parameters": RANGES, "seed": 1}
+    stopped = tl.infer(**options, trials=40, should_stop=stop_after(3))
+    found = stopped.check(effort=replace(QUICK, points=0), recoveries=0)
+    assert found.unfinished == (stopped.trials, 40)
+    assert f"that after {stopped.trials} of 40 trials." in str(found)
+
+
 def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
     found = stopped.check(effort=QUICK, recoveries=0)
