@@ -277,7 +277,7 @@ class Store:
         self.require_here()
         content, path = encoded(name, content), self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._adopt()
+        self._adopt(name)
         lines = [] if name in self._written else self._present(name)
         self._written.discard(name)
         self.seals.append([*lines, (name, digest_of(content))])
@@ -450,12 +450,12 @@ class Store:
             self._unverified = True
             _LOGGER.warning("%s: not verified, it was written without seals.", self.path)
 
-    def _adopt(self) -> None:
-        """Seal what is there, if nothing is sealed; the mark that nobody verified it stays."""
+    def _adopt(self, replaced: str = "") -> None:
+        """Seal what is there and stays, if nothing is sealed; the mark that nobody verified it stays."""
         if self.seals.exists:
             return
         paths = {self.head_path, *(path for pattern in self.kind.pieces for path in self.path.glob(pattern))}
-        files = sorted(path for path in paths if path.is_file())
+        files = sorted(path for path in paths - {self.path / replaced} if path.is_file())
         if files:
             self.seals.append(
                 [(path.relative_to(self.path).as_posix(), file_digest(path)) for path in files], adopted=True

@@ -114,7 +114,9 @@ def _line(progress: "Progress") -> str:
         for name, value in zip(progress.parameter_names, progress.shown(progress.generation.typical_model), strict=True)
     )
     generation = progress.generation
-    fitness = f"fitness {_median(generation.model_fitness)} / {_median(generation.classifier_fitness)}"
+    fitness = (
+        f"fitness: models {_median(generation.model_fitness)}, classifiers {_median(generation.classifier_fitness)}"
+    )
     return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
 
 

@@ -180,6 +180,8 @@ class Recording(Tracks):
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
+        from turing_learning.families import FAMILIES
+
         windows, family, motion = self.opened()
         paths = self.trajectories or []
         names = [path.name if len(paths) == 1 else titled(path) for path in paths]
@@ -189,6 +191,8 @@ class Recording(Tracks):
                 print(f"{name}: {line}")
             if len(found) > MOST_PROBLEMS:
                 print(f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python")
+        if FAMILIES[str(self.model)].social and all(len(each.individuals) == 1 for each in motion):
+            print(f"there is one individual: what {self.model} says of neighbors cannot be inferred")
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         given = {"genuine": windows, "simulate": family, "parameters": family.parameters}
         options = self.given | {"trajectories": [str(path.absolute()) for path in paths]}

@@ -140,7 +140,7 @@ class Replicates:
 
 def as_recorded(
     family: type[Family],
-    recordings: Sequence[Trajectories],
+    recordings: Trajectories | Sequence[Trajectories],
     windows: Windows,
     *,
     tanks: Sequence[tuple[float, float] | None] = (),
@@ -153,7 +153,7 @@ def as_recorded(
     family
         Whose models are simulated.
     recordings, windows
-        What was recorded, and the windows of all of it.
+        What was recorded, once or several times, and the windows of all of it.
     tanks
         Width and height of the tank (cm) of each recording, or one for all; None, or none, for the unbounded plane.
     **settings
@@ -165,6 +165,9 @@ def as_recorded(
         `Replicates` where recordings differ in the number of individuals or the tank; they are drawn as often
         as windows are from them.
     """
+    recordings = [recordings] if isinstance(recordings, Trajectories) else recordings
+    pixels = any(each.unit != "cm" for each in recordings)
+    require(not pixels, "recordings", "be in cm, as the models are", "pixels", "Give their scale, pixels_per_cm.")
     given = list(tanks) * (len(recordings) if len(tanks) == 1 else 1)
     fits = len(given) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))

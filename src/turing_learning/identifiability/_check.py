@@ -93,10 +93,10 @@ class PinnedDown:
         sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
         open_ = " or ".join(side for side, rejected in sides if not rejected)
         said = (
-            (self.rejected, "the model is rejected"),
+            (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
             (self.interval_share is None and not claimed, "its interval is not known"),
-            (bool(open_), f"nothing shows that {open_} values fit worse, so the true one may be {open_}"),
+            (bool(open_), f"{open_} values may fit as well"),
             (
                 self.interval_share is not None and self.interval_share >= WIDE,
                 f"its interval is {self.interval_share or 0:.0%} of the initial range",
@@ -122,7 +122,7 @@ class PinnedDown:
         """What to say of it in a table."""
         if self.bound:
             return f"at the bound {self.bound}"
-        return "pinned down" if self.pinned_down else "model rejected" if self.rejected else "not pinned down"
+        return "pinned down" if self.pinned_down else "not pinned down"
 
 
 @dataclass(frozen=True, repr=False)
@@ -227,7 +227,8 @@ class Check(Tabular):
             for each in self.parameters
         ]
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
-        return self.verdict, headings, rows, ["Shares of the initial range; left open: at most."]
+        remark = "Shares of the initial range; left open: at most. Where others may fit as well, the truth may be among them."
+        return self.verdict, headings, rows, [remark]
 
 
 def check_from_json(content: Mapping[str, Any]) -> Check:

@@ -21,7 +21,7 @@ MOST_DECIMALS = 5
 LARGEST_FIXED = 1e4
 """Beyond it numbers are shown with an exponent."""
 
-ALARMING = ("abnormal", "disagree", "it is at the bound", "the model is rejected")
+ALARMING = ("abnormal", "disagree", "it is at the bound", "the estimate does not fit")
 WIDE = 100_000  # characters, where no terminal says how many there are
 LEAST = 24  # characters to which a column of words may shrink
 

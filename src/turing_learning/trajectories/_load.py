@@ -212,7 +212,7 @@ def _refuse_unstated(
 
 
 _MEANT = {
-    "pixels_per_cm": '1 for a file in cm, "unknown" to stay in pixels',
+    "pixels_per_cm": "1 for a file in cm",
     "y_axis": '"down" for positions in images, "up" for the axes of geometry',
 }
 
@@ -242,7 +242,9 @@ def _find(path: Path) -> Format:
         remedy = "Name its columns there, for example frame,id,x,y."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
     received = "what fits " + " and ".join(one.name for one in found) if found else "none of them"
-    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, ("Give ", Setting("format"), "."))
+    own = "Name the columns of a table of your own frame or time (s), x, y, and id where there are several; or give "
+    ahead = own if glance.lines and not found else "Give "
+    raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, (ahead, Setting("format"), "."))
 
 
 def _numbers(line: str) -> bool:

@@ -334,7 +334,7 @@ class Problems:
             if frames:
                 listed = ", ".join(map(str, frames[:10])) + (", ..." if len(frames) > 10 else "")
                 lines.append(f"{counted(len(frames))} {what}: {listed}")
-        return "\n".join([*lines, *self.remarks]) or "nothing found"
+        return "\n".join([*lines, *self.remarks]) or "no problems found"
 
 
 def counted(number: int, noun: str = "frame") -> str:

@@ -54,7 +54,9 @@ def test_elsewhere_there_is_a_line_every_100_generations():
     steps = [progress(completed) for completed in range(1, 251)]
     lines = shown(*steps, terminal=False).splitlines()
     assert [line.split()[1] for line in lines] == ["100/1000", "200/1000"]
-    assert lines[0] == ("generation 100/1000  100.0 generations/s  a 2.000 b 1.00e+07  fitness 0.500 / 0.700")
+    assert lines[0] == (
+        "generation 100/1000  100.0 generations/s  a 2.000 b 1.00e+07  fitness: models 0.500, classifiers 0.700"
+    )
 
 
 def test_a_run_of_trials_is_seen_in_trials():

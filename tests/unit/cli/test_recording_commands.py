@@ -417,7 +417,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         (["--trajectories", TERMITES], "`--model` must be given for recorded motion; got none."),
         (
             ["--trajectories", TERMITES],
-            '--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm, "unknown" to stay in pixels.',
+            "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm.",
         ),
         (["--trajectories", TERMITES, "--model", "couzn"], "got 'couzn'. Did you mean `couzin`?"),
         (["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"], "`--fps` must be given; got none"),
@@ -504,3 +504,12 @@ def test_a_run_knows_its_recording_and_says_where_it_was(call):
     motion.write_text(Path("moved.txt").read_text() + "\n")
     assert "which has changed since. Give its path" in call("check", "run", *quick)[2]
     assert "which has changed since. Give its path" not in call("resume", "run")[2]  # is finished, and needs none
+
+
+def test_of_one_individual_nothing_is_said_of_neighbors(call):
+    steps = np.random.default_rng(0).normal(0.3, 0.2, (200, 2)).cumsum(axis=0)
+    Path("one.csv").write_text("frame,x,y\n" + "".join(f"{k},{x:.3f},{y:.3f}\n" for k, (x, y) in enumerate(steps)))
+    options = [*without(given("one.csv", 10), "--model"), "--window", "1", "--trials", "20", "--model"]
+    remark = "there is one individual: what couzin says of neighbors cannot be inferred"
+    assert remark in call("infer", *options, "couzin", "--out", "run")[1].splitlines()
+    assert "one individual" not in call("infer", *options, "burst-and-coast", "--out", "other")[1]

@@ -116,7 +116,7 @@ def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():
     bound = PinnedDown("turning_rate", 0.01, 0.2, 0.0, bound="6 rad/s")
     assert (bound.pinned_down, bound.verdict) == (False, "at the bound 6 rad/s")
     wrong = PinnedDown("speed", 0.01, 0.2, 0.0, rejected=True)
-    assert (wrong.pinned_down, wrong.verdict) == (False, "model rejected")
+    assert (wrong.pinned_down, wrong.verdict) == (False, "not pinned down")
     test = TwoSampleTest(0.61, 0.5, 0.6, 10, 5, 10, 5, "individuals")
     said = Check(test, (bound, PinnedDown("b", 0.9, 0.2, 0.0)), (), (), ()).verdict
     assert said.endswith("Not pinned down: turning_rate (at the bound 6 rad/s), b.")
@@ -148,9 +148,7 @@ def test_the_verdict_names_what_is_not_pinned_down():
     )
     of_trials = replace(unfinished, parameters=tuple(replace(each, sides=(True, False)) for each in parameters))
     assert of_trials.verdict.endswith("that after 3 of 10 trials.")
-    assert of_trials.parameters[0].reasons == (
-        "nothing shows that higher values fit worse, so the true one may be higher",
-    )
+    assert of_trials.parameters[0].reasons == ("higher values may fit as well",)
     cannot = replace(found, test=replace(test, p_value=0.4), parameters=parameters[:1])
     assert "cannot tell" in cannot.verdict
     assert cannot.not_pinned_down == ()

@@ -37,7 +37,7 @@ def test_long_tables_are_read_as_files_are(tmp_path):
 
 
 @pytest.mark.parametrize("columns", ["x{0}", "fish{0}_x", "two levels"])
-def test_wide_tables_are_read(columns):
+def test_wide_tables_are_read(columns, tmp_path):
     positions = walk()
     table = pd.DataFrame(positions.reshape(12, 6))
     if columns == "two levels":
@@ -53,6 +53,13 @@ def test_wide_tables_are_read(columns):
     np.testing.assert_array_equal(timed.positions, read.positions)
     assert timed.fps == 25
     assert load_trajectories(table.set_axis(np.arange(5, 17)), **SAY).first_frame == 5
+    with pytest.raises(ValueError, match="`y_axis` must be given"):
+        load_trajectories(table, fps=25, pixels_per_cm=1)
+    if columns == "fish{0}_x":
+        table_with_times.to_csv(tmp_path / "fish.csv", index=False)
+        stored = load_trajectories(tmp_path / "fish.csv", **SAY | {"fps": None})
+        np.testing.assert_array_equal(stored.positions, read.positions)
+        assert (stored.format, stored.individuals, stored.fps) == ("tidy", read.individuals, 25)
 
 
 def test_tables_of_deeplabcut_are_read(tmp_path):

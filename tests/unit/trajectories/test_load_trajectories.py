@@ -53,7 +53,7 @@ def test_a_frame_rate_is_never_guessed(name, tmp_path):
 @pytest.mark.parametrize("name", [name for name in FORMATS if "pixels_per_cm" in SAID[name]])
 def test_a_scale_is_never_guessed(name, tmp_path):
     path = WRITERS[name](tmp_path, walk())
-    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*\"unknown\" to stay in pixels"):
+    with pytest.raises(ValueError, match=r"`pixels_per_cm` must be given; got none.*Give 1 for a file in cm"):
         load_trajectories(path, **SAID[name] | {"pixels_per_cm": None})
 
 
@@ -126,7 +126,8 @@ def test_an_unknown_content_is_refused(content, tmp_path):
     path = tmp_path / "some.dat"
     path.write_bytes(content)
     with pytest.raises(
-        ValueError, match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]"
+        ValueError,
+        match=r"`path` must have the content of one of idtracker, .*; got none of them \[.*some.dat\]\. (Name the|Give `f)",
     ):
         load_trajectories(path, fps=25, pixels_per_cm=10)
 
@@ -155,7 +156,7 @@ def test_all_that_is_missing_is_named_at_once(tmp_path):
     path = tidy(tmp_path, walk())
     message = (
         r"`fps` must be given; got none, and the file does not state it \[.*fish.csv\]. Give `pixels_per_cm`, too: 1 for a file in "
-        r'cm, "unknown" to stay in pixels. Give `y_axis`, too: "down" for positions in images, "up" for'
+        r'cm. Give `y_axis`, too: "down" for positions in images, "up" for'
     )
     with pytest.raises(ValueError, match=message):
         load_trajectories(path)

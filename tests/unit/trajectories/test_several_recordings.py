@@ -82,6 +82,13 @@ def replace_samples(windows):
     return read_genuine(observed(windows), rng=np.random.default_rng(0))
 
 
+def test_one_recording_needs_no_list_and_pixels_are_refused():
+    windows = SOME[0].windows(10)
+    assert as_recorded(Couzin, SOME[0], windows) == as_recorded(Couzin, SOME[:1], windows)
+    with pytest.raises(ValueError, match="`recordings` must be in cm, as the models are; got pixels"):
+        as_recorded(Couzin, replace(SOME[0], unit="px"), windows)
+
+
 def test_groups_are_as_large_as_recorded_and_drawn_as_often_as_windows():
     windows = pooled_windows(SOME, steps=10)
     family = as_recorded(Couzin, SOME, windows, tanks=[(30, 20)])

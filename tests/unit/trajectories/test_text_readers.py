@@ -23,6 +23,10 @@ def load(tmp_path, content, **said):
         (TIDY + "0,a,1,2\n1,a,1,2,3\n", r"have 4 cells in each row; got 5 \[.*file.txt:3\]"),
         (TIDY + "0,a,1,2\n1,a,1,2", r"end with a line end; got b'1,a,1,2' \[.*file.txt:3\]. The file may be cut off"),
         (TIDY + "0,a,1,two\n", r"have finite numbers or NaN; got 'two' \[.*file.txt:2\]"),
+        (
+            "frame;id;x;y\n0;a;1;2,5\n",
+            r"have finite numbers or NaN; got '2,5' \[.*file.txt:2\]\. Write decimals with a point",
+        ),
         (TIDY + "0,a,1,inf\n", r"have finite numbers or NaN; got 'inf' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,1_0\n", r"have finite numbers or NaN; got '1_0' \[.*file.txt:2\]"),
         (TIDY + "0,a,1,\n", r"have both x and y or neither; got \[1.0, nan\] \[.*file.txt:2\]"),
@@ -49,7 +53,7 @@ def load(tmp_path, content, **said):
         ),
         (
             "time,id,x,y\n0,a,1,1\n0.1,a,1,1\n0.35,a,1,1\n",
-            r"have times that are whole frames apart, at .*; got 0.\d+ s \[",
+            r"have times that are whole frames apart, at .*; got 0.\d+ s \[.*\]\. Correct `fps`, or number the frames",
         ),
         (
             "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",

@@ -62,7 +62,7 @@ def test_the_duration_is_the_time_between_first_and_last_frame():
 def test_nothing_is_found_in_a_recording_without_problems():
     problems = recording(line()).problems
     assert not problems.found
-    assert str(problems) == "nothing found"
+    assert str(problems) == "no problems found"
 
 
 def test_missing_values_are_counted_for_each_individual():

@@ -317,7 +317,8 @@ def read_table(
             wrong |= ["_" in value for value in values]
         if wrong.any():
             row = int(np.argmax(wrong))
-            raise refusal("have finite numbers or NaN", repr(values[row].strip()[:40]), place(row))
+            remedy = "Write decimals with a point." if "," in values[row] else ""
+            raise refusal("have finite numbers or NaN", repr(values[row].strip()[:40]), place(row), remedy)
     return Table(found, tuple([cell.strip() for cell in frame[column]] for column in texts), place)
 
 

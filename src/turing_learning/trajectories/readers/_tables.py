@@ -3,12 +3,13 @@
 import json
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turing_learning.errors import refuse
+from turing_learning.errors import Setting, refuse
 from turing_learning.trajectories._recording import (
     LARGEST,
     Format,
@@ -44,7 +45,10 @@ def _names(glance: Glance) -> set[str]:
 
 
 def _is_tidy(glance: Glance) -> bool:
-    return {"x", "y"} <= _names(glance) and not _names(glance).isdisjoint(("frame", *TIME))
+    names = _names(glance)
+    others = names - {"frame", *TIME}
+    wide = all(re.fullmatch(r"[xy][0-9]+|(?!pos_).+[ _.:](x|y|likelihood|confidence)", name) for name in others)
+    return others < names and ({"x", "y"} <= names or (bool(others) and wide and not _is_csv(glance)))
 
 
 def read_tracktor(path: Path, options: Options) -> Recording:
@@ -56,8 +60,14 @@ def read_tracktor(path: Path, options: Options) -> Recording:
 
 
 def read_tidy(path: Path, options: Options) -> Recording:
-    """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; others are left alone."""
-    return read_long(_sheet(path), options)
+    """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table.
+
+    Columns of a long table that are none of these are left alone.
+    """
+    sheet = _sheet(path)
+    if {"x", "y"} <= {name.lower() for name in sheet.names}:
+        return read_long(sheet, options)
+    return replace(read_wide(sheet, WIDE, each=None), y_axis=None)
 
 
 def _sheet(path: Path) -> Sheet:
@@ -124,7 +134,8 @@ def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.
     if away.any():
         row = int(np.argmax(away))
         rule = f"have times that are whole frames apart, at {rate:.6g} per second"
-        raise refusal(rule, f"{seconds[row]:.10g} s", place(row), "Give the frame rate as `fps`, or number the frames.")
+        remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
+        raise refusal(rule, f"{seconds[row]:.10g} s", place(row), remedy)
     stated = float(f"{rate:.{RATE_DIGITS}g}") if fps is None and span > 0 else None
     return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
 
@@ -306,7 +317,7 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
         return read_long(_frame_sheet(frame), options)
     if names.isdisjoint(("frame", *TIME)):
         frame = frame.reset_index(names="frame")
-    return read_wide(_frame_sheet(frame), WIDE, each=None)
+    return replace(read_wide(_frame_sheet(frame), WIDE, each=None), y_axis=None)
 
 
 def _frame_sheet(frame: "pd.DataFrame") -> Sheet:
