@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -185,11 +186,11 @@ def test_functions_that_have_no_name_are_asked_for_when_the_run_is_resumed(labor
     [
         (
             lambda poses, present: poses.__setitem__((slice(6, None), 1, 0), 7.0),
-            "individual 1 (b) cannot have moved so far",
+            "individual 1 (b) cannot have moved 7.0 cm and turned 0 degrees like this",
         ),
         (
             lambda poses, present: poses.__setitem__((slice(6, None), 0, 2), 3.1),
-            "individual 0 (a) cannot have moved so far",
+            "individual 0 (a) cannot have moved 0.0 cm and turned 178 degrees like this",
         ),
         (lambda poses, present: present.__setitem__((3, 1), False), "individual 1 (b) is out of sight"),
     ],
@@ -203,6 +204,39 @@ def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, tex
     assert isinstance(fault, Fault)
     assert text in fault.text
     assert impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), 100.0, 40.0) == ()  # a faster robot
+
+
+def track_of(step, heading=0.0, neighbor=100.0, noise=0.0):
+    """Return the track of a robot on the floor's middle that moves by a step (2,) in the sixth image, and of one at its left."""
+    poses = np.zeros((11, 2, 3)) + [50.0, 50.0, heading] + noise * np.random.default_rng(1).normal(size=(11, 2, 3))
+    poses[6:, 0, :2] += step
+    poses[:, 1, 1] += neighbor
+    return Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("step", "options", "noticed"),
+    [
+        ((0.0, 0.3), {}, False),  # as errors of poses, and turns between two images, let it seem
+        ((0.0, 0.6), {}, True),  # nobody drives sideways
+        ((0.6, 0.0), {}, False),
+        ((0.6, 0.0), {"heading": np.pi / 2}, True),
+        ((-1.6, 0.0), {}, False),  # backward, by hardly more than the wheels' largest speed
+        ((-1.9, 0.0), {}, True),
+        ((0.0, 0.6), {"neighbor": 7.5}, False),  # pushed
+        ((0.0, -1.2), {"neighbor": 7.5}, True),
+        ((0.0, 0.6), {"noise": 0.05}, False),  # a tracker with large errors
+        ((0.0, 2.0), {"noise": 0.05}, True),
+    ],
+)
+def test_a_robot_moves_along_its_heading_unless_another_pushes_it(step, options, noticed):
+    speed, radius = Robot().maximum_speed_cm_s, Robot().radius_cm
+    found = impossible(track_of(step, **options), speed, 5.0, radius, (200.0, 225.0))
+    assert [fault.kind for fault in found] == ["carried away"] * noticed
+    assert all(fault.text.startswith("individual 0 (a)") and fault.frame == 6 for fault in found)
+    assert impossible(track_of((0.0, 0.6)), speed, 5.0, radius, (53.0, 225.0)) == ()  # a wall is as good
+    along = track_of((0.0, 0.6))
+    assert impossible(replace(along, has_headings=False), speed, 5.0, radius) == ()  # where headings are not known
 
 
 @pytest.mark.parametrize(

@@ -268,6 +268,13 @@ def fastest_turn(robot: Robot) -> float:
     return 2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm
 
 
+def impossible_motion(track: Track, scenario: Scenario) -> tuple[Fault, ...]:
+    """Return a fault for each robot that is not always seen, or moves as it cannot; see `impossible`."""
+    robot, sides = scenario.robot, (scenario.arena.width_cm, scenario.arena.height_cm)
+    arena_cm = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
+    return impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot), robot.radius_cm, arena_cm)
+
+
 IMAGES = 20  #: Taken to measure the camera's rate
 RATE_TOLERANCE = 0.1
 RATE_TRIES = 5  #: A PC that is busy for a moment takes images late, and then many at once
@@ -343,8 +350,8 @@ def _replica(replica: RobotSection, equipment: Equipment) -> str:
 
 
 def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
-    track, robot = poses.track(equipment.clock.now(), IMAGES), scenario.robot
-    wrong = [fault.text for fault in (*track.faults, *impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot)))]
+    track = poses.track(equipment.clock.now(), IMAGES)
+    wrong = [fault.text for fault in (*track.faults, *impossible_motion(track, scenario))]
     require(not wrong, "tracker", "see all robots", "; ".join(wrong))
     return f"all {len(track.labels)} seen, {IMAGES} times"
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from turing_learning.errors import require
 from turing_learning.robots._link import LARGEST_SEQUENCE, Model, Replica, Signal
-from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track, impossible
+from turing_learning.robots.tracking._tracker import CARRIED, IRREGULAR, MISSING, SURPLUS, Fault, Track
 from turing_learning.swarm import Scenario
 
-from ._equipment import Equipment, PoseSource, fastest_turn
+from ._equipment import Equipment, PoseSource, fastest_turn, impossible_motion
 from ._setup import LaboratorySetup, RobotSection
 
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
@@ -261,8 +261,7 @@ class PcProgram:
         track = track.bridged()
         if track.faults:
             return track
-        robot = self._scenario.robot
-        return replace(track, faults=impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot)))
+        return replace(track, faults=impossible_motion(track, self._scenario))
 
     def _update(self, track: Track, started_s: float) -> State:
         """P5: continue unless the trial was disturbed, which is reported at once. The generation is judged when it is complete."""

@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +22,9 @@ from ._markers import Detections, Markers
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
 IRREGULAR = "irregular images"
 """Kinds of faults."""
-PUSH_CM, PUSH_RAD = 1.0, 0.7
-"""How much farther than by its wheels a robot may move and turn between two images: others push it, and headings have errors."""
+SIDE_CM, WHEEL_CM, PUSH_CM, SCATTER = 0.3, 0.4, 0.7, 10.0
+"""How much farther than it can drive a robot, and each of its wheels, may be seen to move sideways, and along, between two images;
+how much more where others, or walls, push it; how often more what is usually seen sideways: experiments/laboratory/carried.py."""
 
 
 @dataclass(frozen=True)
@@ -96,21 +98,46 @@ class Track:
         return signed_speeds(self.bridged().poses, self.interval_s)
 
 
-def impossible(track: Track, speed_cm_s: float, turn_rad_s: float) -> tuple[Fault, ...]:
-    """Return a fault for each individual of a track that is not always seen, or that moves or turns faster than the robot can."""
-    faults = []
-    for who, label in enumerate(track.labels):
-        seen, name = np.nonzero(track.present[:, who])[0], f"individual {who} ({label})"
-        gaps = ~track.present[:, who] & ~track.lost
-        if gaps.any():
-            frame = int(np.argmax(gaps))
-            faults.append(Fault(frame, MISSING, f"{name} is out of sight. Look after it."))
-        steps, times = np.diff(track.poses[seen, who], axis=0), np.diff(seen) * track.interval_s
-        turned = np.abs(wrap(steps[:, 2]))
-        far = np.hypot(steps[:, 0], steps[:, 1]) > speed_cm_s * times + PUSH_CM
-        if (wrong := far | (turned > turn_rad_s * times + PUSH_RAD)).any():
-            frame = int(seen[1:][np.argmax(wrong)])
-            faults.append(Fault(frame, CARRIED, f"{name} cannot have moved so far: it was carried, or turned by hand"))
+def impossible(
+    track: Track, speed_cm_s: float, turn_rad_s: float, radius_cm: float = math.inf,
+    arena_cm: tuple[float, float] | None = None,
+) -> tuple[Fault, ...]:  # fmt: skip
+    """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two wheels cannot.
+
+    A wheel turns no faster than at `speed_cm_s`, two turn a robot in place at `turn_rad_s`; and nobody moves sideways, but for
+    turns between two images. Without a radius all may push each other all the time.
+    """
+    places, everybody = track.poses[..., :2], range(len(track.labels))
+    names = [f"individual {who} ({label})" for who, label in enumerate(track.labels)]
+    gaps = ~track.present & ~track.lost[:, None]
+    faults = [
+        Fault(int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it.")
+        for who in np.nonzero(gaps.any(axis=0))[0].tolist()
+    ]
+    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1) - 2 * radius_cm
+    apart[:, everybody, everybody] = math.inf
+    room = apart.min(axis=-1)  # to what is nearest
+    if arena_cm is not None:
+        room = np.minimum(room, np.minimum(places, np.array(arena_cm) - places).min(axis=-1) - radius_cm)
+    sights = [(who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])]
+    if not sights:
+        return tuple(faults)
+    who, before, after = np.array(sights).T
+    steps, times = track.poses[after, who] - track.poses[before, who], (after - before) * track.interval_s
+    turned, way = wrap(steps[:, 2]), speed_cm_s * times
+    middle = track.poses[before, who, 2] + turned / 2
+    if not track.has_headings:
+        middle = np.arctan2(steps[:, 1], steps[:, 0])
+    aside = np.abs(steps[:, 1] * np.cos(middle) - steps[:, 0] * np.sin(middle))
+    along = np.abs(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)) / np.sinc(turned / (2 * np.pi))
+    pushed = np.minimum(room[before, who], room[after, who]) <= way
+    more = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
+    sideways = aside > way * turn_rad_s * times / 8 + SIDE_CM + more  # as far as turns between the images let it
+    wrong = sideways | (along + np.abs(turned) * speed_cm_s / turn_rad_s > way + WHEEL_CM + more)
+    for step in sorted({int(np.argmax(wrong & (who == one))) for one in who[wrong]}):
+        how = f"{np.hypot(*steps[step, :2]):.1f} cm and turned {np.degrees(turned[step]):.0f} degrees like this"
+        text = f"{names[who[step]]} cannot have moved {how}: it was carried, or turned by hand. Repeat the trial."
+        faults.append(Fault(int(after[step]), CARRIED, text))
     return tuple(faults)
 
 
@@ -205,7 +232,7 @@ class Tracker:
             markers.check_label(label)
         self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
         self.interval_s = number("interval_s", interval_s, above=0)
-        self._step = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0) * interval_s
+        self._speed = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0)
         self._turn = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
         self._maximum_gap = integer("maximum_gap", maximum_gap)
         self._places = calibration.map_pixels(markers.height_cm)
@@ -247,16 +274,8 @@ class Tracker:
             return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), frozen)
         self._frozen, self._last_image = False, image
         detections = self.markers.detect(image, self._places)
-        before, gap = self._poses[:, 2].copy(), self._gap.copy()
         present, free = self._assign(detections)
         faults = self._report(detections, present, free)
-        if detections.headings is not None:
-            turned = np.abs(wrap(self._poses[:, 2] - before))
-            too_far = present & (gap >= 0) & (turned > self._turn * self.interval_s * (gap + 1) + PUSH_RAD)
-            for who in np.nonzero(too_far)[0].tolist():
-                angle = f"{np.degrees(turned[who]):.0f} degrees"
-                text = f"{self._name(who)} cannot have turned {angle}: it was turned by hand"
-                faults = (*faults, Fault(self._frame, CARRIED, text + ". Repeat the trial."))
         self._gap[~present & (self._gap >= 0)] += 1
         self._was_present = present
         return Sighting(self._poses.copy(), present, faults)
@@ -266,14 +285,11 @@ class Tracker:
         self.start()
         sightings = [self.follow(image) for image in images]
         require(len(sightings) >= 2, "images", "be 2 or more", len(sightings), "Check that the camera gives frames.")
-        return Track(
-            np.array([sighting.poses for sighting in sightings]),
-            np.array([sighting.present for sighting in sightings]),
-            self.labels,
-            self.interval_s,
-            tuple(fault for sighting in sightings for fault in sighting.faults),
-            self.markers.has_heading,
-        )
+        poses, present = (np.array([getattr(one, name) for one in sightings]) for name in ("poses", "present"))
+        faults = [fault for sighting in sightings for fault in sighting.faults]
+        track = Track(poses, present, self.labels, self.interval_s, has_headings=self.markers.has_heading)
+        faults += [fault for fault in impossible(track, self._speed, self._turn) if fault.kind == CARRIED]
+        return replace(track, faults=tuple(sorted(faults, key=lambda fault: fault.frame)))
 
     def _assign(self, detections: Detections) -> tuple[np.ndarray, np.ndarray]:
         """Assign detections to individuals; return who is present (A,) and which detections (n,) are left."""
@@ -296,7 +312,8 @@ class Tracker:
     def _nearest(self, individuals: np.ndarray, positions: np.ndarray) -> list[tuple[int, int]]:
         """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within reach."""
         distance = np.hypot(*(self._poses[individuals, None, :2] - positions[None]).transpose(2, 0, 1))
-        reach = (self._step * (self._gap[individuals] + 1) + PUSH_CM)[:, None]  # their way since, and a push
+        way = self._speed * self.interval_s * (self._gap[individuals] + 1)
+        reach = (way + WHEEL_CM + PUSH_CM)[:, None]
         rows, columns = linear_sum_assignment(np.where(distance <= reach, distance, 1e6))
         return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= reach[i]]
 
