@@ -239,7 +239,7 @@ def test_every_control_has_a_name(opened):
         "Play",
         "Speed",
         "Time",
-        "Zoom to the swarm",
+        "Zoom in",
     ]
 
 

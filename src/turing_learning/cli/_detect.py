@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from turing_learning.errors import refuse, refusing_as, require
 
-from ._options import Integer, Real, Tracks
+from ._options import Integer, Real, Tracks, titled
 from ._runs import opened
 
 if TYPE_CHECKING:
@@ -294,6 +294,7 @@ def _write(
     from turing_learning.runs import RunStorageError
     from turing_learning.store import told
 
+    name = titled(Path(motion.recording.source)) if motion.recording else out.stem
     figure = timeline_of(motion, verdicts, votes=found is None)
     fresh = [path for path in _written(out) if not path.exists()]
     what = f"`out` must be a file that can be written; could not write to {out}"
@@ -302,7 +303,7 @@ def _write(
             write_atomically(out, window_table(verdicts).encode())
             save_figure(figure, out.parent, out.stem)
             if found is not None:
-                write_page(detection_page(found, motion, verdicts, figure), out.with_suffix(".html"))
+                write_page(detection_page(found, motion, verdicts, figure, name), out.with_suffix(".html"))
         except OSError:
             for path in fresh:
                 try:

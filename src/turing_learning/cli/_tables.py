@@ -141,8 +141,8 @@ def print_standings(
     print_table(console, *standings(found, timed, seconds=seconds))
     called = sum(bool(each.abnormal) for each in found.individuals)
     others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
-    ways = [f"{each.individual} by {ranking.name}" for ranking, each in others if each.rank == 1]
-    by = f"ranked by {found.rankings[0].name} (first would be {', '.join(ways)})" if ways else "ranked by it alone"
+    ways = [f"{each.individual} ({ranking.name})" for ranking, each in others if each.rank == 1]
+    by = f"ranked by {found.rankings[0].name}" + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
     console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
     for remark in found.remarks:
         console.print(remark)

@@ -300,8 +300,8 @@ class Detection:
             ]
         elif self.level > self.false_alarms:
             said.append(
-                f"{self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the least is 1 of "
-                f"{self.normal + 1}, {self.level:.2g}. An individual is called abnormal if its score is above all of theirs."
+                f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the lowest "
+                f"is 1 of {self.normal + 1}, {self.level:.2g}. Abnormal is whose score is above all of theirs."
             )
         if self.level is not None:
             many = "s" * (self.recordings > 1)
@@ -317,7 +317,7 @@ class Detection:
         rivals = [area or 0.0 for name, area in areas.items() if name in BASELINES]
         if CLASSIFIERS in areas and rivals:
             beat = "beat" if (areas[CLASSIFIERS] or 0.0) > max(rivals) else "do not beat"
-            said.append(f"The classifiers {beat} the baselines by {self.cases}; area under the curve: {compared}.")
+            said.append(f"On {self.cases} the classifiers {beat} the baselines; area under the ROC curve: {compared}.")
         return tuple(said)
 
 

@@ -88,10 +88,12 @@ def window_table(verdicts: Sequence[TimedVerdict]) -> str:
     return str(pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n"))
 
 
-def detection_page(found: Detection, motion: RecordedMotion, timed: Sequence[TimedVerdict], timeline: "Figure") -> str:
-    """Return the page of a detection: ranking, scores over time, and paths of the most unlike and the most normal individuals."""
+def detection_page(
+    found: Detection, motion: RecordedMotion, timed: Sequence[TimedVerdict], timeline: "Figure", name: str
+) -> str:
+    """Return the page of a detection in the recording of that name: ranking, scores over time, and paths of some individuals."""
     limit = "" if found.level is None else f" Abnormal: a p-value of at most {found.level:.2g}."
-    note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit}"
+    note = f"By {found.rankings[0].name}; the first is the most unlike normal individuals.{limit} {' '.join(found.remarks)}"
     table = Listing("ranking", "Ranking", *standings(found, timed, seconds=True), note=note)
     caption = (
         "Higher bars: a window that is more unlike normal ones. Orange: the stretch that makes an individual abnormal."
@@ -112,6 +114,6 @@ def detection_page(found: Detection, motion: RecordedMotion, timed: Sequence[Tim
         caption = f"From {begin:.1f} s to {end:.1f} s, in cm: the most unlike individuals and the most normal ones."
         drawn.append(Picture("paths", "Paths", caption, figure, wide=True))
     many = sum(bool(each.abnormal) for each in found.individuals)
-    said = f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal. " * (found.level is not None)
-    said += " ".join(found.remarks)
-    return study_page(StudyReport("Who is unlike normal individuals?", said, (table,), tuple(drawn)))
+    said = f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal."
+    said = "Individuals are ranked; nobody is called abnormal." if found.level is None else said
+    return study_page(StudyReport(f"{name}: who is unlike normal individuals?", said, (table,), tuple(drawn)))

@@ -258,9 +258,10 @@ def _replay(replay: Replay, heading: bool = True) -> str:
     stages = ""
     for swarm in replay.swarms:
         replicas = int(swarm.is_replica.sum())
-        counts = {"agent": swarm.robots - replicas, "replica": replicas, "object": swarm.objects}
+        genuine = "agent" if replay.robotic else "individual"
+        counts = {genuine: swarm.robots - replicas, "replica": replicas, "object": swarm.objects}
         legend = "".join(
-            f'<span class="key {kind}">{count} {kind}{"s" if count != 1 else ""}</span>'
+            f'<span class="key {"agent" if kind == genuine else kind}">{count} {kind}{"s" if count != 1 else ""}</span>'
             for kind, count in counts.items()
             if count
         )
@@ -269,7 +270,10 @@ def _replay(replay: Replay, heading: bool = True) -> str:
             f'<canvas role="img" aria-label="{escape(swarm.label)}, seen from above"></canvas></figure>\n'
         )
     body = Template(_asset("_replay.html")).substitute(
-        stages=stages, count=len(replay.swarms), duration=f"{replay.duration_s:.1f}"
+        stages=stages,
+        count=len(replay.swarms),
+        duration=f"{replay.duration_s:.1f}",
+        sight="" if replay.robotic else "hidden",
     )
     if heading:
         return _section("replay", escape(replay.title), body)

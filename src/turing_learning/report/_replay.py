@@ -88,6 +88,8 @@ class Replay:
         One or more swarms with the same number of frames.
     walls_cm
         Left, bottom, right, and top of the arena (cm); None where it is unbounded.
+    robotic
+        Whether robots are shown, which look along a line of sight.
     """
 
     title: str
@@ -96,6 +98,7 @@ class Replay:
     interval_s: float
     swarms: tuple[Swarm, ...]
     walls_cm: tuple[float, float, float, float] | None = None
+    robotic: bool = True
 
     def __post_init__(self) -> None:
         for name in ("robot_radius_cm", "object_radius_cm", "interval_s"):

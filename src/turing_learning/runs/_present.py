@@ -204,7 +204,7 @@ def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
     return [
         ("Seed", str(result.seed)),
         ("Begun", manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")),
-        ("Again", again),
+        ("Run again", again),
         ("Cite", CITATION),
     ]
 
@@ -312,6 +312,7 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
         interval_s=stride * interval,
         swarms=tuple(swarms),
         walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
+        robotic=False,
     )
 
 

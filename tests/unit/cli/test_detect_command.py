@@ -41,7 +41,7 @@ def test_a_demonstration_ranks_every_individual(run, call):
     assert f"{list(rows.values()).count('abnormal')} of 3 abnormal, by windows of 10 steps; ranked by " in out
     assert re.search(r"Of the 600 normal individuals \d+ would have been called abnormal\.", out)
     assert re.search(
-        r"The classifiers (do not )?beat the baselines by 96 simulated robots .*; .*judged alike [01]\.\d{3}",
+        r"On 96 simulated robots .* the classifiers (do not )?beat the baselines; .*judged alike [01]\.\d{3}",
         out,
     )
 

@@ -118,7 +118,14 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
     assert np.mean(shares) == pytest.approx(strange["score"])
     page = Path("found.html").read_text()
     assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>abnormal</td>', page)
-    for text in ("Scores over time", "Paths", content["remarks"][0], "2 (rank 1)", "1 of 6 individuals is abnormal"):
+    for text in (
+        "Scores over time",
+        "Paths",
+        content["remarks"][0],
+        "2 (rank 1)",
+        "1 of 6 individuals is abnormal",
+        "/3.csv: who",
+    ):
         assert escape(text) in page
 
 

@@ -62,7 +62,9 @@ def test_what_all_of_a_recording_share_is_no_sign():
 def test_a_rate_that_normal_individuals_are_too_few_for_is_not_promised():
     found = judged(strange(), NORMAL, false_alarms=0.01)
     assert found.level == pytest.approx(1 / 31)
-    assert found.remarks[0].startswith("0.01 cannot be promised by 30 normal individuals: the least is 1 of 31, 0.032.")
+    assert found.remarks[0].startswith(
+        "A false-alarm rate of 0.01 cannot be promised by 30 normal individuals: the lowest is 1 of 31, 0.032."
+    )
     assert judged(strange(), NORMAL, false_alarms=0.1).level == 0.1
 
 
@@ -116,7 +118,7 @@ def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measur
     areas = {each.name: each.area for each in found.rankings}
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
     assert found.rankings[0].name in ("window statistics", "all together")
-    assert "The classifiers do not beat the baselines by 12 planted individuals" in found.remarks[-1]
+    assert "On 12 planted individuals the classifiers do not beat the baselines" in found.remarks[-1]
 
 
 def kinds(by, what):

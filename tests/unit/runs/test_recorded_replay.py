@@ -28,6 +28,8 @@ def test_the_report_of_a_run_in_a_folder_and_in_memory_shows_the_same_replay(tmp
     result = infer(out=tmp_path / "run")
     page = (tmp_path / "run" / "report.html").read_text()
     assert "Recorded individuals beside replicas" in page
+    assert '<span class="key agent">3 individuals</span>' in page
+    assert "<label hidden>" in page  # of lines of sight
     again = tl.load_run(tmp_path / "run").report(tmp_path / "again.html").read_text()
     in_memory = infer().report(tmp_path / "memory.html").read_text()
     data = [text.split('id="replay-data">')[1].split("</script>")[0] for text in (page, again, in_memory)]
