@@ -188,7 +188,7 @@ def brief(value: object, most: int = 200) -> str:
     if isinstance(value, int) and abs(value) >= 10**most:
         return "an integer of more than {} digits".format(most)  # noqa: UP032 - the number itself may not be written
     try:
-        text = repr(value.item() if hasattr(value, "item") else value)
+        text = " ".join(repr(value.item() if hasattr(value, "item") else value).split("\n"))
     except Exception:  # a value of the caller's may fail to write itself
         text = f"a {type(value).__name__}"
     return text if len(text) <= most else f"{text[: most - 3]}..."

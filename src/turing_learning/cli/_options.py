@@ -288,6 +288,8 @@ def toml_value(text: str) -> Any:
 
 def require_scenario(scenario: str | None, config: Path | None, names: Iterable[str]) -> None:
     """Reject a command line that says nowhere what is to run."""
+    if scenario is not None and scenario.endswith(".toml"):
+        refuse("SCENARIO", "be the name of a scenario", scenario, "Give a file with --config.")
     if scenario is None and config is None:
         remedy = f"Choose from: {', '.join(names)}."
         refuse("SCENARIO", "be given, or a file with --config", "neither", remedy)

@@ -410,9 +410,9 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
     if not needed <= RunFolder(run).known_parts():
         refuse(
             "run",
-            "be on recorded motion that the command line began with",
-            f"{system.name!r}, whose samples and simulator Python has",
-            f"Call there turing_learning.{call.format(run=repr(str(run)))}.",
+            "be on recorded motion, or have samples and a simulator that can be imported",
+            f"{system.name!r}, to which Python gave them",
+            f"In Python call turing_learning.{call.format(run=repr(str(run)))}.",
             place=str(run),
         )
 

@@ -246,7 +246,7 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
         if isinstance(name, str) and name in SCENARIOS and name != named:
             rule = f"be that of the preset, {named!r}, or one of your own"
             origins.refuse("scenario.name", rule, repr(name), "Leave one of them out.")
-    if is_dataclass(asked) and not isinstance(asked, type):
+    if isinstance(asked, Scenario | CustomSystem):
         base = asdict(asked)
     else:
         if asked is not None:

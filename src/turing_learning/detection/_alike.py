@@ -296,7 +296,7 @@ class Detection:
         first, said = self.rankings[0], []
         if self.level is None:
             said = [
-                "Nobody is called abnormal, as no recordings of normal individuals are given; the ranking stands. Give some."
+                "Nobody is called abnormal, as no recordings of normal individuals are given (`genuine`); the ranking stands."
             ]
         elif self.level > self.false_alarms:
             said.append(

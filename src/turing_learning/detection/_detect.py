@@ -208,7 +208,7 @@ def detect(
     else:
         require(
             run.calibration is not None, "genuine", "be given for a run that has stored no motion", "none",
-            "Give motion of normal individuals.", error=ConfigurationError,
+            "Give motion of normal individuals, or let the run end.", error=ConfigurationError,
         )  # fmt: skip
         assert run.calibration is not None
         pool = run.calibration[0][len(run.calibration[0]) // 2 :, 0]  # the run has not learned from these

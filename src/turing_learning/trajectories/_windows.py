@@ -86,6 +86,10 @@ class Windows:
     excerpt: np.ndarray | None = None
     smooth_frames: int = 1
 
+    def __str__(self) -> str:
+        counts = f"{len(self.learning)} windows for learning and {len(self.held_out)} held out"
+        return f"{counts}, each of {self.learning.shape[1]} steps of {self.interval_s:g} s: {', '.join(self.names)}"
+
     @property
     def learning_recording(self) -> np.ndarray:
         """Of which recording (K,), from 0, each window for learning is."""

@@ -56,6 +56,12 @@ def test_another_kind_of_trials_that_compiles_is_called_another(call, capsys):
     assert said == [f"Compiling what is for {each} kind, once on this machine." for each in ("this", "another")]
 
 
+@pytest.mark.parametrize("command", ["infer", "simulate"])
+def test_a_file_in_place_of_a_scenario_is_led_to_its_option(refused, command):
+    message = "`SCENARIO` must be the name of a scenario; got five.toml. Give a file with --config."
+    assert refused(command, "five.toml") == message
+
+
 def test_the_version_is_printed(call):
     assert call("--version")[:2] == (0, f"turing-learning {turing_learning.__version__}\n")
 

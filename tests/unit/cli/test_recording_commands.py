@@ -478,8 +478,8 @@ def test_a_run_that_python_began_is_left_to_python(call, told):
         code, _, err = call(command, "run", *told)
         assert (code, err) == (
             2,
-            "error: `run` must be on recorded motion that the command line began with; got 'own-system', whose samples and "
-            f"simulator Python has [run]. Call there turing_learning.{there}.\n",
+            "error: `run` must be on recorded motion, or have samples and a simulator that can be imported; got 'own-system', to "
+            f"which Python gave them [run]. In Python call turing_learning.{there}.\n",
         )
     assert Path("run/manifest.json").read_text() == before
     infer(**run, out="done")

@@ -84,9 +84,14 @@ def replace_samples(windows):
 
 def test_one_recording_needs_no_list_and_pixels_are_refused():
     windows = SOME[0].windows(10)
+    assert str(windows) == "45 windows for learning and 9 held out, each of 10 steps of 0.1 s: speed, turn"
     assert as_recorded(Couzin, SOME[0], windows) == as_recorded(Couzin, SOME[:1], windows)
     with pytest.raises(ValueError, match="`recordings` must be in cm, as the models are; got pixels"):
         as_recorded(Couzin, replace(SOME[0], unit="px"), windows)
+    with pytest.raises(
+        ValueError, match=r"^`scenario` must be a known scenario; got Trajectories\(.*\.\.\.\. Choose from"
+    ):
+        tl.infer(SOME[0])
 
 
 def test_groups_are_as_large_as_recorded_and_drawn_as_often_as_windows():
