@@ -20,15 +20,7 @@ _NAME = re.compile(r"^generation-(\d{6,})-([0-9a-f]{16})\.npz$")
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """The state of a run after some generations.
-
-    Parameters
-    ----------
-    generation
-        Number of completed generations.
-    arrays
-        Name -> array.
-    """
+    """The state of a run after so many completed generations: name -> array."""
 
     generation: int
     arrays: dict[str, np.ndarray]
@@ -44,18 +36,12 @@ class Latest:
 
 
 def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -> Path:
-    """Write a checkpoint, atomically; keep the newest two, or it `alone`. The folder is made if it does not exist.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; the earlier checkpoints are left as they were.
-    """
+    """Write a checkpoint, atomically; keep the newest two, or it `alone`. The folder is made if it does not exist."""
     folder.mkdir(exist_ok=True)
     content = _packed(checkpoint.arrays)
     path = folder / f"generation-{checkpoint.generation:06d}-{_digest(content)}.npz"
     write_atomically(path, content)
-    for old in [other for other in _newest_first(folder) if other != path][0 if alone else KEPT - 1 :]:
+    for old in [other for _, other in _newest_first(folder) if other != path][0 if alone else KEPT - 1 :]:
         old.unlink(missing_ok=True)
     return path
 
@@ -63,24 +49,17 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
 def latest_checkpoint(
     folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
 ) -> Latest:
-    """Read the newest checkpoint that is as it was written.
+    """Read the newest checkpoint that is as it was written, and that `accept` takes; it is asked about the newest first.
 
-    Parameters
-    ----------
-    folder
-        May be missing.
-    accept
-        Asked about each such checkpoint, the newest first, until it says yes.
-    configuration
-        SHA-256 of the run's configuration; checkpoints that name another one count as damaged.
+    With the SHA-256 of the run's configuration, checkpoints that name another one count as damaged. The folder may be missing.
     """
     damaged: list[Path] = []
     refused: list[Path] = []
-    for path in _newest_first(folder):
+    for generation, path in _newest_first(folder):
         arrays = _read(path)
         if arrays is None or (configuration and str(arrays.get(CONFIGURATION, configuration)) != configuration):
             damaged.append(path)
-        elif accept(checkpoint := Checkpoint(_generation_of(path), arrays)):
+        elif accept(checkpoint := Checkpoint(generation, arrays)):
             return Latest(checkpoint, tuple(damaged), tuple(refused))
         else:
             refused.append(path)
@@ -89,19 +68,20 @@ def latest_checkpoint(
 
 def stored_generations(folder: Path) -> int:
     """Return the number of generations in the newest checkpoint of a folder, 0 if there is none; nothing is read."""
-    return max((_generation_of(path) for path in folder.glob("generation-*.npz")), default=0)
+    return max((generation for generation, _ in _newest_first(folder)), default=0)
 
 
 def discard_checkpoints(folder: Path, above: int) -> None:
     """Remove checkpoints of more than `above` generations."""
-    for path in _newest_first(folder):
-        if _generation_of(path) > above:
+    for generation, path in _newest_first(folder):
+        if generation > above:
             path.unlink(missing_ok=True)
 
 
-def _newest_first(folder: Path) -> list[Path]:
-    found = [path for path in folder.glob("generation-*.npz") if _NAME.match(path.name)]
-    return sorted(found, key=lambda path: (_generation_of(path), _written_at(path)), reverse=True)
+def _newest_first(folder: Path) -> list[tuple[int, Path]]:
+    """Return generation and path of every checkpoint."""
+    named = [(int(found[1]), path) for path in folder.glob("generation-*.npz") if (found := _NAME.match(path.name))]
+    return sorted(named, key=lambda each: (each[0], _written_at(each[1])), reverse=True)
 
 
 def _written_at(path: Path) -> int:
@@ -109,11 +89,6 @@ def _written_at(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:  # the run that a reader looks at goes on, and has removed it
         return 0
-
-
-def _generation_of(path: Path) -> int:
-    found = _NAME.match(path.name)
-    return int(found[1]) if found else 0
 
 
 def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:

@@ -22,7 +22,25 @@ QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 MOST_FILES = 100  # of one byte for each generation, which are written before the first
 NOT_RUN = -1  # the code of generations that have not been run
 
+Variables = Mapping[str, tuple[tuple[str, ...], str]]
+"""Name -> dimensions after the generation, and type."""
 
+FULL: Variables = {
+    "model": (("individual", "parameter"), "<f8"),
+    "model_step_size": (("individual", "parameter"), "<f8"),
+    "model_fitness": (("individual",), "<f8"),
+    "classifier": (("classifier_individual", "weight"), "<f4"),
+    "classifier_step_size": (("classifier_individual", "weight"), "<f4"),
+    "classifier_fitness": (("classifier_individual",), "<f8"),
+    "best_model": (("parameter",), "<f8"),
+    "typical_model": (("parameter",), "<f8"),
+    "selection": ((), "<i1"),
+}
+THIN: Variables = {
+    "model_fitness_quantiles": (("quantile",), "<f8"),
+    "classifier_fitness_quantiles": (("quantile",), "<f8"),
+    **{name: FULL[name] for name in ("best_model", "typical_model", "selection")},
+}
 LONG_NAMES = {
     "generation": "generation",
     "parameter": "parameter",
@@ -40,11 +58,17 @@ LONG_NAMES = {
     "quantile": "share of the population below",
 }
 IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
+ATTRIBUTES: dict[str, dict[str, Any]] = {
+    "selection": {
+        "flag_values": [NOT_RUN, *SELECTION_CODES.values()],
+        "flag_meanings": " ".join(["not_run", *(word.replace(" ", "_") for word in SELECTION_CODES)]),
+    }
+}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The sizes of a history: G generations of M models with P named parameters and N classifiers with Q weights.
+    """The sizes of a full history: G generations of M models with P named parameters and N classifiers with Q weights.
 
     `chunk` is the number of generations that share a file.
     """
@@ -56,54 +80,21 @@ class Layout:
     weights: int
     chunk: int
 
-    def variables(self) -> dict[str, tuple[tuple[str, ...], str]]:
-        """Return name -> dimensions after the generation, and type."""
-        return {
-            "model": (("individual", "parameter"), "<f8"),
-            "model_step_size": (("individual", "parameter"), "<f8"),
-            "model_fitness": (("individual",), "<f8"),
-            "classifier": (("classifier_individual", "weight"), "<f4"),
-            "classifier_step_size": (("classifier_individual", "weight"), "<f4"),
-            "classifier_fitness": (("classifier_individual",), "<f8"),
-            "best_model": (("parameter",), "<f8"),
-            "typical_model": (("parameter",), "<f8"),
-            "selection": ((), "<i1"),
-        }
-
-    def shape(self, dimensions: Sequence[str]) -> tuple[int, ...]:
-        """Return the sizes of dimensions."""
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the sizes of a variable in one generation."""
         sizes = {
             "individual": self.models,
             "parameter": len(self.parameters),
             "classifier_individual": self.classifiers,
             "weight": self.weights,
         }
-        return tuple(sizes[dimension] for dimension in dimensions)
-
-    def attributes(self, name: str) -> dict[str, Any]:
-        """Return what describes a variable."""
-        return selection_attributes() if name == "selection" else {}
-
-
-def selection_attributes() -> dict[str, Any]:
-    """Return what the codes of `selection` mean."""
-    return {
-        "flag_values": [NOT_RUN, *SELECTION_CODES.values()],
-        "flag_meanings": " ".join(["not_run", *(word.replace(" ", "_") for word in SELECTION_CODES)]),
-    }
+        return tuple(sizes[dimension] for dimension in FULL[name][0])
 
 
 class HistoryRecorder:
-    """Collect generations and write them chunk by chunk.
+    """Collect generations and write them chunk by chunk, to anything that takes ``arrays[name][start:stop] = block``.
 
-    Parameters
-    ----------
-    layout
-        The sizes.
-    arrays
-        Name -> array over all generations, anything that takes ``array[start:stop] = block``.
-    seals
-        What `seals` returned when the arrays had been flushed the last time; None for empty arrays.
+    `seals` are those of when the arrays had been flushed the last time; None for empty arrays.
     """
 
     def __init__(
@@ -117,8 +108,7 @@ class HistoryRecorder:
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
         self._buffers = {
-            name: np.empty((layout.chunk, *layout.shape(dimensions)), dtype=kind)
-            for name, (dimensions, kind) in layout.variables().items()
+            name: np.empty((layout.chunk, *layout.shape(name)), dtype=kind) for name, (_, kind) in FULL.items()
         }
 
     def record(self, values: Mapping[str, np.ndarray]) -> None:
@@ -136,9 +126,8 @@ class HistoryRecorder:
         begins = self._start % self._chunk == 0
         size = min(self._chunk, self._generations - self._start) if begins else self._count
         for name, buffer in self._buffers.items():
-            buffer[self._count : size] = (
-                NOT_RUN if buffer.dtype.kind == "i" else np.nan
-            )  # in place of what has not been run
+            unrun = NOT_RUN if buffer.dtype.kind == "i" else np.nan
+            buffer[self._count : size] = unrun
             self._arrays[name][self._start : self._start + size] = buffer[:size]
         self._start += self._count
         self._stops.append(self._start)
@@ -152,10 +141,7 @@ class HistoryRecorder:
 
 def memory_arrays(layout: Layout) -> dict[str, np.ndarray]:
     """Return arrays for a history that is kept in memory."""
-    return {
-        name: np.empty((layout.generations, *layout.shape(dimensions)), dtype=kind)
-        for name, (dimensions, kind) in layout.variables().items()
-    }
+    return {name: np.empty((layout.generations, *layout.shape(name)), dtype=kind) for name, (_, kind) in FULL.items()}
 
 
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
@@ -164,23 +150,19 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
 
     group = zarr.open_group(str(path), mode="w", zarr_format=2)
 
-    def create(
-        name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dimensions: Sequence[str], **more: Any
-    ) -> Any:
-        about = {"_ARRAY_DIMENSIONS": list(dimensions), **layout.attributes(name)}
-        return group.create_array(name, shape=shape, chunks=chunks, compressors=None, attributes=about, **more)
+    def create(name: str, dimensions: Sequence[str], **more: Any) -> Any:
+        about = {"_ARRAY_DIMENSIONS": list(dimensions), **ATTRIBUTES.get(name, {})}
+        return group.create_array(name, compressors=None, attributes=about, **more)
 
-    for name, (dimensions, kind) in layout.variables().items():
-        shape = layout.shape(dimensions)
-        codes = (
-            kind == "<i1"
-        )  # have no fill value, which xarray would turn into NaN, and are written at once: in few files
+    for name, (dimensions, kind) in FULL.items():
+        shape = (layout.generations, *layout.shape(name))
+        codes = kind == "<i1"  # no fill value, which xarray would turn into NaN; written at once: in few files
         chunk = layout.chunk * (max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1)
-        chunks = (min(chunk, layout.generations), *shape)
-        fill = None if codes else np.nan
-        create(name, (layout.generations, *shape), chunks, (GENERATION, *dimensions), dtype=kind, fill_value=fill)
+        more: dict[str, Any] = {"dtype": kind, "fill_value": None if codes else np.nan}
+        create(name, (GENERATION, *dimensions), shape=shape, chunks=(min(chunk, shape[0]), *shape[1:]), **more)
     for name, values in ((GENERATION, np.arange(layout.generations)), ("parameter", np.array(layout.parameters))):
-        create(name, values.shape, values.shape, (name,), dtype=values.dtype, fill_value=None)[:] = values
+        more = {"dtype": values.dtype, "fill_value": None}
+        create(name, (name,), shape=values.shape, chunks=values.shape, **more)[:] = values
     zarr.consolidate_metadata(str(path), zarr_format=2)
     arrays = open_store(path)
     arrays["selection"][:] = NOT_RUN
@@ -208,9 +190,8 @@ def damaged_generations(
     try:
         arrays = open_store(path)
         fits = all(
-            arrays[name].shape == (layout.generations, *layout.shape(dimensions))
-            and arrays[name].dtype == np.dtype(kind)
-            for name, (dimensions, kind) in layout.variables().items()
+            arrays[name].shape == (layout.generations, *layout.shape(name)) and arrays[name].dtype == np.dtype(kind)
+            for name, (_, kind) in FULL.items()
         )
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
@@ -224,9 +205,9 @@ def damaged_generations(
         if start >= generations:
             break
         # Zarr takes a chunk that is lost for one that was never written
-        sound = all((path / name / _chunk_file(arrays[name], start)).is_file() for name in layout.variables())
+        sound = all((path / name / _chunk_file(arrays[name], start)).is_file() for name in FULL)
         try:
-            sound = sound and _checksum({name: arrays[name][start:stop] for name in layout.variables()}) == checksum
+            sound = sound and _checksum({name: arrays[name][start:stop] for name in FULL}) == checksum
         except Exception:  # whatever Zarr says of a chunk that is cut short
             sound = False
         if not sound:
@@ -261,16 +242,19 @@ def _checksum(values: Mapping[str, np.ndarray]) -> int:
     return total
 
 
-def dataset_in_memory(layout: Layout, arrays: Mapping[str, np.ndarray], completed: int) -> "xarray.Dataset":
-    """Return a history that was kept in memory as named arrays."""
+def dataset_in_memory(
+    variables: Variables, arrays: "Mapping[str, np.ndarray] | Traces", parameters: Sequence[str], completed: int
+) -> "xarray.Dataset":
+    """Return the completed generations of a history in memory, `FULL` or `THIN`, as named arrays."""
     import xarray
 
+    coordinates = {GENERATION: np.arange(completed), "parameter": np.array(parameters)}
     return xarray.Dataset(
         {
-            name: ((GENERATION, *dimensions), arrays[name][:completed], layout.attributes(name))
-            for name, (dimensions, _) in layout.variables().items()
+            name: ((GENERATION, *dimensions), arrays[name][:completed], ATTRIBUTES.get(name, {}))
+            for name, (dimensions, _) in variables.items()
         },
-        coords={GENERATION: np.arange(completed), "parameter": np.array(layout.parameters)},
+        coords=coordinates | ({"quantile": np.array(QUANTILES)} if variables is THIN else {}),
     )
 
 
@@ -287,32 +271,8 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
         ) from error
 
 
-def thin_dataset(traces: "Traces", parameters: Sequence[str], completed: int) -> "xarray.Dataset":
-    """Return what the traces keep of the completed generations as named arrays, for P parameters of these names."""
-    import xarray
-
-    models, fitness = (GENERATION, "parameter"), (GENERATION, "quantile")
-    return xarray.Dataset(
-        {
-            "model_fitness_quantiles": (fitness, traces["model_fitness_quantiles"][:completed]),
-            "classifier_fitness_quantiles": (fitness, traces["classifier_fitness_quantiles"][:completed]),
-            "best_model": (models, traces["best_model"][:completed]),
-            "typical_model": (models, traces["typical_model"][:completed]),
-            "selection": ((GENERATION,), traces["selection"][:completed], selection_attributes()),
-        },
-        coords={
-            GENERATION: np.arange(completed),
-            "parameter": np.array(parameters),
-            "quantile": np.array(QUANTILES),
-        },
-    )
-
-
 def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
-    """Give a history names and units as attributes, which its files do not have; `parameter` has the unit of each of P parameters.
-
-    Variables whose parameters have one unit have it, too; fitness is a share, of unit 1.
-    """
+    """Give a history names and units as attributes, which its files do not have; fitness is a share, of unit 1."""
     for name in map(str, history.variables):
         unit = units[0] if name in IN_UNITS and len({*units}) == 1 else "1" if "fitness" in name else ""
         history[name].attrs |= {"long_name": LONG_NAMES.get(name, name)} | ({"units": unit} if unit else {})
@@ -336,29 +296,17 @@ def generation_values(generation: Generation) -> dict[str, np.ndarray]:
 
 
 class Traces:
-    """What a thin history keeps of every completed generation, and the seconds it took.
+    """What a thin history keeps of every completed generation, with the spread of its models and the seconds that it took.
 
-    Best and typical model, quartiles of both populations' fitness, standard deviations of the models, and the state of selection.
-
-    Parameters
-    ----------
-    capacity
-        Number of generations G that there may be.
-    parameters
-        Number of model parameters P.
+    There may be `capacity` generations, of models with so many `parameters`.
     """
 
     def __init__(self, capacity: int, parameters: int) -> None:
         self.completed = 0
-        self._arrays: dict[str, np.ndarray] = {
-            "best_model": np.zeros((capacity, parameters)),
-            "typical_model": np.zeros((capacity, parameters)),
-            "model_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
-            "classifier_fitness_quantiles": np.zeros((capacity, len(QUANTILES))),
-            "model_spread": np.zeros((capacity, parameters)),
-            "selection": np.full(capacity, NOT_RUN, dtype=np.int8),
-            "seconds": np.zeros(capacity),
-        }
+        sizes = {"best_model": parameters, "typical_model": parameters, "model_fitness_quantiles": len(QUANTILES)}
+        sizes |= {"classifier_fitness_quantiles": len(QUANTILES), "model_spread": parameters}
+        self._arrays: dict[str, np.ndarray] = {name: np.zeros((capacity, size)) for name, size in sizes.items()}
+        self._arrays |= {"selection": np.full(capacity, NOT_RUN, dtype=np.int8), "seconds": np.zeros(capacity)}
 
     def record(self, values: Mapping[str, np.ndarray], seconds: float) -> None:
         """Append the `generation_values` of a generation and the time it took (s)."""

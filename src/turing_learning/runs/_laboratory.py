@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,12 +32,13 @@ from ._result import Result
 from ._run import Observer, Progress, Run, conduct
 from ._trials import (
     POST_EVALUATION,
-    EventLog,
-    TrialStore,
     judged_again,
     keep_observed_motion,
+    keep_trial,
+    note_event,
     post_evaluate,
     read_post_evaluation,
+    stored_trials,
 )
 
 if TYPE_CHECKING:
@@ -251,16 +253,14 @@ def awaits_robots(path: str | Path) -> bool:
 def _source(
     laboratory: Laboratory, folder: RunFolder, equipment: Equipment | None, on_event: "EventObserver | None"
 ) -> LaboratorySource:
-    store, log = TrialStore(folder), EventLog(folder)
-
     def spent(batches: int) -> int:
         return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them
 
     def watch(event: Event) -> None:
         if event.trial is not None:
-            store.keep(event.stage, event.attempt, event.trial)
+            keep_trial(folder, event.stage, event.attempt, event.trial)
         elif event.kind != "state":
-            log.note(event)
+            note_event(folder, event)
         if on_event is not None:
             on_event(event)
 
@@ -269,7 +269,7 @@ def _source(
         laboratory.configuration.swarm,
         equipment or real_equipment(laboratory),
         watch=watch,
-        stored=store.stored,
+        stored=partial(stored_trials, folder),
         spent=spent if laboratory.configuration.run.trials else None,
     )
 

@@ -42,6 +42,8 @@ from ._folder import (
     resumed,
 )
 from ._history import (
+    FULL,
+    THIN,
     HistoryRecorder,
     Layout,
     Traces,
@@ -53,7 +55,6 @@ from ._history import (
     memory_arrays,
     open_store,
     require_sound,
-    thin_dataset,
     with_units,
 )
 from ._result import Jury, Result, result_from_json, summarize
@@ -690,16 +691,15 @@ class Origin:
     def _stored_history(self) -> "xarray.Dataset":
         names, folder = self.configuration.parameter_names, self.folder
         if folder is None:
-            if isinstance(self.kept, Traces):
-                return thin_dataset(self.kept, names, self.completed)
             assert self.kept is not None
-            return dataset_in_memory(layout_of(self.configuration), self.kept, self.completed)
+            variables = THIN if isinstance(self.kept, Traces) else FULL
+            return dataset_in_memory(variables, self.kept, names, self.completed)
         if self.configuration.run.thin:
             traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
             if traces.completed < self.completed:
                 found = f"one of {traces.completed} generations is left, the result has {self.completed}"
                 raise folder.damaged("its last checkpoint", found)
-            return thin_dataset(traces, names, self.completed)
+            return dataset_in_memory(THIN, traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
         if checkpoint is None or not part(checkpoint.arrays, "history/"):
             _LOGGER.warning("%s: not verified, no checkpoint is left.", path)

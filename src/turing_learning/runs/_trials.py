@@ -8,7 +8,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from turing_learning.analysis import absolute_error
 from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.detection._simulated import keep_observed
+from turing_learning.errors import require
 from turing_learning.store import RunFolderError
 
 from ._folder import CALIBRATION, RunFolder, now
@@ -28,74 +29,62 @@ if TYPE_CHECKING:
 
 
 _LOGGER = logging.getLogger("turing_learning")
-_ATTEMPT = re.compile(r"attempt-(\d+)")
 _TRIAL = re.compile(r"trials/(?P<stage>[^/]+)/attempt-(?P<attempt>\d+)/(?:trial-(?P<number>\d+)|rejected-.*)\.npz")
 
 POST_EVALUATION = "post-evaluation-"
 """Begin of the names of the stages in which the last models are observed again; their number follows."""
 
 
-class TrialStore:
-    """Write every trial of a laboratory into the run folder as it is observed: `trials/STAGE/attempt-N/trial-NN.npz`.
+def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
+    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`, or, with faults, rejected-NN-K.npz, where K counts repetitions.
 
-    The last attempt of a stage is the one that counts, if the log says that it is complete. A trial with faults
-    is kept as `rejected-NN-K.npz`, where K counts the repetitions.
-
-    Parameters
-    ----------
-    folder
-        The run's.
+    It has poses (T + 1, A, 3), who was present (T + 1, A), models (R, P), and what was wrong.
     """
+    attempt_folder = f"{folder.trials_path.name}/{stage}/attempt-{attempt}"
+    name, rejected = f"trial-{trial.number:02d}.npz", f"rejected-{trial.number:02d}"
+    with folder.storage():
+        if trial.faults:
+            name = f"{rejected}-{len(list((folder.path / attempt_folder).glob(f'{rejected}-*.npz'))) + 1}.npz"
+        content = {
+            "poses": trial.track.poses,
+            "present": trial.track.present,
+            "labels": np.array(trial.track.labels),
+            "interval_s": np.array(trial.track.interval_s),
+            "models": trial.models,
+            "sequences": np.array(trial.sequences, dtype=np.int64),
+            "counts": np.array(trial.counts, dtype=np.int64),
+            "started_s": np.array(trial.started_s),
+            "faults": np.array(trial.faults, dtype=np.str_),
+        }
+        folder.write(f"{attempt_folder}/{name}", content)
 
-    def __init__(self, folder: RunFolder) -> None:
-        self._folder = folder
 
-    def keep(self, stage: str, attempt: int, trial: "ObservedTrial") -> None:
-        """Write a trial: poses (T + 1, A, 3), who was present (T + 1, A), models (R, P), and what was wrong.
+def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTrial"]]:
+    """Return the number of the last attempt at a stage that left a trial, 0 if there is none, and its trials without faults."""
+    from turing_learning.robots import Track
+    from turing_learning.robots.program._states import ObservedTrial
 
-        Raises
-        ------
-        RunStorageError
-            If it cannot be written.
-        """
-        buffer = io.BytesIO()
-        np.savez(
-            buffer,
-            poses=trial.track.poses,
-            present=trial.track.present,
-            labels=np.array(trial.track.labels),
-            interval_s=np.array(trial.track.interval_s),
-            models=trial.models,
-            sequences=np.array(trial.sequences, dtype=np.int64),
-            counts=np.array(trial.counts, dtype=np.int64),
-            started_s=np.array(trial.started_s),
-            faults=np.array(trial.faults, dtype=np.str_),
-        )
-        stage_folder = f"{self._folder.trials_path.name}/{stage}/attempt-{attempt}"
-        name = f"trial-{trial.number:02d}.npz"
-        with self._folder.storage():
-            if trial.faults:
-                place = self._folder.path / stage_folder
-                rejected = len(list(place.glob(f"rejected-{trial.number:02d}-*.npz")))
-                name = f"rejected-{trial.number:02d}-{rejected + 1}.npz"
-            self._folder.write(f"{stage_folder}/{name}", buffer.getvalue())
+    last, names = _last_attempt(folder, stage)
+    trials: list[ObservedTrial] = []
+    while (name := names.get(len(trials))) and (folder.path / name).exists():
+        held = _read_trial(folder, name)
+        seen = Track(held["poses"], held["present"], tuple(held["labels"].tolist()), float(held["interval_s"]))
+        sequences, counts = (tuple(held[key].tolist()) for key in ("sequences", "counts"))
+        started = float(held["started_s"])
+        trials.append(ObservedTrial(len(trials), held["models"], sequences, counts, started, seen, ()))
+    return last, trials
 
-    def stored(self, stage: str) -> tuple[int, list["ObservedTrial"]]:
-        """Return the number of the last attempt at a stage that left a trial, 0 if there is none, and its trials without faults."""
-        from turing_learning.robots import Track
-        from turing_learning.robots.program._states import ObservedTrial
 
-        folder = self._folder.trials_path / stage
-        found = (_ATTEMPT.fullmatch(path.name) for path in folder.iterdir()) if folder.is_dir() else ()
-        last = max((int(match[1]) for match in found if match), default=0)
-        trials: list[ObservedTrial] = []
-        while (folder / (name := f"attempt-{last}/trial-{len(trials):02d}.npz")).exists():
-            held = _read_trial(self._folder, f"{self._folder.trials_path.name}/{stage}/{name}")
-            seen = Track(held["poses"], held["present"], tuple(held["labels"].tolist()), float(held["interval_s"]))
-            sequences, counts = (tuple(held[key].tolist()) for key in ("sequences", "counts"))
-            started = float(held["started_s"])
-            trials.append(ObservedTrial(len(trials), held["models"], sequences, counts, started, seen, ()))
-        return last, trials
+def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
+    """Return the number of the last attempt at a stage, 0 if there is none, and number -> file of its trials without faults.
+
+    The last attempt counts, if the log says that it is complete. Files that are sealed and lost are among them.
+    """
+    files = (file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz"))
+    found = [match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))]
+    found = [match for match in found if match["stage"] == stage]
+    last = max((int(match["attempt"]) for match in found), default=0)
+    return last, {int(each["number"]): each[0] for each in found if each["number"] and int(each["attempt"]) == last}
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,21 +139,14 @@ def read_trials(path: str | Path, stage: str) -> ObservedTrials:
     """
     folder = RunFolder(path)
     folder.manifest()
-    files = folder.trials_path.glob("*/*/*.npz")
-    known = {*folder.seals.names(), *(file.relative_to(folder.path).as_posix() for file in files)}
-    found = [match for name in known if (match := _TRIAL.fullmatch(name)) and match["stage"] == stage]
-    last = max((int(match["attempt"]) for match in found), default=0)
-    names = {int(match["number"] or -1): match[0] for match in found if int(match["attempt"]) == last}
-    names.pop(-1, None)
-    if not any((folder.path / name).exists() for name in names.values()):
-        raise RunFolderError(
-            f"`stage` must be one of which the run has trials; got {stage!r} [{folder.trials_path}]. Name a folder in it."
-        )
+    _, names = _last_attempt(folder, stage)
+    there, place = any((folder.path / name).exists() for name in names.values()), str(folder.trials_path)
+    rule, remedy = "be one of which the run has trials", "Name a folder in it."
+    require(there, "stage", rule, repr(stage), remedy, place=place, error=RunFolderError)
     trials = [_read_trial(folder, names[number]) for number in sorted(names)]
-    if len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) > 1:
-        raise RunFolderError(
-            f"`stage` must have trials of one shape; got others [{folder.trials_path / stage}]. Restore the files."
-        )
+    alike, place = len({(trial["poses"].shape, trial["models"].shape) for trial in trials}) == 1, f"{place}/{stage}"
+    rule, remedy = "have trials of one shape", "Restore the files."
+    require(alike, "stage", rule, "others", remedy, place=place, error=RunFolderError)
     return ObservedTrials(
         poses=np.array([trial["poses"] for trial in trials]),
         models=np.array([trial["models"] for trial in trials]),
@@ -181,34 +163,16 @@ def _read_trial(folder: RunFolder, name: str) -> dict[str, np.ndarray]:
     return trial
 
 
-class EventLog:
-    """Append what happens to `events.jsonl`, and tell the program's log.
-
-    Parameters
-    ----------
-    folder
-        The run's.
-    """
-
-    def __init__(self, folder: RunFolder) -> None:
-        self._folder = folder
-
-    def note(self, event: "Event") -> None:
-        """Write an event.
-
-        Raises
-        ------
-        RunStorageError
-            If it cannot be written.
-        """
-        if event.kind == "disturbed":
-            _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
-        known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
-        line = json.dumps({"time": now(), **known}) + "\n"
-        with self._folder.storage(), self._folder.events_path.open("a+b") as file:
-            file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
-            file.flush()
-            os.fsync(file.fileno())
+def note_event(folder: RunFolder, event: "Event") -> None:
+    """Append an event to `events.jsonl`, and tell the program's log of a disturbance."""
+    if event.kind == "disturbed":
+        _LOGGER.info("%s, attempt %d, %s: %s.", event.stage, event.attempt, event.state, event.fault.rstrip("."))
+    known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
+    line = json.dumps({"time": now(), **known}) + "\n"
+    with folder.storage(), folder.events_path.open("a+b") as file:
+        file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def _ends_with_line(file: io.BufferedRandom) -> bool:
@@ -296,35 +260,29 @@ def post_evaluate(
 ) -> bool:
     """Observe the models of the last generation `repeats` times; write what they are worth, see `ModelEvaluation`.
 
-    What is written already is not observed again, and what was observed more often is left out.
-
-    Returns
-    -------
-    bool
-        Whether anything has changed.
-
-    Source
-    ------
-    Paper, section 5.4.
+    What is written already is not observed again, and what was observed more often is left out. Return whether anything has
+    changed. Source: paper, section 5.4.
     """
-    last = result.history.isel(generation=-1)
+    last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
     models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
-    stored = read_post_evaluation(folder.path)
     fitness = [] if stored is None else stored.fitness[:repeats].tolist()
     changed = stored is not None and stored.repeats != repeats
-    if changed:
-        _write(folder, _summary(result, models, fitness, repeats))
-    while len(fitness) < repeats and not (should_stop is not None and should_stop()):
+    while True:
+        if changed:
+            best = error = None
+            if len(fitness) == repeats:
+                names, truth = tuple(result.best_model), result.truth
+                chosen = models[int(np.argmax(np.mean(fitness, axis=0)))]
+                best = named(names, chosen)
+                error = truth and named(names, absolute_error(chosen, np.array([truth[name] for name in names])))
+            found = {"repeats": repeats, "fitness": fitness, "best_model": best, "absolute_error": error}
+            with folder.storage():
+                folder.write(folder.post_evaluation_path.name, found)
+        if len(fitness) == repeats or (should_stop is not None and should_stop()):
+            return changed
         samples = source.observe(models, f"{POST_EVALUATION}{len(fitness) + 1}")
         fitness.append(judged_again(folder.configuration(), classifiers, samples).tolist())
-        _write(folder, _summary(result, models, fitness, repeats))
         changed = True
-    return changed
-
-
-def _write(folder: RunFolder, summary: dict[str, Any]) -> None:
-    with folder.storage():
-        folder.write(folder.post_evaluation_path.name, summary)
 
 
 def judged_again(configuration: Configuration, classifiers: np.ndarray, samples: Samples) -> np.ndarray:
@@ -332,19 +290,6 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
     classifier, genomes = classifier_of(configuration), np.asarray(classifiers, dtype=np.float64)
     judged = classifier.judge(genomes, samples.counterfeit[:, 0])[..., None]
     return model_reward(Judgments(classifier.judge(genomes, samples.genuine), judged))
-
-
-def _summary(result: Result, models: np.ndarray, fitness: list[list[float]], repeats: int) -> dict[str, Any]:
-    summary: dict[str, Any] = {"repeats": repeats, "fitness": fitness}
-    if len(fitness) < repeats:
-        return summary | {"best_model": None, "absolute_error": None}
-    best = models[int(np.argmax(np.mean(fitness, axis=0)))]
-    names, truth = tuple(result.best_model), result.truth
-    errors = None if truth is None else absolute_error(best, np.array([truth[name] for name in names]))
-    return summary | {
-        "best_model": named(names, best),
-        "absolute_error": None if errors is None else named(names, errors),
-    }
 
 
 def keep_observed_motion(result: Result, folder: RunFolder) -> None:

@@ -108,11 +108,11 @@ def test_the_log_names_what_happened(finished):
 
 def test_a_line_of_the_log_that_was_cut_is_left_out(tmp_path):
     from turing_learning.robots import Event
-    from turing_learning.runs._trials import EventLog
+    from turing_learning.runs._trials import note_event
 
     folder = RunFolder(tmp_path)
     folder.events_path.write_text('{"kind": "complete"}\n{"kind": "dist')
-    EventLog(folder).note(Event("batteries", "generation-0025", 0, "P0"))
+    note_event(folder, Event("batteries", "generation-0025", 0, "P0"))
     assert [event["kind"] for event in read_events(folder.path)] == ["complete", "batteries"]
 
 

@@ -4,6 +4,7 @@ import xarray as xr
 import zarr
 
 from turing_learning.runs._history import (
+    FULL,
     HistoryRecorder,
     Layout,
     create_store,
@@ -23,8 +24,8 @@ LAYOUT = Layout(generations=10, models=3, parameters=("a", "b"), classifiers=4, 
 def values(number):
     rng = np.random.default_rng(number)
     made = {}
-    for name, (dimensions, kind) in LAYOUT.variables().items():
-        shape = LAYOUT.shape(dimensions)
+    for name, (_, kind) in FULL.items():
+        shape = LAYOUT.shape(name)
         made[name] = np.array(number % 3, np.int8) if kind == "<i1" else rng.random(shape).astype(kind)
     return made
 
@@ -78,7 +79,7 @@ def test_a_history_in_memory_is_the_same(tmp_path):
     recorder = HistoryRecorder(LAYOUT, arrays)
     record(recorder, 0, 7)
     recorder.flush()
-    dataset = dataset_in_memory(LAYOUT, arrays, 7)
+    dataset = dataset_in_memory(FULL, arrays, LAYOUT.parameters, 7)
     assert dataset.sizes["generation"] == 7
     assert_holds(dataset, 7)
 
