@@ -2,7 +2,9 @@
 
 import json
 import os
+import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -90,15 +92,14 @@ def detect(
     as_json
         Print JSON.
     """
-    from turing_learning.detection import Detector, RecordedMotion, plant_abnormal, run_classifiers
+    from turing_learning.detection import Detector, Motion, RecordedMotion, plant_abnormal, run_classifiers
     from turing_learning.detection import detect as judged_alike
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
     if samples is not None and simulate is None:
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
-    recorded = motion is not None and _tracks(motion, tracks) is not None
-    if not recorded:
+    if motion is None or not _is_recording(motion, tracks):
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
         for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
             option = f"--{name.replace('_', '-')}"
@@ -107,53 +108,49 @@ def detect(
         _refuse_taken(out, force)
     result = opened(run)
     learned = run_classifiers(result)
-    given = _given(motion, "motion", tracks if recorded else None, learned) if motion is not None else None
-    if given is None:
-        swarm, count = learned.simulated_scenario(), SAMPLES if samples is None else samples
-        given = _sorted(plant_abnormal(swarm, simulate or 0, samples=count, seed=seed))
+    given: Motion | RecordedMotion
+    if motion is not None:
+        given = _read(motion, "motion", tracks, learned)
+    else:
+        count = SAMPLES if samples is None else samples
+        planted = plant_abnormal(learned.simulated_scenario(), simulate or 0, samples=count, seed=seed)
+        numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
+        order = sorted(range(len(numbered)), key=numbered.__getitem__)  # agents, then planted ones
+        given = Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
     if rule == ALIKE:
-        calibration = {
-            name: [_given(path, f"--{name}", _tracks(path, tracks), learned) for path in paths]
-            for name, paths in files.items()
-        }
-        normal, others = calibration["genuine"], calibration["abnormal"]
+        known = {name: [_read(path, f"--{name}", tracks, learned) for path in paths] for name, paths in files.items()}
+        normal, others = known["genuine"], known["abnormal"]
         found = judged_alike(learned, given, genuine=normal, abnormal=others, false_alarms=false_alarms, seed=seed)
         _show_alike(found, given, learned.steps, out, as_json)
         return
     for name, paths in files.items():
-        require(
-            len(paths) <= 1, f"--{name}", f"be given once with the rule {rule}", len(paths), f"Take --rule {ALIKE}."
-        )
-    known: dict[str, Any] = {
-        name: _samples(paths[0], f"--{name}", learned).samples for name, paths in files.items() if paths
+        alone, remedy = f"be given once with the rule {rule}", f"Take --rule {ALIKE}."
+        require(len(paths) <= 1, f"--{name}", alone, len(paths), remedy)
+    one: dict[str, Any] = {
+        name: _samples(each[0], f"--{name}", learned).samples for name, each in files.items() if each
     }
-    detector = Detector.from_run(result, rule=rule, false_alarms=false_alarms, seed=seed, **known)
-    if isinstance(given, RecordedMotion):
-        _show_timeline(detector, given, out, as_json)
-        return
-    verdicts = detector.verdicts(given)
-    if as_json:
-        limit = None if detector.rule == "unanimous" else detector.false_alarms
-        head = {"rule": detector.rule, "false_alarms": limit, "classifiers": len(detector.genomes)}
-        head["samples"] = given.samples.shape[1]
-        print(json.dumps({**head, "individuals": [asdict(verdict) for verdict in verdicts]}, indent=2))
-        return
-    from ._tables import plain_console, print_verdicts
-
-    print_verdicts(plain_console(), detector, given, verdicts)
+    detector = Detector.from_run(result, rule=rule, false_alarms=false_alarms, seed=seed, **one)
+    _show_votes(detector, given, out, as_json)
 
 
-def _tracks(path: Path, tracks: Tracks) -> Tracks | None:
-    """Return how a file is read if a tracker wrote it; None if it holds samples."""
+def _is_recording(path: Path, tracks: Tracks) -> bool:
+    """Return whether a tracker wrote a file; other files hold samples."""
     from turing_learning.detection._motion import holds_motion
 
-    return tracks if path.suffix.lower() not in MOTION_FILES or (tracks.given and not holds_motion(path)) else None
+    return path.suffix.lower() not in MOTION_FILES or (bool(tracks.given) and not holds_motion(path))
 
 
-def _given(path: Path, option: str, tracks: Tracks | None, learned: "RunClassifiers") -> "Motion | RecordedMotion":
-    """Return the motion in a file: windows of a recording, or samples."""
-    return _samples(path, option, learned) if tracks is None else _recording(path, option, tracks, learned)
+def _read(path: Path, option: str, tracks: Tracks, learned: "RunClassifiers") -> "Motion | RecordedMotion":
+    """Return the motion in a file: windows of a recording that fits the run, or samples."""
+    from turing_learning.config import ConfigurationError
+    from turing_learning.detection import recorded_motion
+
+    if not _is_recording(path, tracks):
+        return _samples(path, option, learned)
+    recording = tracks.read(path, option)
+    with refusing_as(ConfigurationError, place=str(path)):
+        return recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 
 
 def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
@@ -165,32 +162,9 @@ def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
     try:
         return load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
     except ConfigurationError as error:
-        remedy = ""
-        if path.is_file() and not holds_motion(path):
-            remedy = " If a tracker wrote it, give --fps and --scale."
+        tracked = path.is_file() and not holds_motion(path)
+        remedy = " If a tracker wrote it, give --fps and --scale." if tracked else ""
         raise ConfigurationError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
-
-
-def _recording(path: Path, option: str, tracks: Tracks, learned: "RunClassifiers") -> "RecordedMotion":
-    """Return the windows of a recording that fits the run."""
-    from turing_learning.config import ConfigurationError
-    from turing_learning.detection import recorded_motion
-
-    recording = tracks.read(path, option)
-    with refusing_as(ConfigurationError, place=str(path)):
-        return recorded_motion(recording, learned, smooth_frames=tracks.smooth)
-
-
-def _sorted(motion: "Motion") -> "Motion":
-    """Return agents, then planted ones, each by their numbers."""
-    from turing_learning.detection import Motion
-
-    def place(k: int) -> tuple[str, int]:
-        kind, _, number = motion.individuals[k].partition(" ")
-        return kind, int(number)
-
-    order = sorted(range(len(motion.individuals)), key=place)
-    return Motion(tuple(motion.individuals[k] for k in order), motion.samples[order])
 
 
 def _refuse_taken(out: Path, force: bool) -> None:
@@ -212,79 +186,79 @@ def _show_alike(
     found: "Detection", motion: "Motion | RecordedMotion", steps: int, out: Path | None, as_json: bool
 ) -> None:
     """Print who is unlike normal individuals, and write table and picture where that was asked for."""
-    import sys
-
     from turing_learning.detection import RecordedMotion
     from turing_learning.detection._present import timed_verdicts
 
     from ._tables import plain_console, print_standings
 
-    timed = timed_verdicts(found, motion)
-    when = "spells_s" if isinstance(motion, RecordedMotion) else "samples"
+    timed, recorded = timed_verdicts(found, motion), isinstance(motion, RecordedMotion)
     if as_json:
-        names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
+        names, when = (
+            ("individual", "rank", "score", "p_value", "abnormal", "windows"),
+            "spells_s" if recorded else "samples",
+        )
 
-        def rows(standings: "tuple[Standing, ...]") -> list[dict[str, object]]:
-            values = ({name: getattr(each, name) for name in names} for each in standings)
-            return [{name: None if value != value else value for name, value in row.items()} for row in values]
+        def known(value: Any) -> Any:
+            return None if value != value else value  # NaN
 
-        first = found.rankings[0]
+        def rows(standings: "tuple[Standing, ...]") -> list[dict[str, Any]]:
+            return [{name: known(getattr(each, name)) for name in names} for each in standings]
+
+        rankings = [
+            {"by": each.name, "area": each.area, "called": known(each.called), "individuals": rows(each.individuals)}
+            for each in found.rankings
+        ]
+        individuals = zip(rows(found.individuals), timed, strict=True)
         content = {
             "rule": ALIKE,
-            "by": first.name,
+            "by": found.rankings[0].name,
             "false_alarms": found.false_alarms,
             "promised": found.level,
             "steps": steps,
             "normal": {"recordings": found.recordings, "individuals": found.normal},
             "remarks": list(found.remarks),
-            "individuals": [
-                {**row, when: [list(spell) for spell in each.spells]}
-                for row, each in zip(rows(found.individuals), timed, strict=True)
-            ],
-            "rankings": [
-                {
-                    "by": each.name,
-                    "area": each.area,
-                    "called": None if each.called != each.called else each.called,
-                    "individuals": rows(each.individuals),
-                }
-                for each in found.rankings
-            ],
+            "individuals": [{**row, when: [list(spell) for spell in each.spells]} for row, each in individuals],
+            "rankings": rankings,
         }
         print(json.dumps(content, indent=2))
     else:
-        print_standings(plain_console(), found, timed, seconds=when == "spells_s", steps=steps)
+        print_standings(plain_console(), found, timed, seconds=recorded, steps=steps)
     if out is not None and isinstance(motion, RecordedMotion):
-        _write(out, motion, timed, found)
-        for path in _written(out):
-            print(path, file=sys.stderr if as_json else sys.stdout)
+        _write(out, motion, timed, found, as_json)
 
 
-def _show_timeline(detector: "Detector", motion: "RecordedMotion", out: Path | None, as_json: bool) -> None:
-    """Print verdicts on a recording, and write table and picture where that was asked for."""
-    import sys
+def _show_votes(detector: "Detector", motion: "Motion | RecordedMotion", out: Path | None, as_json: bool) -> None:
+    """Print verdicts by votes; of a recording with times, and write table and picture where that was asked for."""
+    from turing_learning.detection import RecordedMotion
 
-    from ._tables import plain_console, print_timeline
+    from ._tables import plain_console, print_timeline, print_verdicts
 
-    verdicts = detector.timeline(motion)
+    head = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": len(detector.genomes)}
+    if not isinstance(motion, RecordedMotion):
+        verdicts = detector.verdicts(motion)
+        if as_json:
+            head |= {"samples": motion.samples.shape[1]}
+            head |= {"false_alarms": None} if detector.rule == "unanimous" else {}
+            print(json.dumps({**head, "individuals": [asdict(verdict) for verdict in verdicts]}, indent=2))
+        else:
+            print_verdicts(plain_console(), detector, motion, verdicts)
+        return
+    timed = detector.timeline(motion)
     if as_json:
         names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
         rows = [
-            {**{name: getattr(verdict, name) for name in names}, "spells_s": [list(spell) for spell in verdict.spells]}
-            for verdict in verdicts
+            {**{name: getattr(each, name) for name in names}, "spells_s": [list(spell) for spell in each.spells]}
+            for each in timed
         ]
-        head = {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": len(detector.genomes)}
         print(json.dumps({**head, "steps": detector.steps, "individuals": rows}, indent=2))
     else:
-        print_timeline(plain_console(), detector, verdicts)
+        print_timeline(plain_console(), detector, timed)
     if out is not None:
-        _write(out, motion, verdicts)
-        for path in _written(out)[:-1]:
-            print(path, file=sys.stderr if as_json else sys.stdout)
+        _write(out, motion, timed, None, as_json)
 
 
 def _write(
-    out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]", found: "Detection | None" = None
+    out: Path, motion: "RecordedMotion", verdicts: "Sequence[TimedVerdict]", found: "Detection | None", as_json: bool
 ) -> None:
     """Write table, picture and page, or, if there is no room for all of it, no new file: the same command may be repeated."""
     from turing_learning._files import write_atomically
@@ -306,8 +280,8 @@ def _write(
                 write_page(detection_page(found, motion, verdicts, figure, name), out.with_suffix(".html"))
         except OSError:
             for path in fresh:
-                try:
+                with suppress(OSError):
                     path.unlink(missing_ok=True)
-                except OSError:
-                    continue
             raise
+    for path in _written(out)[: -1 if found is None else None]:
+        print(path, file=sys.stderr if as_json else sys.stdout)

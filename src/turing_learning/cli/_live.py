@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console, Group
@@ -22,90 +22,51 @@ if TYPE_CHECKING:
 INTERVAL_S = 0.2  # between two pictures
 LINE_EVERY = 100  # generations between two lines, or a tenth as many batches of trials
 AWAY = "away from the truth"
-
 LAST = 5  # runs in the live view
 
 
-class View(Protocol):
-    """What is called for every generation."""
-
-    def __call__(self, progress: "Progress") -> None:
-        """Show a generation, or not."""
-        ...
+@contextmanager
+def _terminal(console: Console, what: str) -> Iterator[tuple[Live | None, Text]]:
+    """Lend what draws on a terminal, None elsewhere, where lines are printed; and what is said before the first step."""
+    waiting = Text(f"getting ready; the first {what} of an installation compiles for some seconds", style="dim")
+    if not console.is_terminal:
+        yield None, waiting
+        return
+    with Live(waiting, console=console, auto_refresh=False) as live:
+        yield live, waiting
 
 
 @contextmanager
-def watching(console: Console) -> Iterator[View]:
-    """Show the run inside the block.
-
-    Parameters
-    ----------
-    console
-        Where; a terminal gets a live view, anything else lines.
-    """
-    if not console.is_terminal:
-        yield LineView(console)
-        return
-    waiting = Text("getting ready; the first run of an installation compiles for some seconds", style="dim")
-    with Live(waiting, console=console, auto_refresh=False) as live:
-        yield LiveView(live)
+def watching(console: Console) -> Iterator["RunView"]:
+    """Show the run inside the block."""
+    with _terminal(console, "run") as (live, _):
+        yield RunView(console, live)
 
 
-class _Stops:
-    """Generations since the last picture in which selection stopped."""
+class RunView:
+    """Tables that are drawn again a few times a second; without a terminal a line now and then, and one for the last step."""
 
-    def __init__(self) -> None:
-        self._seen = self._stopped = 0
-        self._how = ""
+    def __init__(self, console: Console, live: Live | None) -> None:
+        self._console, self._live, self._next = console, live, 0.0
+        self._seen, self._stopped, self._how = 0, 0, ""  # generations since the last picture, and without selection
 
-    def add(self, selection: str) -> None:
-        """Count a generation."""
+    def __call__(self, progress: "Progress") -> None:
+        """Show a generation if it is time."""
         self._seen += 1
-        if selection != "active":
-            self._stopped += 1
-            self._how = selection
-
-    def take(self) -> str:
-        """Return what to say of the generations since the last call, nothing if selection was active in all."""
-        text = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
-        stopped, self._seen, self._stopped = self._stopped, 0, 0
-        return text if stopped else ""
-
-
-class LineView:
-    """A line every 100 generations, or 10 batches of trials, and one for the last."""
-
-    def __init__(self, console: Console) -> None:
-        self._console = console
-        self._stops = _Stops()
-
-    def __call__(self, progress: "Progress") -> None:
-        """Print a line if it is time."""
-        self._stops.add(progress.generation.selection)
-        every = LINE_EVERY // 10 if progress.trials else LINE_EVERY
-        if progress.completed % every and progress.completed != progress.total:
+        if (selection := progress.generation.selection) != "active":
+            self._stopped, self._how = self._stopped + 1, selection
+        last, every = progress.completed == progress.total, LINE_EVERY // 10 if progress.trials else LINE_EVERY
+        early = progress.completed % every if self._live is None else time.monotonic() < self._next
+        if early and not last:
             return
-        text = "  ".join(part for part in (_line(progress), self._stops.take()) if part)
-        self._console.print(text, soft_wrap=True)
-
-
-class LiveView:
-    """Tables that are drawn again a few times a second."""
-
-    def __init__(self, live: Live) -> None:
-        self._live = live
-        self._next = 0.0
-        self._stops = _Stops()
-
-    def __call__(self, progress: "Progress") -> None:
-        """Draw if it is time."""
-        self._stops.add(progress.generation.selection)
-        now = time.monotonic()
-        if now < self._next and progress.completed != progress.total:
+        alarm = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
+        alarm, self._seen, self._stopped = alarm if self._stopped else "", 0, 0
+        if self._live is None:
+            self._console.print("  ".join(filter(None, (_line(progress), alarm))), soft_wrap=True)
             return
-        self._next = now + INTERVAL_S
-        self._live.transient = progress.completed == progress.total  # the result's table follows
-        self._live.update(picture(progress, self._live.console.width, self._stops.take()), refresh=True)
+        self._next = time.monotonic() + INTERVAL_S
+        self._live.transient = last  # the result's table follows
+        self._live.update(picture(progress, self._live.console.width, alarm), refresh=True)
 
 
 def _line(progress: "Progress") -> str:
@@ -128,15 +89,14 @@ def _outlook(progress: "Progress") -> str:
 
 def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
     """Return the live view of a generation, with an alarm in red below it."""
-    parts: list[Table | Text] = [*_parameters(progress, width), _header(progress), *_fitness(progress, width)]
-    if outlook := _outlook(progress):
-        parts.append(Text(outlook, style="dim"))
-    if alarm:
-        parts.append(Text(f" {alarm} ", style="bold white on red"))
-    return Group(*parts)
-
-
-def _header(progress: "Progress") -> Table:
+    generation = progress.generation
+    typical, best = progress.shown(generation.typical_model), progress.shown(generation.best_model)
+    models = {"estimate so far": typical, "best model": best}
+    if progress.truth is not None:
+        models["truth"] = np.asarray(progress.truth)
+    parameters = [[name, *map(short_number, model)] for name, model in models.items()]
+    both = {"models": generation.model_fitness, "classifiers": generation.classifier_fitness}
+    fitness = [[name, _median(values), f"{values.max():.3f}"] for name, values in both.items()]
     grid = Table.grid(padding=(0, 2))
     grid.add_row(
         Text(progress.place, style="bold"),
@@ -144,26 +104,13 @@ def _header(progress: "Progress") -> Table:
         Text(_rate(progress)),
         Text(f"{clock(progress.seconds_left)} left"),
     )
-    return grid
-
-
-def _parameters(progress: "Progress", width: int) -> Iterator[Table]:
-    """Say where the models are: the estimate first."""
-    generation = progress.generation
-    models = {
-        "estimate so far": progress.shown(generation.typical_model),
-        "best model": progress.shown(generation.best_model),
-    }
-    if progress.truth is not None:
-        models["truth"] = np.asarray(progress.truth)
-    rows = [[name, *map(short_number, model)] for name, model in models.items()]
-    return tables(["", *progress.parameter_names], rows, width)
-
-
-def _fitness(progress: "Progress", width: int) -> Iterator[Table]:
-    both = {"models": progress.generation.model_fitness, "classifiers": progress.generation.classifier_fitness}
-    rows = [[name, _median(values), f"{values.max():.3f}"] for name, values in both.items()]
-    return tables(["fitness", "median", "best"], rows, width)
+    parts: list[Table | Text] = [*tables(["", *progress.parameter_names], parameters, width), grid]
+    parts += tables(["fitness", "median", "best"], fitness, width)
+    if outlook := _outlook(progress):
+        parts.append(Text(outlook, style="dim"))
+    if alarm:
+        parts.append(Text(f" {alarm} ", style="bold white on red"))
+    return Group(*parts)
 
 
 def _median(values: np.ndarray) -> str:
@@ -183,50 +130,25 @@ def clock(seconds: float) -> str:
 
 @contextmanager
 def watching_study(console: Console, should_stop: Callable[[], bool]) -> Iterator[Callable[["StudyProgress"], None]]:
-    """Show a study inside the block.
+    """Show a study inside the block: runs that have ended, on a terminal with a bar, and whether a stop has been asked for."""
+    last: list[StudyRun] = []
 
-    Parameters
-    ----------
-    console
-        Where; a terminal gets a live view, anything else a line for each run that ends.
-    should_stop
-        Whether a stop has been asked for, to say so.
-    """
-    waiting = Text("getting ready; the first study of an installation compiles for some seconds", style="dim")
-    if not console.is_terminal:
-        console.print(waiting)
-        yield StudyLines(console)
-        return
-    with Live(waiting, console=console, auto_refresh=False) as live:
-        yield StudyView(live, should_stop)
+    with _terminal(console, "study") as (live, waiting):
+        if live is None:
+            console.print(waiting)
 
+        def show(progress: "StudyProgress") -> None:
+            done = progress.done + progress.failed
+            if live is None:
+                for run in progress.finished:
+                    text = f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}"
+                    console.print(text, soft_wrap=True)
+                return
+            live.transient = done == progress.total  # the table follows
+            last[:] = [*last, *progress.finished][-LAST:]
+            live.update(study_picture(progress, last, stopping=should_stop()), refresh=True)
 
-class StudyLines:
-    """A line for each run that ends."""
-
-    def __init__(self, console: Console) -> None:
-        self._console = console
-
-    def __call__(self, progress: "StudyProgress") -> None:
-        """Print what has ended."""
-        for run in progress.finished:
-            text = f"{progress.done + progress.failed}/{progress.total}  {_ended(run)}  {_left(progress)}"
-            self._console.print(text, soft_wrap=True)
-
-
-class StudyView:
-    """A bar, the numbers of runs, and the runs that ended last."""
-
-    def __init__(self, live: Live, should_stop: Callable[[], bool]) -> None:
-        self._live = live
-        self._should_stop = should_stop
-        self._last: list[StudyRun] = []
-
-    def __call__(self, progress: "StudyProgress") -> None:
-        """Draw."""
-        self._live.transient = progress.done + progress.failed == progress.total  # the table follows
-        self._last = [*self._last, *progress.finished][-LAST:]
-        self._live.update(study_picture(progress, self._last, stopping=self._should_stop()), refresh=True)
+        yield show
 
 
 def study_picture(progress: "StudyProgress", last: "list[StudyRun]", *, stopping: bool) -> Group:

@@ -244,7 +244,7 @@ def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, 
             os.kill(os.getpid(), signal.SIGINT)
 
     with monkeypatch.context() as patch:
-        patch.setattr(live.LineView, "__call__", interrupt)
+        patch.setattr(live.RunView, "__call__", interrupt)
         code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "run")
     assert code == 130
     command = err.strip().partition("resume with: turing-learning ")[2].split()
@@ -297,7 +297,7 @@ def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, monkeyp
         os.kill(os.getpid(), signal.SIGINT)
 
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
+        patch.setattr("turing_learning.cli._live.RunView.__call__", interrupt)
         thin = ["--set", "run.history=thin", "--generations", "3", "--out", "run"]
         assert call("infer", *RECORDED, *SMALL, *thin)[0] == 130
     code, _, err = call(*command)
@@ -311,7 +311,7 @@ def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
         os.kill(os.getpid(), signal.SIGINT)
 
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.cli._live.LineView.__call__", interrupt)
+        patch.setattr("turing_learning.cli._live.RunView.__call__", interrupt)
         assert call("infer", *RECORDED, *SMALL, "--generations", "3", "--out", "run")[0] == 130
     motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
     assert "must be given for a run that has stored no motion" in call(*motion)[2]

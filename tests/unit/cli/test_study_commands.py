@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from turing_learning.cli import main
-from turing_learning.cli._live import StudyLines, study_picture
+from turing_learning.cli._live import study_picture, watching_study
 from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
 pytestmark = pytest.mark.usefixtures("wide")
@@ -214,7 +214,9 @@ def test_the_live_view_says_that_runs_are_stopping():
 
 def test_elsewhere_than_on_a_terminal_each_run_is_a_line():
     lines = []
-    view = StudyLines(SimpleNamespace(print=lambda text, **options: lines.append(text)))
-    view(progress())
-    view(progress(finished=(StudyRun(4, {"run.seed": 8}, "failed", "OSError: disk"),)))
+    console = SimpleNamespace(is_terminal=False, print=lambda text, **options: lines.append(text))
+    with watching_study(console, lambda: False) as view:
+        view(progress())
+        view(progress(finished=(StudyRun(4, {"run.seed": 8}, "failed", "OSError: disk"),)))
+    assert str(lines.pop(0)).startswith("getting ready; the first study")
     assert lines == ["3/10  run 4  seed 8  failed: OSError: disk  1:10 left"]
