@@ -64,11 +64,8 @@ def _swarm() -> str:
     controllers = np.broadcast_to(AGGREGATION.controller, (*poses.shape[:2], 4))
     steps = round(SWARM_S / AGGREGATION.trial.control_interval_s)
     moved = simulate(AGGREGATION, controllers, poses, control_steps=steps, seed=1).poses[0]
-    rows = (
-        f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}"
-        for t, all_ in enumerate(moved)
-        for who, (x, y, angle) in enumerate(all_)
-    )
+    robots = ((t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses))
+    rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
     return "\n".join(("frame,id,x,y,heading", *rows)) + "\n"
 
 
@@ -77,25 +74,14 @@ def warm_up() -> None:
     from turing_learning import infer
     from turing_learning.swarm import SCENARIOS
 
-    few: dict[str, float] = {
-        "models.parents": 4,
-        "models.offspring": 4,
-        "classifiers.parents": 4,
-        "classifiers.offspring": 4,
-    }
-    few |= {"scenario.trial.duration_s": 1.0}
+    short = {"scenario.trial.duration_s": 1.0}
+    few = short | {f"{of}.{each}": 4 for of in ("models", "classifiers") for each in ("parents", "offspring")}
     with TemporaryDirectory() as folder:
         for name in SCENARIOS:
             print(name, flush=True)
             infer(name, generations=1, settings=few, out=Path(folder) / name, progress=False)
         print("a budget in trials", flush=True)
-        infer(
-            "aggregation",
-            trials=20,
-            settings={"scenario.trial.duration_s": 1.0},
-            out=Path(folder) / "trials",
-            progress=False,
-        )
+        infer("aggregation", trials=20, settings=short, out=Path(folder) / "trials", progress=False)
     print("ready")
 
 

@@ -15,6 +15,8 @@ from rich.text import Text
 from turing_learning.report import short_number
 from turing_learning.report._tabular import tables
 
+from ._tables import named_numbers
+
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
     from turing_learning.studies import StudyProgress, StudyResult, StudyRun
@@ -70,14 +72,10 @@ class RunView:
 
 
 def _line(progress: "Progress") -> str:
-    models = " ".join(
-        f"{name} {short_number(value)}"
-        for name, value in zip(progress.parameter_names, progress.shown(progress.generation.typical_model), strict=True)
-    )
     generation = progress.generation
-    fitness = (
-        f"fitness: models {_median(generation.model_fitness)}, classifiers {_median(generation.classifier_fitness)}"
-    )
+    models = named_numbers(zip(progress.parameter_names, progress.shown(generation.typical_model), strict=True))
+    both = (generation.model_fitness, generation.classifier_fitness)
+    fitness = "fitness: models {}, classifiers {}".format(*map(_median, both))
     return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
 
 

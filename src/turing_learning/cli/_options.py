@@ -267,6 +267,9 @@ def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -
     from turing_learning.config._study import stated_once
 
     given = {key: text for key, text in options.items() if text is not None}
+    if {"run.trials", "run.generations"} <= given.keys():
+        got = f"{given['run.trials']} beside {given['run.generations']}"
+        refuse("--trials", "be given without --generations", got)
     stated = [(key, toml_value(text), f"--{key.removeprefix('run.')} {text}") for key, text in given.items()]
     for setting in settings or []:
         key, equals, text = setting.partition("=")

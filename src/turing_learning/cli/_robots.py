@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -107,8 +108,6 @@ def run(
     from turing_learning.robots import load_laboratory
     from turing_learning.runs import RunFolder, new_run_path, start_laboratory
 
-    if trials is not None and generations is not None:
-        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
     lengths = {"run.generations": generations, "run.trials": trials}
     overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
     if resume is not None:
@@ -121,12 +120,8 @@ def run(
     loaded = load_laboratory(config or LABORATORY_FILE, overrides, labels)
     path = out or new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
     with _opened(loaded, emulated) as (laboratory, equipment):
-        return _execute(
-            laboratory,
-            equipment,
-            path,
-            lambda **watch: start_laboratory(laboratory, path, equipment=equipment, force=force, **watch),
-        )
+        begin = partial(start_laboratory, laboratory, path, equipment=equipment, force=force)
+        return _execute(laboratory, equipment, path, begin)
 
 
 def resume_run(
@@ -141,14 +136,9 @@ def resume_run(
         rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
         refuse("--emulated", rule, "it", remedy, place=str(path))
     with _opened(stored, emulated) as (laboratory, equipment):
-        return _execute(
-            laboratory,
-            equipment,
-            path,
-            lambda **watch: resume_laboratory(path, equipment=equipment, trials=trials, tolerance=tolerance, **watch),
-            needed=trials is not None or awaits_robots(path),
-            stored=RunFolder(path).laboratory_path if real else None,
-        )
+        ahead = partial(resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
+        needed, addresses = trials is not None or awaits_robots(path), RunFolder(path).laboratory_path if real else None
+        return _execute(laboratory, equipment, path, ahead, needed=needed, stored=addresses)
 
 
 @robots.command(sort_key=2)
@@ -326,10 +316,9 @@ def _execute(
 
     Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
-    from turing_learning.report import short_number
     from turing_learning.runs import read_post_evaluation, resume_command
 
-    from ._tables import plain_console, print_post_evaluation, print_result
+    from ._tables import named_numbers, plain_console, print_post_evaluation, print_result
 
     console = plain_console()
     if needed and not _inspected(console, laboratory, equipment):
@@ -338,15 +327,11 @@ def _execute(
             print(text, file=sys.stderr)
         return REFUSED
     ahead, of_trials = f"resume with: {resume_command(path)}", laboratory.configuration.run.trials > 0
-    repeats = 0 if of_trials else laboratory.setup.evaluation.repeats
-
-    def line(text: str) -> None:
-        console.print(text, soft_wrap=True)
+    repeats, line = 0 if of_trials else laboratory.setup.evaluation.repeats, partial(console.print, soft_wrap=True)
 
     def progressed(progress: "Progress") -> None:
         shown = progress.generation.typical_model if of_trials else progress.generation.best_model
-        pairs = zip(progress.parameter_names, shown, strict=True)
-        models = " ".join(f"{name} {short_number(value)}" for name, value in pairs)
+        models = named_numbers(zip(progress.parameter_names, shown, strict=True))
         each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         line(f"{progress.place}  {each}  {models}")
 

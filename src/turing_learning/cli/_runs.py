@@ -87,16 +87,8 @@ def infer(
     from turing_learning.runs import infer as infer_run
     from turing_learning.runs import new_run_path, start
 
-    options = {
-        "run.generations": generations,
-        "run.trials": trials,
-        "run.tolerance": tolerance,
-        "run.seed": seed,
-        "run.threads": threads,
-    }
-    overrides, labels = settings_of(settings, options)
-    if trials is not None and generations is not None:
-        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
+    length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
+    overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
     if recording.given:
         for option, value in (("SCENARIO", scenario), ("--passive", passive)):
             if value is not None:
@@ -368,15 +360,8 @@ def check(
         windows, family, motion = recording.opened(*_measured(run, recording))
         system = {"genuine": windows, "simulate": family, "recording": motion}
     stages, console = plain_console(stderr=True), plain_console()
-    found = result.check(
-        **system,
-        effort=effort,
-        recoveries=recoveries,
-        recovery_generations=recovery_generations,
-        seed=seed,
-        force=force,
-        stage=lambda text: stages.print(text),
-    )
+    repeated = {"recoveries": recoveries, "recovery_generations": recovery_generations}
+    found = result.check(**system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print)
     console.print(found)
     console.print(judged(result.verdicts))
     if (report := RunFolder(run).report_path).exists():
@@ -408,13 +393,9 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
     system = RunFolder(run).configuration().system
     needed = {each.name for each in system.resuming} if system.name not in FAMILIES else set()
     if not needed <= RunFolder(run).known_parts():
-        refuse(
-            "run",
-            "be on recorded motion, or have samples and a simulator that can be imported",
-            f"{system.name!r}, to which Python gave them",
-            f"In Python call turing_learning.{call.format(run=repr(str(run)))}.",
-            place=str(run),
-        )
+        rule, got = "be on recorded motion, or have samples and a simulator that can be imported", repr(system.name)
+        remedy = f"In Python call turing_learning.{call.format(run=repr(str(run)))}."
+        refuse("run", rule, f"{got}, to which Python gave them", remedy, place=str(run))
 
 
 def _execute(run: "Callable[..., Result]", path: Path) -> None:

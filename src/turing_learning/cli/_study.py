@@ -92,8 +92,6 @@ def study(
 
     require_scenario(scenario, config, [*SCENARIOS, BEHAVIORS.name])
     hands = Hands(workers, cluster=cluster)
-    if trials is not None and generations is not None:
-        refuse("--trials", "be given without --generations", f"{trials} beside {generations}")
     values, labels = settings_of(settings, {"run.generations": generations, "run.trials": trials})
     plan = plan_study(
         scenario, runs=runs, first_seed=first_seed, preset=preset, config=config, settings=values, labels=labels

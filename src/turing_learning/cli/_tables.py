@@ -1,6 +1,6 @@
 """What commands print at their end."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -31,27 +31,25 @@ def print_result(console: Console, result: "Result", path: Path) -> None:
     from turing_learning.runs import RunFolder
 
     console.print(result)
-    report = RunFolder(path).report_path
-    if report.exists():
+    if (report := RunFolder(path).report_path).exists():
         console.print(f"report: {report}", soft_wrap=True)
     console.print(f"run:    {path}", soft_wrap=True)
 
 
 def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
     """Print the best of the last models of a run in a laboratory, or how many times they have been observed again."""
-    if found.best_model is None:
-        text = f"the last models have been observed again {len(found.fitness)} of {counted(found.repeats, 'time')}"
-    else:
-        text = (
-            f"the last models, observed again {counted(found.repeats, 'time')}; the best: {_numbers(found.best_model)}"
-        )
+    times = counted(found.repeats, "time")
+    text = f"the last models have been observed again {len(found.fitness)} of {times}"
+    if found.best_model is not None:
+        text = f"the last models, observed again {times}; the best: {named_numbers(found.best_model.items())}"
     if found.absolute_error is not None:
-        text += f"; absolute errors: {_numbers(found.absolute_error)}"
+        text += f"; absolute errors: {named_numbers(found.absolute_error.items())}"
     console.print(text, soft_wrap=True)
 
 
-def _numbers(values: dict[str, float]) -> str:
-    return " ".join(f"{name} {short_number(value)}" for name, value in values.items())
+def named_numbers(values: Iterable[tuple[str, float]]) -> str:
+    """Return names and numbers in one line."""
+    return " ".join(f"{name} {short_number(value)}" for name, value in values)
 
 
 def plain_console(*, stderr: bool = False) -> Console:
@@ -91,22 +89,15 @@ def print_verdicts(
     console: Console, detector: "Detector", motion: "Motion", verdicts: "Sequence[SampleVerdict]"
 ) -> None:
     """Print which individuals are abnormal, by samples."""
-    rows = [
-        (
-            verdict.individual,
-            f"{100 * verdict.genuine_share:.0f} %",
-            f"{verdict.score:.3f}",
-            f"{verdict.p_value:.2g}",
-            "abnormal" if verdict.abnormal else "normal",
-            "-" if verdict.since is None else str(verdict.since),
-        )
-        for verdict in verdicts
-    ]
+    rows = []
+    for each in verdicts:
+        numbers = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
+        since = "-" if each.since is None else str(each.since)
+        rows.append((each.individual, *numbers, "abnormal" if each.abnormal else "normal", since))
     headings = ("individual", "judged genuine", "score", "p-value", "verdict", "since sample")
     print_table(console, headings, rows)
-    limit = f"p-value up to {detector.false_alarms:g}"
-    if detector.rule == "unanimous":
-        limit = "all samples judged counterfeit"
+    votes = detector.rule == "unanimous"
+    limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
     samples = f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps"
     classifiers = counted(len(detector.genomes), "classifier")
     found = sum(verdict.abnormal for verdict in verdicts)

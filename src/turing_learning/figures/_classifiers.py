@@ -122,7 +122,7 @@ class ParameterProfile:
     accuracies: np.ndarray
     criticals: np.ndarray
     estimate: float
-    interval: tuple[float, float] | None
+    interval: Sequence[float] | None
     recovered: Sequence[float] = field(default=())
     logarithmic: bool = False
 

@@ -488,7 +488,7 @@ def _draw(result: Result, configuration: Configuration, found: "Check", folder: 
     """Write the figures of a check, and the report of the run again where there is one and the history that it shows."""
     from ._present import draw_check, save_figures
 
-    drawings = draw_check(found, result, configuration)
+    drawings = draw_check(found, result)
     with stored_in(folder.path):
         save_figures(drawings, folder.figures_path)
         if folder.report_path.exists():

@@ -10,8 +10,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import require
 from turing_learning.systems import Given, Source
 
-from ._history import SELECTION_CODES
-from ._present import distributions_of, fitness_of, recorded_replay, replay, simulated_model
+from ._present import distributions_of, fitness_of, recorded_replay, replay, simulated_model, stopped_in
 from ._result import Result
 
 if TYPE_CHECKING:
@@ -49,8 +48,7 @@ class Plots:
 
         history = self.result.history
         models, classifiers = (fitness_of(history, name) for name in ("model", "classifier"))
-        over: dict[str, Any] = {"stopped": history["selection"].to_numpy() != SELECTION_CODES["active"]}
-        over["trials"] = self.result.configuration.spent(len(models))
+        over: dict[str, Any] = {"stopped": stopped_in(history), "trials": self.result.configuration.spent(len(models))}
         drawn: Axes = _drawn(ax, [""], 3.1, lambda panels, _: draw_fitness(panels[0], models, classifiers, **over))[0]
         return drawn
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from turing_learning.figures._one_run import (
 )
 from turing_learning.purposes import REPLAY
 from turing_learning.report._content import Listing, ParameterRow, RunReport, RunTable
-from turing_learning.report._page import report_page as markup
+from turing_learning.report._page import report_page
 from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
 
 from ._history import SELECTION_CODES
@@ -30,9 +30,8 @@ from ._result import Result
 
 if TYPE_CHECKING:
     import xarray
-    from matplotlib.figure import Figure
 
-    from turing_learning.identifiability import Check, PinnedDown, Quantity
+    from turing_learning.identifiability import Check, Quantity
 
 CITATION = (
     "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
@@ -43,72 +42,90 @@ FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
 
 
-def drawn_history(result: Result) -> "xarray.Dataset":
-    """Return the history in memory without the populations, which no page shows and which are half of it."""
-    return result.history.drop_vars(["model", "classifier"], errors="ignore").load()
-
-
-def draw(
-    history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray] = MappingProxyType({})
-) -> list[Picture]:
-    """Draw the figures of a run, from the history of its completed generations, and what its classifiers did to the system."""
-    truth, trials = configuration.scenario.truth, configuration.spent(history.sizes["generation"])
-    over = "generations" if trials is None else "trials"
-    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
-    return [
-        _parameters(best, typical, configuration, trials),
-        *([] if truth is None else [_error(best, typical, np.asarray(truth, dtype=float), trials)]),
-        *([_dialogues(dialogues, configuration)] if dialogues else []),
-        Picture(
-            "fitness",
-            f"Fitness over {over}",
-            "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
-            if trials is None
-            else "Fitness of the models tried in each batch, and of the classifiers: median and quartiles.",
-            fitness_figure(
-                fitness_of(history, "model"),
-                fitness_of(history, "classifier"),
-                stopped=history["selection"].to_numpy() != SELECTION_CODES["active"],
-                trials=trials,
-            ),
-        ),
-        *([_step_sizes(history, configuration)] if "model_step_size" in history and trials is None else []),
-    ]
-
-
-def _parameters(
-    best: np.ndarray, typical: np.ndarray, configuration: Configuration, trials: np.ndarray | None
-) -> Picture:
-    caption, over = "Subjectively best and typical model of each generation", "generations"
-    if trials is not None:
-        caption, over = "Best model of each batch of trials, and the estimate after it", "trials"
-    caption += ", steady outputs of the networks" if configuration.models.hidden else ""
-    scenario = configuration.scenario
-    if scenario.truth is not None:
-        caption += "; the truth is dashed"
-    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth, trials=trials)
-    return Picture("parameters", f"Parameters over {over}", f"{caption}.", drawn, wide=True)
-
-
-def _error(best: np.ndarray, typical: np.ndarray, truth: np.ndarray, trials: np.ndarray | None) -> Picture:
-    return Picture(
-        "error",
-        f"Mean absolute error over {'generations' if trials is None else 'trials'}",
-        f"Mean over the parameters, of the best model and of {'the typical one' if trials is None else 'the estimate so far'}.",
-        error_figure(mean_absolute_error(best, truth), mean_absolute_error(typical, truth), trials=trials),
+def write_report(
+    result: Result,
+    target: Path,
+    manifest: list[tuple[str, str]],
+    *,
+    check: "Check | None" = None,
+    figures: Path | None = None,
+    motion: Mapping[str, np.ndarray] = MappingProxyType({}),
+    dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
+) -> Path:
+    """Write the page of a run to a file, and its figures to a folder, if there is one; `motion` is as of `Source.positions`."""
+    # without the populations, which no page shows and which are half of a history
+    history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
+    configuration, simulated = result.configuration, result.configuration.system.simulated is not None
+    words = {code: word for word, code in SELECTION_CODES.items()}
+    pictures = draw(history, configuration, dialogues)
+    if figures is not None:
+        save_figures(pictures, figures)
+    page = RunReport(
+        title=f"{configuration.scenario.title}: what Turing Learning inferred",
+        summary=summary(result),
+        verdicts=result.verdicts,
+        facts=facts(result, dict(manifest)),
+        steps=next_steps(result),
+        data=tables(result, history, configuration),
+        table=run_table(result),
+        selection=[words[int(code)] for code in history["selection"].to_numpy()],
+        figures=tuple(pictures),
+        configuration=to_toml(configuration),
+        manifest=manifest,
+        replay=replay(configuration, simulated_model(result)) if simulated else recorded_replay(motion),
+        check=None if check is None else check_listing(check),
+        check_figures=() if check is None else tuple(draw_check(check, result)),
     )
+    return report.write_page(report_page(page), target)
+
+
+def save_figures(pictures: list[Picture], folder: Path) -> None:
+    """Write every figure as PNG and SVG."""
+    folder.mkdir(exist_ok=True)
+    for picture in pictures:
+        picture.save(folder)
+
+
+def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]) -> list[Picture]:
+    """Draw the figures of a run, from the history of its completed generations, and what its classifiers did to the system."""
+    scenario, trials = configuration.scenario, configuration.spent(history.sizes["generation"])
+    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
+    over, middle, models = "generations", "the typical one", "Subjectively best and typical model of each generation"
+    fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
+    if trials is not None:
+        over, middle = "trials", "the estimate so far"
+        models = "Best model of each batch of trials, and the estimate after it"
+        fitness = "Fitness of the models tried in each batch, and of the classifiers: median and quartiles."
+    models += ", steady outputs of the networks" if configuration.models.hidden else ""
+    models += "." if scenario.truth is None else "; the truth is dashed."
+    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth, trials=trials)
+    pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
+    if scenario.truth is not None:
+        errors = [mean_absolute_error(each, np.asarray(scenario.truth, dtype=float)) for each in (best, typical)]
+        caption = f"Mean over the parameters, of the best model and of {middle}."
+        drawn = error_figure(*errors, trials=trials)
+        pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
+    if dialogues:
+        pictures.append(_dialogues(dialogues, configuration))
+    populations = [fitness_of(history, name) for name in ("model", "classifier")]
+    drawn = fitness_figure(*populations, stopped=stopped_in(history), trials=trials)
+    pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
+    if "model_step_size" in history and trials is None:
+        pictures.append(_step_sizes(history, configuration))
+    return pictures
 
 
 def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration) -> Picture:
     system, chosen = configuration.system, "outputs" in dialogues
-    caption = "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models in "
-    caption += "which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
-    caption += "system and in one with the estimate. An output of 0.5 or more says genuine."
-    if not chosen:
-        caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
-    drawn = dialogues_figure(
-        dialogues, names=system.signals, rows=tuple(system.parameters), interval_s=system.interval_s
-    )
+    caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
+    if chosen:
+        caption = "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models "
+        caption += (
+            "in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
+        )
+        caption += "system and in one with the estimate. An output of 0.5 or more says genuine."
+    rows = tuple(system.parameters)
+    drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=system.interval_s)
     return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
 
 
@@ -118,64 +135,22 @@ def fitness_of(history: "xarray.Dataset", population: str) -> np.ndarray:
     return history[name if name in history else f"{name}_quantiles"].to_numpy()
 
 
+def stopped_in(history: "xarray.Dataset") -> np.ndarray:
+    """Return in which generations selection stopped (G,)."""
+    return history["selection"].to_numpy() != SELECTION_CODES["active"]
+
+
 def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
     caption += configuration.system.step_unit
-    sizes = np.median(history["model_step_size"].to_numpy(), axis=1)
+    models, classifiers = (history[f"{of}_step_size"].to_numpy() for of in ("model", "classifier"))
+    sizes = np.median(models, axis=1)
     if configuration.models.hidden:
         names, caption = ("models",), "Median mutation strength of the models' weights"
-        sizes = _weights_median(history, "model")[:, None]
-    return Picture(
-        "step-sizes",
-        "Step sizes over generations",
-        f"{caption}, and of the classifiers' weights.",
-        step_sizes_figure(sizes, _weights_median(history, "classifier"), names=names),
-    )
-
-
-def _weights_median(history: "xarray.Dataset", population: str) -> np.ndarray:
-    sizes = history[f"{population}_step_size"].to_numpy()
-    return np.median(sizes.reshape(len(sizes), -1), axis=1).astype(float)
-
-
-def save_figures(drawings: list[Picture], folder: Path) -> None:
-    """Write every figure as PNG and SVG."""
-    folder.mkdir(exist_ok=True)
-    for drawing in drawings:
-        drawing.save(folder)
-
-
-def report_page(
-    result: Result,
-    history: "xarray.Dataset",
-    configuration: Configuration,
-    drawings: list[Picture],
-    manifest: list[tuple[str, str]],
-    check: "Check | None" = None,
-    motion: Mapping[str, np.ndarray] | None = None,
-) -> str:
-    """Return the page of a run; `drawings` are those of `draw`, `manifest` names and values, `motion` as of `Source.positions`."""
-    words = {code: word for word, code in SELECTION_CODES.items()}
-    return markup(
-        RunReport(
-            title=f"{configuration.scenario.title}: what Turing Learning inferred",
-            summary=summary(result),
-            verdicts=result.verdicts,
-            facts=facts(result, dict(manifest)),
-            steps=next_steps(result),
-            data=tables(result, history, configuration),
-            table=run_table(result),
-            selection=[words[int(code)] for code in history["selection"].to_numpy()],
-            figures=tuple(drawings),
-            configuration=to_toml(configuration),
-            manifest=manifest,
-            replay=recorded_replay(motion or {})
-            if configuration.system.simulated is None
-            else replay(configuration, simulated_model(result)),
-            check=None if check is None else check_listing(check),
-            check_figures=() if check is None else tuple(draw_check(check, result, configuration)),
-        )
-    )
+        sizes = np.median(models.reshape(len(models), -1), axis=1)[:, None]
+    weights = np.median(classifiers.reshape(len(classifiers), -1), axis=1).astype(float)
+    drawn = step_sizes_figure(sizes, weights, names=names)
+    return Picture("step-sizes", "Step sizes over generations", f"{caption}, and of the classifiers' weights.", drawn)
 
 
 def simulated_model(result: Result) -> np.ndarray:
@@ -330,32 +305,16 @@ def swarm_replay(
     fields_of_view: np.ndarray | None = None,
     drivers: Drivers | None = None,
 ) -> report.Replay:
-    """Simulate swarms, each in one trial, and return what a page shows of them.
+    """Simulate R swarms, each in one trial, and return what a page shows of them; by `replicas`, which execute models.
 
-    Parameters
-    ----------
-    controllers : (R, A, 2 n)
-        Of the robots; those with one of the `drivers` follow that network instead.
-    poses : (R, A + O, 3)
-        Initial poses.
-    labels, replicas
-        What each swarm is, and whether it executes a model.
-    fields_of_view : (R, A)
-        Of the robots' sensors (rad); None takes the scenario's.
+    Robots have controllers (R, A, 2 n), or one of the `drivers`, fields of view (R, A) in rad, by default the scenario's, and
+    with the objects initial poses (R, A + O, 3).
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    result = simulate(
-        scenario,
-        controllers,
-        poses,
-        control_steps=steps,
-        seed=seed,
-        fields_of_view=fields_of_view,
-        threads=threads,
-        drivers=drivers,
-    )
+    executed: dict[str, Any] = {"fields_of_view": fields_of_view, "drivers": drivers}
+    result = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads, **executed)
     moved, robots = result.poses[:, ::stride], controllers.shape[1]
     width, height = scenario.arena.width_cm, scenario.arena.height_cm
     return report.Replay(
@@ -371,91 +330,70 @@ def swarm_replay(
     )
 
 
-def draw_check(check: "Check", result: Result, configuration: Configuration) -> list[Picture]:
+def draw_check(check: "Check", result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
-    drawings = []
+    pictures, parameters = [], result.configuration.system.parameters
     if check.profiles:
-        drawings.append(
-            Picture(
-                "check-profiles",
-                "What each parameter leaves open",
-                "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is moved "
-                "across its initial range; below the dashed line they may be guessing. "
-                f"{result.unknown}".strip(),
-                _profiles(check, result, configuration),
-                wide=True,
-            )
+        caption = (
+            "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is moved "
         )
-    if check.quantities:
-        drawings.append(
-            Picture(
-                "check-quantities",
-                "Genuine motion and motion simulated at the estimate",
-                "Shares of the values in each bin; the outermost bins hold what is beyond them.",
-                quantities_figure(distributions_of(check.quantities)),
-                wide=True,
-            )
-        )
-    return drawings
-
-
-def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
-    """Return quantities as they are drawn."""
-    return [
-        Distribution(
-            name=f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
-            edges=np.array(each.edges),
-            genuine=np.array(each.genuine),
-            simulated=np.array(each.simulated),
-        )
-        for each in quantities
-    ]
-
-
-def _profiles(check: "Check", result: Result, configuration: Configuration) -> "Figure":
-    system = configuration.system
-    labels = dict(zip(system.parameters, system.parameter_labels, strict=True))
-    return profiles_figure(
-        [
+        caption += f"across its initial range; below the dashed line they may be guessing. {result.unknown}"
+        labels, intervals = result.labels, result.interval
+        panels = [
             ParameterProfile(
                 name=labels[each.parameter],
                 values=np.array(each.values),
                 accuracies=np.array(each.accuracies),
                 criticals=np.array(each.criticals),
                 estimate=result.estimate[each.parameter],
-                interval=_known_ends(result.interval[each.parameter]),
+                interval=intervals[each.parameter] if is_known(*intervals[each.parameter]) else None,
                 recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
-                logarithmic=system.parameters[each.parameter].scale == "log",
+                logarithmic=parameters[each.parameter].scale == "log",
             )
             for each in check.profiles
         ]
-    )
+        drawn = profiles_figure(panels)
+        pictures.append(Picture("check-profiles", "What each parameter leaves open", caption.strip(), drawn, wide=True))
+    if check.quantities:
+        heading = "Genuine motion and motion simulated at the estimate"
+        caption = "Shares of the values in each bin; the outermost bins hold what is beyond them."
+        drawn = quantities_figure(distributions_of(check.quantities))
+        pictures.append(Picture("check-quantities", heading, caption, drawn, wide=True))
+    return pictures
 
 
-def _known_ends(ends: list[float]) -> tuple[float, float] | None:
-    return (ends[0], ends[1]) if is_known(*ends) else None
+def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
+    """Return quantities as they are drawn."""
+    return [
+        Distribution(
+            f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
+            *map(np.array, (each.edges, each.genuine, each.simulated)),
+        )
+        for each in quantities
+    ]
 
 
 def check_listing(check: "Check") -> Listing:
     """Return what is said of each parameter, as a table."""
-    test = check.test
-    return Listing(
-        name="check",
-        heading="Can it be believed?",
-        columns=("parameter", "interval", "left open", "missed by", ""),
-        rows=[_row(each) for each in check.parameters],
-        note=f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
-        f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of the interval of "
-        "the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much a run missed "
-        "the estimate when it was the truth.",
-    )
 
+    def share(value: float | None, form: str) -> str | None:
+        return None if value is None else form.format(value)
 
-def _row(each: "PinnedDown") -> tuple[str | None, ...]:
-    return (
-        each.parameter,
-        None if each.interval_share is None else f"{each.interval_share:.0%}",
-        None if each.open_share is None else f"at most {each.open_share:.0%}",
-        None if each.recovery_error is None else f"{each.recovery_error:.1%}",
-        each.verdict,
+    rows = [
+        (
+            each.parameter,
+            share(each.interval_share, "{:.0%}"),
+            share(each.open_share, "at most {:.0%}"),
+            share(each.recovery_error, "{:.1%}"),
+            each.verdict,
+        )
+        for each in check.parameters
+    ]
+    test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
+    note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
+    note += (
+        f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of the "
     )
+    note += "interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much "
+    note += "a run missed the estimate when it was the truth."
+    return Listing(name="check", heading="Can it be believed?", columns=columns, rows=rows, note=note)

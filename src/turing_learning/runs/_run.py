@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -460,6 +459,8 @@ class Run:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
         if self._saved != self.completed:
             self._save()
+        from ._present import write_report
+
         folder, state, history = self.folder, FINISHED if self.complete else STOPPED, self.configuration.run.history
         dialogues = self._held_dialogues() if self.complete and history == "full" else {}
         if folder is None:
@@ -483,7 +484,7 @@ class Run:
                 if dialogues:
                     folder.write(DIALOGUES, dialogues)
                 shown: dict[str, Any] = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
-                _write_report(result, self.configuration, folder.report_path, rows, **shown)
+                write_report(result, folder.report_path, rows, **shown)
                 folder.update_manifest(**closed)
         self.close()
 
@@ -723,10 +724,11 @@ class Origin:
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
         from ._check import complete_check
+        from ._present import write_report
 
         rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
         held, motion = self.spoken if self.folder is None else self.folder.find(DIALOGUES) or {}, self._motion(result)
-        return _write_report(result, self.configuration, target, rows, check=check, motion=motion, dialogues=held)
+        return write_report(result, target, rows, check=check, motion=motion, dialogues=held)
 
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
@@ -889,26 +891,3 @@ def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
     assert stored is not None
     traces.restore(stored)
     return traces
-
-
-def _write_report(
-    result: Result,
-    configuration: Configuration,
-    target: Path,
-    rows: list[tuple[str, str]],
-    *,
-    check: "Check | None" = None,
-    figures: Path | None = None,
-    motion: Mapping[str, np.ndarray] | None = None,
-    dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
-) -> Path:
-    """Draw the figures of a run, write them to a folder, if there is one, and the report to a file."""
-    from turing_learning.report import write_page
-
-    from ._present import draw, drawn_history, report_page, save_figures
-
-    history = drawn_history(result)
-    drawings = draw(history, configuration, dialogues)
-    if figures is not None:
-        save_figures(drawings, figures)
-    return write_page(report_page(result, history, configuration, drawings, rows, check, motion), target)

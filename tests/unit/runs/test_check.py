@@ -182,7 +182,7 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
     assert result.check(effort=QUICK) == found
     assert [line.split()[:2] for line in str(found).splitlines() if line.startswith("speed")] == [["speed", "-"]]
     assert check_listing(found).rows[0][1] is None
-    drawing = draw_check(found, result, result.configuration)[0]
+    drawing = draw_check(found, result)[0]
     assert not drawing.figure.axes[0].patches
     page = (result.path / "report.html").read_text(encoding="utf-8")
     assert result.verdict == kept["verdicts"][0] in page
