@@ -17,9 +17,9 @@ from ._laboratory import start_laboratory as start_laboratory
 from ._laboratory import stored_laboratory as stored_laboratory
 from ._pool import Pooled as Pooled
 from ._pool import pool as pool
+from ._progress import Progress as Progress
 from ._result import TIMINGS as TIMINGS
 from ._result import Result as Result
-from ._run import Progress as Progress
 from ._run import Run as Run
 from ._run import load_run as load_run
 from ._trial import trial_replay as trial_replay

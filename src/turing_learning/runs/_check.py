@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from turing_learning.analysis import is_known
-from turing_learning.config import Configuration, ConfigurationError, load_configuration
-from turing_learning.errors import Refusal, brief, integer, refuse, refusing_as, require
+from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.errors import brief, integer, refuse, refusing_as, require
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.systems import (
     CustomOptions,
@@ -51,34 +51,19 @@ Stage = Callable[[str], None]
 
 @dataclass(eq=False)
 class _Checker:
-    """The stages of a check.
-
-    Parameters
-    ----------
-    result, source
-        The run, and its samples, opened again.
-    given
-        What its caller gave of a custom system.
-    groups, grouping
-        Which held-out samples belong together, and what a group is.
-    effort, seed, recoveries, length, recording, stage
-        As for `check_run`; `length` is that of the recoveries.
-    folder
-        Of the run; None in memory.
-    """
+    """The stages of a check; what is not named below is as for `check_run`."""
 
     result: Result
-    source: Source
-    given: Given
-    groups: np.ndarray | None
+    source: Source  # the run's, opened again
+    given: Given  # of a custom system
+    groups: np.ndarray | None  # which held-out samples belong together, and what a group is
     grouping: str
     effort: "Effort"
     seed: int
     recoveries: int
-    length: int
+    length: int  # of the recoveries
     recording: Sequence[Trajectories]
     stage: Stage
-    folder: RunFolder | None
 
     def run(self, *, force: bool) -> "Check":
         """Go through the stages; what a folder holds already is not done again."""
@@ -87,9 +72,18 @@ class _Checker:
         from turing_learning.identifiability._evidence import evidence_of
 
         self.configuration = self.result.configuration
+        self.folder = None if self.result.path is None else RunFolder(self.result.path)
         self.estimate, networks = np.array(list(self.result.estimate.values())), self.result.networks
         # the model that is simulated: the estimate, or the weights of the network that comes nearest to it
         model = self.estimate if networks is None else np.array(list(networks["estimate"].values()))
+        self._settings = {
+            "estimate": self.result.estimate,
+            "seed": self.seed,
+            "recoveries": self.recoveries,
+            "recovery_generations": self.length,
+            "recording": bool(self.recording),
+            "groups": None if self.groups is None else self.groups.tolist(),
+        } | asdict(self.effort)
         known = self._known(force)
         # refuses what cannot be checked, before anything is written
         evidence = evidence_of(self.configuration, self.source, self.effort, self.seed, self.groups, self.grouping)
@@ -131,36 +125,25 @@ class _Checker:
             with stored_in(self.folder.path):
                 self.folder.write(CHECK, content)
 
-    def _settings(self) -> dict[str, Any]:
-        return {
-            "estimate": self.result.estimate,
-            "seed": self.seed,
-            "recoveries": self.recoveries,
-            "recovery_generations": self.length,
-            "recording": bool(self.recording),
-            "groups": None if self.source.genuine is None or self.groups is None else self.groups.tolist(),
-        } | asdict(self.effort)
-
     def _known(self, force: bool) -> dict[str, Any] | None:
         """Return what is known already, under these settings; None if all is to be looked at anew."""
-        known = None if self.folder is None or force else stored_check(self.folder.path)
-        if known is None or known["settings"] == self._settings():
-            return known
-        assert self.folder is not None
-        rule, got = "be checked with the settings that its check began with", "others"
-        remedy = "Replace it with force=True."
-        if known["settings"]["estimate"] != self.result.estimate:
-            rule = "have the estimate that it had when its check began"
-            got = f"another, after {self.result.length}"
-            remedy = "The run has gone on since: replace the check with force=True."
-        raise RunFolderError(Refusal("run", rule, got, str(self.folder.path / FOLDER), remedy))
+        if self.folder is None or force or (known := stored_check(self.folder.path)) is None:
+            return None
+        settings, place = known["settings"], str(self.folder.path / FOLDER)
+        same, rule = settings["estimate"] == self.result.estimate, "have the estimate that it had when its check began"
+        remedy = "The run has gone on since: replace the check with force=True."
+        got = f"another, after {self.result.length}"
+        require(same, "run", rule, got, remedy, place=place, error=RunFolderError)
+        rule, remedy = "be checked with the settings that its check began with", "Replace it with force=True."
+        require(settings == self._settings, "run", rule, "others", remedy, place=place, error=RunFolderError)
+        return known
 
     def _begun(self) -> dict[str, Any]:
         """Return the beginning of a check, in place of one that may be there."""
-        of_trials = self.result.trials, self.configuration.run.trials
-        of_generations = self.result.generations, self.configuration.length
-        unfinished = None if self.result.complete else of_trials if of_trials[1] else of_generations
-        new: dict[str, Any] = {"settings": self._settings(), "unfinished": unfinished, "profiles": {}, "recoveries": []}
+        trials = self.configuration.run.trials
+        done = (self.result.trials, trials) if trials else (self.result.generations, self.configuration.length)
+        unfinished = None if self.result.complete else done
+        new: dict[str, Any] = {"settings": self._settings, "unfinished": unfinished, "profiles": {}, "recoveries": []}
         if self.folder is None:
             return new
         path = self.folder.path / CHECK
@@ -193,19 +176,16 @@ class _Checker:
         owner = self.result.origin
         assert owner is not None
         seed = self.configuration.run.seed + 1 + k
-        length = {} if self.configuration.run.trials else {"run.generations": self.length}
-        overrides = {"run.seed": seed, "run.history": "thin"} | length
+        overrides: dict[str, Any] = {"run.seed": seed, "run.history": "thin"}
+        if not self.configuration.run.trials:
+            overrides["run.generations"] = self.length
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
-        scenario, given = self.configuration.scenario, Given()
-        if self.source.genuine is None:
-            scenario, given = self.configuration.system.imitated(self.estimate), replace(self.given, genuine=None)
-        sections = self.configuration.model_dump()
-        flat = {f"{name}.{key}": value for name, section in sections.items() for key, value in section.items()}
-        settings = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | overrides
-        configuration = load_configuration(None, "default", settings, scenario=scenario)
         if self.source.genuine is not None:
-            system, given = self._simulated_system(k, evidence)
-            configuration = resolved(system, "default", configuration, {})
+            scenario, given = self._simulated_system(k, evidence)
+        else:
+            scenario, given = self.configuration.system.imitated(self.estimate), replace(self.given, genuine=None)
+            overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
+        configuration = resolved(scenario, "default", self.configuration, overrides)
         try:
             found = owner.recover(configuration, path, given)
         except (RunFolderError, RunStorageError) as error:
@@ -257,13 +237,8 @@ class _Checker:
         def simulated(rng: np.random.Generator) -> np.ndarray:
             return evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
 
-        options: CustomOptions = {
-            "name": system.name,
-            "title": system.title,
-            "signals": system.signals,
-            "samples_per_generation": system.samples_per_generation,
-            "vectorized": system.vectorized,
-        }
+        names = ("name", "title", "signals", "samples_per_generation", "vectorized")
+        options = cast(CustomOptions, {name: getattr(system, name) for name in names})
         if system.vectorized:
             options["batches"] = system.batches
         if not system.live:
@@ -280,28 +255,20 @@ class _Checker:
         interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL
         ends = [_numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
-        errors = [each["error_share"] for each in content["recoveries"]]
-        return [
-            asdict(
-                PinnedDown(
-                    parameter=name,
-                    interval_share=float(width) if is_known(width) else None,
-                    open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
-                    recovery_error=max(each[name] for each in errors) if errors else None,
-                    bound=""
-                    if self.result.networks
-                    else evidence.parameters[name].bound_at(self.result.estimate[name]),
-                    rejected=rejected,
-                    sides=self._sides(content["profiles"].get(name)),
-                )
+        errors, found = [each["error_share"] for each in content["recoveries"]], []
+        for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
+            low, high = content["profiles"].get(name, {"rejected": (False, False)})["rejected"][:2]
+            each = PinnedDown(
+                parameter=name,
+                interval_share=float(width) if is_known(width) else None,
+                open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
+                recovery_error=max(each[name] for each in errors) if errors else None,
+                bound="" if self.result.networks else evidence.parameters[name].bound_at(value),
+                rejected=rejected,
+                sides=(low, high) if self.configuration.run.trials else None,
             )
-            for name, width in zip(self.result.estimate, widths, strict=True)
-        ]
-
-    def _sides(self, profile: Mapping[str, Any] | None) -> tuple[bool, bool] | None:
-        if not self.configuration.run.trials:
-            return None
-        return (False, False) if profile is None else (profile["rejected"][0], profile["rejected"][1])
+            found.append(asdict(each))
+        return found
 
 
 def _numbers(evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:
@@ -331,14 +298,7 @@ def complete_check(path: Path | None) -> "Check | None":
 def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
     """Return which held-out samples belong together, and what such a group is.
 
-    Parameters
-    ----------
-    genuine
-        As it was given; windows of recorded motion know of which individual, and of which recording, they are.
-    data
-        The same, split.
-    groups : (K,)
-        Labels of all samples, of any kind; None takes those of the windows, if there are some.
+    By `groups`, labels (K,) of all samples; else windows of recorded motion know of which individual and recording they are.
     """
     if groups is not None:
         labels = np.asarray(groups)
@@ -420,6 +380,8 @@ def check_run(
     """
     from turing_learning.identifiability import Effort
 
+    from ._present import draw_check, save_figures
+
     trials = configuration.run.trials
     got = f"{recovery_generations} for a run of {trials} trials"
     rule = "be left out for a run of trials"
@@ -435,9 +397,9 @@ def check_run(
     require(fits, "effort", "be an Effort", type(effort).__name__, remedy, error=ConfigurationError)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
     remedy = (
-        "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` says what its "
-        "setup could infer at all."
+        "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` says "
     )
+    remedy += "what its setup could infer at all."
     got, place = "one in a laboratory", str(result.path)
     require(not result.in_laboratory, "run", rule, got, remedy, place=place, error=ConfigurationError)
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system
@@ -459,12 +421,18 @@ def check_run(
             got, remedy = f"{each.fps:.6g}", "Give the recording that the samples are from."
             same = same_time_step(system.interval_s, 1 / each.fps)
             require(same, "recording", rule, got, remedy, error=ConfigurationError)
-        found = _Checker(
-            result, source, given, labels, grouping, effort or Effort(), seed, recoveries,
-            length, recordings, say, folder,
-        ).run(force=force)  # fmt: skip
-        if folder is not None:
-            _draw(result, configuration, found, folder, say)
+        checker = _Checker(
+            result, source, given, labels, grouping, effort or Effort(), seed, recoveries, length, recordings, say
+        )
+        found = checker.run(force=force)
+        if folder is not None:  # the figures, and the report again where there is one and the history that it shows
+            with stored_in(folder.path):
+                save_figures(draw_check(found, result), folder.figures_path)
+                if folder.report_path.exists():
+                    try:
+                        result.report()
+                    except RunFolderError as error:
+                        say(f"the report is left as it was: {error}")
     return found
 
 
@@ -482,17 +450,3 @@ def refuse_unknown_part(options: Mapping[str, Any]) -> None:
 def stored_in(path: Path) -> AbstractContextManager[None]:
     """Say of a run folder that cannot be written any further how to resume its check."""
     return storage(path, "check again: it goes on.", name="run")
-
-
-def _draw(result: Result, configuration: Configuration, found: "Check", folder: RunFolder, stage: Stage) -> None:
-    """Write the figures of a check, and the report of the run again where there is one and the history that it shows."""
-    from ._present import draw_check, save_figures
-
-    drawings = draw_check(found, result)
-    with stored_in(folder.path):
-        save_figures(drawings, folder.figures_path)
-        if folder.report_path.exists():
-            try:
-                result.report()
-            except RunFolderError as error:
-                stage(f"the report is left as it was: {error}")

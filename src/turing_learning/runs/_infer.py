@@ -1,12 +1,9 @@
 """The doors: infer, start, resume; and how far a run is, in one line, on terminals and in notebooks."""
 
-import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
-from importlib import import_module
 from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
@@ -23,11 +20,9 @@ from turing_learning.systems._calls import importable_name
 
 from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder, resume_command
+from ._progress import Observer, watched
 from ._result import Result
-from ._run import Observer, Origin, Progress, Run, conduct, give_parts, refuse_given_source
-
-INTERVAL_S = 0.2  # between two pictures
-WAITING = "getting ready; the first run of an installation compiles for some seconds"
+from ._run import Origin, Run, conduct, give_parts, refuse_given_source
 
 RUNS = Path("runs")
 
@@ -291,58 +286,3 @@ def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:
     while path.exists():
         path, number = parent / f"{name}-{number}", number + 1
     return path
-
-
-@contextmanager
-def watched(observer: Observer | None, should_stop: Any, progress: bool | None) -> Iterator[Observer | None]:
-    """Return an observer that also shows a bar, on standard error or in the cell of a notebook.
-
-    Without a word on `progress` there is one where somebody looks, who has not given an observer or `should_stop`.
-    """
-    fits = progress is None or isinstance(progress, bool)
-    require(fits, "progress", "be True, False or None", brief(progress), error=ConfigurationError)
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    notebook = getattr(shell, "kernel", None) is not None
-    seen = notebook or (sys.stderr is not None and sys.stderr.isatty())
-    if not (progress or (progress is None and seen and observer is None and should_stop is None)):
-        yield observer
-        return
-    following = 0.0
-    with nullcontext(_cell()) if notebook else _terminal() as show:
-
-        def observe(state: Progress) -> None:
-            nonlocal following
-            if observer is not None:
-                observer(state)
-            if (now := time.monotonic()) >= following or state.completed == state.total:
-                following = now + INTERVAL_S
-                left = f"{state.seconds_left:.0f} s left" if state.completed < state.total else "done"
-                show(state.completed, state.total, f"{state.place}, {left}")
-
-        yield observe
-
-
-@contextmanager
-def _terminal() -> Iterator[Callable[[int, int, str], None]]:
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    columns = (BarColumn(), TextColumn("{task.description}"))
-    with Bar(*columns, console=Console(stderr=True), auto_refresh=False, transient=True) as bar:
-        task = bar.add_task(WAITING, total=None)
-        bar.refresh()
-
-        def show(done: int, total: int, text: str) -> None:
-            bar.live.transient = False  # a bar stays once there was something to show
-            bar.update(task, completed=done, total=total, description=text, refresh=True)
-
-        yield show
-
-
-def _cell() -> Callable[[int, int, str], None]:
-    """Show one line of a cell's output, which is replaced: without the widgets that bars of rich need."""
-    handle: Any = import_module("IPython.display").display({"text/plain": WAITING}, raw=True, display_id=True)
-    return lambda done, total, text: handle.update(
-        {"text/plain": f"[{'#' * (30 * done // total):.<30}] {text}"}, raw=True
-    )

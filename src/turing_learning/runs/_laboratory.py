@@ -28,8 +28,9 @@ from turing_learning.store import RunFolderError, told
 from ._checkpoints import stored_generations
 from ._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
 from ._infer import start
+from ._progress import Observer, Progress
 from ._result import Result
-from ._run import Observer, Progress, Run, conduct
+from ._run import Run, conduct
 from ._trials import (
     POST_EVALUATION,
     judged_again,

@@ -334,10 +334,8 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
     pictures, parameters = [], result.configuration.system.parameters
     if check.profiles:
-        caption = (
-            "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is moved "
-        )
-        caption += f"across its initial range; below the dashed line they may be guessing. {result.unknown}"
+        caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is "
+        caption += f"moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
         labels, intervals = result.labels, result.interval
         panels = [
             ParameterProfile(
@@ -391,9 +389,7 @@ def check_listing(check: "Check") -> Listing:
     ]
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
-    note += (
-        f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of the "
-    )
-    note += "interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much "
+    note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of "
+    note += "the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much "
     note += "a run missed the estimate when it was the truth."
     return Listing(name="check", heading="Can it be believed?", columns=columns, rows=rows, note=note)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from turing_learning._files import remove_partial
-from turing_learning.analysis import Verdict, name_failure
+from turing_learning.analysis import Verdict
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._configuration import give_again
@@ -56,6 +56,7 @@ from ._history import (
     require_sound,
     with_units,
 )
+from ._progress import Observer, Progress
 from ._result import Jury, Result, result_from_json, summarize
 from ._trials_loop import TrialsLoop, jury_of
 
@@ -73,66 +74,6 @@ _READOUT = "readout/"  # interval and draws of its estimate, among the arrays of
 _COMPLETE = "complete"  # whether the run was, among the arrays of a checkpoint
 _LOOKED_BACK = 50  # generations whose fittest classifiers may be shown
 _RECENT = 50  # generations that rate and outlook are taken from
-
-
-@dataclass(frozen=True)
-class Progress:
-    """The state of a run after a generation.
-
-    Attributes
-    ----------
-    generation
-        Both populations, scored.
-    completed, total
-        Numbers of generations.
-    parameter_names
-        Names of the parameters in which models are stated: the agents', where they are known.
-    truth
-        The agents' parameters, None where there is no truth.
-    seconds_per_generation
-        Mean over the last generations (s).
-    recent : (up to 50, P)
-        Typical models of the last generations; None if not recorded.
-    described
-        Gives models (..., P) in the parameters of `parameter_names`; None if these are their numbers.
-    trials
-        Spent so far, and the budget, of a run of trials, whose generations are batches of them; None for other runs.
-    """
-
-    generation: Generation
-    completed: int
-    total: int
-    parameter_names: tuple[str, ...]
-    truth: tuple[float, ...] | None
-    seconds_per_generation: float
-    recent: np.ndarray | None = None
-    described: Callable[[np.ndarray], np.ndarray] | None = None
-    trials: tuple[int, int] | None = None
-
-    @property
-    def place(self) -> str:
-        """How far the run is: "generation 100/1000", or "trial 150/300" of a run of trials."""
-        done, total = self.trials or (self.completed, self.total)
-        return f"{'trial' if self.trials else 'generation'} {done}/{total}"
-
-    def shown(self, models: np.ndarray) -> np.ndarray:
-        """Return models (..., P) in the parameters of `parameter_names`."""
-        return models if self.described is None else self.described(models)
-
-    @property
-    def outlook(self) -> str | None:
-        """How the models of the last generations compare with the truth, see `analysis.name_failure`; None without a truth."""
-        if self.truth is None or self.recent is None:
-            return None
-        return name_failure(np.median(self.shown(self.recent), axis=0), np.asarray(self.truth))
-
-    @property
-    def seconds_left(self) -> float:
-        """Time until the last generation at the present rate (s)."""
-        return (self.total - self.completed) * self.seconds_per_generation
-
-
-Observer = Callable[[Progress], None]
 
 
 class Run:
@@ -633,29 +574,18 @@ def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The run that a result belongs to: in its folder, or with its history in memory.
-
-    Attributes
-    ----------
-    configuration, completed
-        Of the run, and its number of generations.
-    path, begun
-        Its folder, and which run was there, see `RunFolder.begun`; None in memory.
-    kept, stored, matched, spoken
-        Of a run in memory: its history, full or thin, its manifest, draws of its estimate, and dialogues, see `Source.dialogues`.
-    given
-        Samples and simulator of a custom system, in the process that had them.
-    """
+    """The run that a result belongs to: in its folder, or with its history in memory."""
 
     configuration: Configuration
-    completed: int
+    completed: int  # generations
     path: Path | None = None
-    begun: tuple[Any, Any] = (None, None)
+    begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
+    # of a run in memory: its history, full or thin, its manifest, draws of its estimate, and dialogues, see `Source.dialogues`
     kept: "Mapping[str, np.ndarray] | Traces | None" = None
     stored: Mapping[str, Any] | None = None
     matched: np.ndarray | None = None
     spoken: Mapping[str, np.ndarray] = field(default_factory=dict)
-    given: Given = field(default_factory=Given)
+    given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Leave a run in memory and a caller's simulator behind, which another process does not have."""
