@@ -3,21 +3,22 @@
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.analysis import UNKNOWN, Verdict, absolute_error, is_known, pooled_estimate, pooled_interval, r_hat
 from turing_learning.analysis._estimate import known_or, ordered
-from turing_learning.config import Configuration, ConfigurationError, flat_settings
+from turing_learning.config import ConfigurationError, flat_settings
 from turing_learning.config._sections import PROSE
-from turing_learning.errors import brief, refuse, require, said
+from turing_learning.errors import brief, require, said
 from turing_learning.report import Tabular, counted, shown
 from turing_learning.report._tabular import describe_unknown, judged, parameter_rows, parameter_table
 from turing_learning.store import RunFolderError, RunStorageError
 
 from ._folder import RunFolder, how_to_resume
-from ._result import Result, named
+from ._result import Result, named, units_of, with_unit
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -67,8 +68,8 @@ class Pooled(Tabular):
         The agents' parameters; None where there is no truth.
     estimate_absolute_error, estimate_mae
         Of `estimate`, and its mean over the parameters; None where there is no truth.
-    labels
-        Name -> name and unit, for tables.
+    units
+        Name -> unit; empty where a parameter has none.
     trials
         That runs of trials were to spend; None for runs of generations.
     chains
@@ -88,7 +89,7 @@ class Pooled(Tabular):
     truth: dict[str, float] | None
     estimate_absolute_error: dict[str, float] | None
     estimate_mae: float | None
-    labels: dict[str, str] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
     trials: int | None = None
     found: tuple[Verdict, ...] = ()
     chains: Mapping[int, np.ndarray] = field(default_factory=dict, compare=False)
@@ -105,12 +106,16 @@ class Pooled(Tabular):
         values = np.stack(list(self.chains.values()))
         dims, seeds = ("chain", "draw"), {"chain": list(self.chains)}
         variables = {
-            name: (dims, values[..., k], {"long_name": self.labels.get(name, name)})
-            for k, name in enumerate(self.estimate)
+            name: (dims, values[..., k], {"long_name": self.labels[name]}) for k, name in enumerate(self.estimate)
         }
         return xarray.Dataset(
             variables, coords=seeds | {"draw": np.arange(values.shape[1])}, attrs={"scenario": self.scenario}
         )
+
+    @property
+    def labels(self) -> dict[str, str]:
+        """Name -> name and unit, for tables."""
+        return with_unit(self.units)
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:
@@ -136,7 +141,7 @@ class Pooled(Tabular):
         """Return a row for each parameter: estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known."""
         return parameter_table(
             {
-                "unit": {name: self.labels.get(name, "").removeprefix(name).strip(" ()") for name in self.estimate},
+                "unit": self.units,
                 "estimate": self.estimate,
                 "interval": self.interval,
                 "truth": self.truth,
@@ -148,17 +153,17 @@ class Pooled(Tabular):
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":
         seeds = ", ".join(map(str, self.seeds))
-        length = counted(self.generations, "generation") if self.trials is None else counted(self.trials, "trial")
+        length, word = counted(self.generations, "generation"), "R-hat"
+        if self.trials is not None:
+            length, word = counted(self.trials, "trial"), "Birge"
         headings, rows = parameter_rows(
-            {name: self.labels.get(name, name) for name in self.estimate},
+            self.labels,
             {
                 "estimate": self.estimate,
                 "90 %": self.interval,
                 "true": self.truth,
                 "error": self.estimate_absolute_error,
-                "R-hat" if self.trials is None else "Birge": {
-                    k: shown(v, "{:.2f}".format) for k, v in self.agreement.items()
-                },
+                word: {name: shown(value, "{:.2f}".format) for name, value in self.agreement.items()},
                 "runs": self.runs_agree,
             },
         )
@@ -208,9 +213,8 @@ def pool(runs: Sequence[Result]) -> Pooled:
     >>> runs = [tl.infer("aggregation", seed=seed) for seed in (1, 2, 3, 4)]  # doctest: +SKIP
     >>> print(tl.pool(runs))  # doctest: +SKIP
     """
-    runs = _fit(runs)
-    configuration = _common_configuration(runs)
-    _refuse_same_seeds(runs)
+    runs = _comparable(runs)
+    configuration = runs[0].configuration
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     if configuration.run.trials:
         settled = [run for run in runs if run.covariance is not None]
@@ -219,7 +223,9 @@ def pool(runs: Sequence[Result]) -> Pooled:
         estimate = configuration.system.on_scales(found, lambda values: np.median(values[:, 0], axis=0))
         ends, agreement = _mixed(list(chains.values()), [list(run.interval.values()) for run in settled], names)
     else:
-        chains = {run.seed: _typical_models(run, configuration) for run in runs}
+        models = {run.seed: run.history["typical_model"].to_numpy() for run in runs}
+        window = configuration.run.estimated_from(len(models[runs[0].seed]))
+        chains = {seed: configuration.described(each[-window:]) for seed, each in models.items()}
         typical = np.stack(list(chains.values()))
         estimate = configuration.system.on_scales(typical, pooled_estimate)
         ends = configuration.system.on_scales(typical, pooled_interval)
@@ -236,7 +242,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
         truth=runs[0].truth,
         estimate_absolute_error=None if error is None else named(names, error),
         estimate_mae=None if error is None else float(error.mean()),
-        labels=runs[0].labels,
+        units=units_of(configuration.system, names),
         trials=configuration.run.trials or None,
         chains=chains,
         found=tuple(each for each in Verdict if 2 * sum(each in run.found for run in runs) > len(runs)),
@@ -253,10 +259,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
 def _mixed(
     draws: list[np.ndarray], intervals: list[list[list[float]]], names: tuple[str, ...]
 ) -> tuple[np.ndarray, list[float]]:
-    """Return the interval (P, 2) of the mixed draws (D, P) of runs, and their Birge ratios.
-
-    A parameter that one run does not identify has its range.
-    """
+    """Return the interval (P, 2) of the mixed draws (D, P) of runs, a range where one does not identify it, and Birge ratios."""
     if not draws:
         return np.full((len(names), 2), UNKNOWN), [UNKNOWN] * len(names)
     ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T
@@ -269,54 +272,39 @@ def _mixed(
     return ends, np.sqrt(squares / (len(draws) - 1)).tolist() if len(draws) > 1 else [UNKNOWN] * len(names)
 
 
-def _fit(given: Any) -> list[Result]:
-    """Return two or more results of complete runs."""
+def _comparable(given: Any) -> list[Result]:
+    """Return two or more results of complete runs of one configuration, whose seeds differ."""
+    needed = partial(require, name="runs", error=ConfigurationError)
     runs = list(given) if isinstance(given, Iterable) and not isinstance(given, np.ndarray) else [given]
     for run in runs:
-        fits, remedy = isinstance(run, Result), "Open a run folder with `load_run`."
-        require(fits, "runs", "be results of runs", brief(run), remedy, error=ConfigurationError)
+        remedy = "Open a run folder with `load_run`."
+        needed(isinstance(run, Result), rule="be results of runs", got=brief(run), remedy=remedy)
     remedy = "Make more runs of the same configuration with other seeds."
-    require(len(runs) >= 2, "runs", "be at least 2", len(runs), remedy, error=ConfigurationError)
+    needed(len(runs) >= 2, rule="be at least 2", got=len(runs), remedy=remedy)
     for run in runs:
         ahead = "Let it run to its end."
         if run.path is not None and not run.complete:
             ahead = f"Resume it with {said(how_to_resume(run.path, run.configuration))}."
-        got = f"seed {run.seed} stopped after {run.length}{_place(run)}"
-        require(run.complete, "runs", "be complete", got, ahead, error=ConfigurationError)
-    return runs
-
-
-def _refuse_same_seeds(runs: list[Result]) -> None:
-    """Reject two runs of one configuration that have the same seed."""
-    remedy = "The same seed gives the same run: make one with another."
-    for number, run in enumerate(runs):
-        same = run.seed in {other.seed for other in runs[:number]}
-        got = f"seed {run.seed} twice{_place(run)}"
-        require(not same, "runs", "have different seeds", got, remedy, error=ConfigurationError)
-
-
-def _common_configuration(runs: list[Result]) -> Configuration:
-    """Return the configuration of the first run, if the others have the same."""
+        got = f"seed {run.seed} stopped after {run.length}"
+        needed(run.complete, rule="be complete", got=got, remedy=ahead, place=_place(run))
     first, *others = (flat_settings(run.configuration) for run in runs)
     for run, other in zip(runs[1:], others, strict=True):
         different = [key for key in first | other if key not in _FREE and first.get(key) != other.get(key)]
-        if different:
-            key = min(different, key=lambda key: key != "scenario.digest")  # others have other centers and scales, too
-            got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
-            got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}{_place(run)}"
-            remedy = "Pool runs that differ in their seed alone."
-            refuse("runs", "be of the same system and configuration", got, remedy, error=ConfigurationError)
-    return runs[0].configuration
-
-
-def _typical_models(run: Result, configuration: Configuration) -> np.ndarray:
-    """Return the typical models (W, P) that make the estimate of a run, in the parameters that it states."""
-    window = configuration.run.estimated_from(run.generations)
-    return configuration.described(run.history["typical_model"].to_numpy()[-window:])
+        # others have other centers and scales, too
+        key = min(different, key=lambda key: key != "scenario.digest", default="")
+        got = f"{key} = {brief(first.get(key), _LONGEST)} with seed {runs[0].seed} and "
+        got += f"{brief(other.get(key), _LONGEST)} with seed {run.seed}"
+        rule, remedy = "be of the same system and configuration", "Pool runs that differ in their seed alone."
+        needed(not different, rule=rule, got=got, remedy=remedy, place=_place(run))
+    for number, run in enumerate(runs):
+        fresh, got = run.seed not in {each.seed for each in runs[:number]}, f"seed {run.seed} twice"
+        remedy = "The same seed gives the same run: make one with another."
+        needed(fresh, rule="have different seeds", got=got, remedy=remedy, place=_place(run))
+    return runs
 
 
 def _place(run: Result) -> str:
-    return "" if run.path is None else f" [{run.path}]"
+    return "" if run.path is None else str(run.path)
 
 
 def _word(agreement: float, most: float, least: float) -> str:

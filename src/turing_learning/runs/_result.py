@@ -1,7 +1,7 @@
 """What a run has inferred."""
 
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext, suppress
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -65,36 +65,29 @@ Jury = tuple[tuple[Classifier, np.ndarray], ...]
 
 
 class Owner(Protocol):
-    """The run that a result belongs to."""
+    """The run that a result belongs to, in its folder, or in memory, where it has none."""
 
     @property
-    def configuration(self) -> Configuration:
-        """Of the run."""
+    def configuration(self) -> Configuration: ...
 
     @property
-    def folder(self) -> RunFolder | None:
-        """Where it is stored; None in memory."""
+    def folder(self) -> RunFolder | None: ...
 
     def require_there(self) -> None:
         """Reject a folder that holds this run no more."""
 
-    def history(self) -> "xarray.Dataset":
-        """Return the history."""
+    def history(self) -> "xarray.Dataset": ...
 
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the estimate; None where there are none."""
 
-    def jury(self) -> Jury:
-        """Return who judges in a run of trials."""
+    def jury(self) -> Jury: ...
 
-    def report(self, result: "Result", target: Path) -> Path:
-        """Write the report."""
+    def report(self, result: "Result", target: Path) -> Path: ...
 
-    def plot(self, result: "Result") -> "Pictures":
-        """Return what draws its pictures."""
+    def plot(self, result: "Result") -> "Pictures": ...
 
-    def check(self, result: "Result", /, **options: Any) -> "Check":
-        """Check the estimate."""
+    def check(self, result: "Result", /, **options: Any) -> "Check": ...
 
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result":
         """Run another configuration, for a check."""
@@ -226,12 +219,9 @@ class Result(Tabular):
     @property
     def labels(self) -> dict[str, str]:
         """Name -> name and unit of each parameter, for tables; names alone where the run is not there any more."""
-        try:
-            system = self.configuration.system
-        except (RuntimeError, ConfigurationError, RunFolderError):
-            return {name: name for name in self.estimate}
-        known = dict(zip(system.parameters, system.parameter_labels, strict=False))
-        return {name: known.get(name, name) for name in self.estimate}
+        with suppress(RuntimeError, ConfigurationError, RunFolderError):
+            return with_unit(units_of(self.configuration.system, self.estimate))
+        return {name: name for name in self.estimate}
 
     @property
     def in_laboratory(self) -> bool:
@@ -323,15 +313,17 @@ class Result(Tabular):
         ValueError
             If no path is given and the run is kept in memory, or no page may or can be written there.
         """
-        if path is None and self.path is None:
-            raise ValueError("`path` must be given for a run that is kept in memory; got None. Name an HTML file.")
+        rule, there = "be given for a run that is kept in memory", path is not None or self.path is not None
+        require(there, "path", rule, path, "Name an HTML file.", error=ConfigurationError)
         fits = isinstance(path, str | Path | None) and "\0" not in str(path)
         require(fits, "path", "be the path of an HTML file", brief(path), error=ConfigurationError)
         origin = self._there()
-        target = self.path / "report.html" if path is None and self.path is not None else Path(path or "")
-        if path is not None:
-            refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
-        with nullcontext() if path is None else writing(target, "path"):
+        if path is None:
+            assert self.path is not None
+            return origin.report(self, self.path / "report.html")
+        target = Path(path)
+        refuse_target(target, name="path", suffixes=(".html",), force=force, replaceable=is_page)
+        with writing(target, "path"):
             return origin.report(self, target)
 
     @property
@@ -404,10 +396,9 @@ class Result(Tabular):
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, best model; unit, truth and error if known."""
-        known = {} if self.origin is None else self.system.parameters
         return parameter_table(
             {
-                "unit": {name: known[name].unit if name in known else "" for name in self.estimate},
+                "unit": {} if self.origin is None else units_of(self.system, self.estimate),
                 "estimate": self.estimate,
                 "interval": self.interval,
                 "best_model": self.best_model,
@@ -449,30 +440,16 @@ def summarize(
     readout: Mapping[str, np.ndarray],
     failed_simulations: dict[str, Any] | None = None,
 ) -> Result:
-    """Make the result of the completed generations, at least one.
+    """Make the result of the completed generations, at least one, which took so many seconds.
 
-    Parameters
-    ----------
-    configuration
-        What ran.
-    traces
-        Of the completed generations.
-    seconds
-        Time the run took so far (s).
-    origin
-        The run.
-    complete
-        Whether it is all that was asked for.
-    readout
-        Of a run of trials: what its loop reads out, see `Loop.readout`.
-    failed_simulations
-        Of a custom system.
+    Of a run of trials `readout` is as of `Loop.readout`; `complete` says whether it is all that was asked for.
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    window = configuration.run.estimated_from(traces.completed)
+    window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred, draws, wandering = estimate(typical, window), readout.get("draws"), None
+    inferred, draws = estimate(typical, window), readout.get("draws")
+    covariance = networks = wandering = None
     trials = configuration.trials_after(traces.completed)
     if not configuration.run.trials and origin.folder is not None and origin.folder.laboratory_path.exists():
         trials //= configuration.swarm.replicas  # each executes a model of its own
@@ -487,9 +464,19 @@ def summarize(
         wandering = known_or(UNKNOWN, dict(zip(names, pairs.tolist(), strict=True)))
         said = _said(configuration, traces, window)
         between = dict.fromkeys(names, [UNKNOWN] * 2) if said else wandering
-    if not configuration.models.hidden:
+    if hidden:  # the best network, and that typical one whose outputs (W, P) are nearest to those inferred
+        nearest = int(np.argmin(np.abs(typical - inferred).sum(axis=1)))
+        weights = {
+            "best_model": traces["best_model"][-1],
+            "estimate": traces["typical_model"][-len(typical) :][nearest],
+        }
+        networks = {name: named(configuration.parameter_names, values) for name, values in weights.items()}
+    else:
         known = zip(configuration.system.parameters.values(), inferred.tolist(), strict=True)
         said += [Verdict.BOUND for parameter, value in known if parameter.bound_at(value)]
+    if draws is not None:
+        rows = zip(names, np.atleast_2d(np.cov(draws.T)), strict=True)
+        covariance = {name: named(names, row) for name, row in rows}
     return Result(
         scenario=scenario.name,
         generations=traces.completed,
@@ -499,7 +486,7 @@ def summarize(
         best_model=named(names, best),
         estimate=named(names, inferred),
         interval=known_or(UNKNOWN, between),
-        covariance=None if draws is None else _covariance(names, draws),
+        covariance=covariance,
         **_compared(configuration, best, inferred),
         selection_stopped=int(np.count_nonzero(traces["selection"] != SELECTION_CODES["active"])),
         seconds_total=seconds,
@@ -507,7 +494,7 @@ def summarize(
         path=None if origin.folder is None else origin.folder.path,
         origin=origin,
         failed_simulations=failed_simulations,
-        networks=_networks(configuration, traces, typical, inferred),
+        networks=networks,
         found=ordered(said),
         wandering=wandering,
     )
@@ -522,46 +509,36 @@ def _said(configuration: Configuration, traces: Traces, window: int) -> list[Ver
     return [Verdict.TOLD] if told(traces["classifier_fitness_quantiles"][:, 2], window) else []
 
 
-def _covariance(names: tuple[str, ...], draws: np.ndarray) -> dict[str, dict[str, float]]:
-    return {name: named(names, row) for name, row in zip(names, np.atleast_2d(np.cov(draws.T)), strict=True)}
-
-
-def _networks(
-    configuration: Configuration, traces: Traces, typical: np.ndarray, inferred: np.ndarray
-) -> dict[str, dict[str, float]] | None:
-    """Return the weights of the best network, and of that typical one whose outputs (W, P) are nearest to those inferred."""
-    if not configuration.models.hidden:
-        return None
-    nearest = int(np.argmin(np.abs(typical - inferred).sum(axis=1)))
-    weights = {
-        "best_model": traces["best_model"][-1],
-        "estimate": traces["typical_model"][-len(typical) :][nearest],
-    }
-    return {name: named(configuration.parameter_names, values) for name, values in weights.items()}
-
-
 def _compared(configuration: Configuration, best: np.ndarray, inferred: np.ndarray) -> dict[str, Any]:
     """Return what a result says of the truth, where there is one."""
-    if configuration.scenario.truth is None:
+    scenario, simulated = configuration.scenario, configuration.system.simulated
+    if scenario.truth is None:
         return dict.fromkeys(_OF_TRUTH)
-    scenario, names = configuration.scenario, configuration.scenario.parameter_names
-    truth, simulated = np.asarray(scenario.truth, dtype=float), configuration.system.simulated
-    errors, inferred_errors = absolute_error(best, truth), absolute_error(inferred, truth)
+    names, truth = scenario.parameter_names, np.asarray(scenario.truth, dtype=float)
+    errors = {"": absolute_error(best, truth), "estimate_": absolute_error(inferred, truth)}
+    papers = paper_absolute_errors(simulated) if simulated and not configuration.models.hidden else None
     return {
         "truth": named(names, truth),
-        "absolute_error": named(names, errors),
-        "estimate_absolute_error": named(names, inferred_errors),
-        "mae": float(errors.mean()),
-        "estimate_mae": float(inferred_errors.mean()),
-        "paper_absolute_error": paper_absolute_errors(simulated)
-        if simulated and not configuration.models.hidden
-        else None,
+        **{f"{of}absolute_error": named(names, values) for of, values in errors.items()},
+        **{f"{of}mae": float(values.mean()) for of, values in errors.items()},
+        "paper_absolute_error": papers,
     }
 
 
 def named(names: tuple[str, ...], values: np.ndarray) -> dict[str, float]:
     """Return values (P,) by the names of the parameters."""
     return dict(zip(names, values.tolist(), strict=True))
+
+
+def units_of(system: System, names: Iterable[str]) -> dict[str, str]:
+    """Return the units of parameters by name, empty where they have none, as the weights of networks."""
+    known = system.parameters
+    return {name: known[name].unit if name in known else "" for name in names}
+
+
+def with_unit(units: Mapping[str, str]) -> dict[str, str]:
+    """Return name -> name and unit."""
+    return {name: f"{name} ({unit})" if unit else name for name, unit in units.items()}
 
 
 def result_from_json(content: Mapping[str, Any], *, origin: Owner) -> Result:

@@ -57,7 +57,7 @@ from ._history import (
     with_units,
 )
 from ._progress import Observer, Progress
-from ._result import Jury, Result, result_from_json, summarize
+from ._result import Jury, Result, result_from_json, summarize, units_of
 from ._trials_loop import TrialsLoop, jury_of
 
 if TYPE_CHECKING:
@@ -613,9 +613,8 @@ class Origin:
 
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
-        names, known = self.configuration.parameter_names, self.configuration.system.parameters
-        units = [known[name].unit if name in known else "" for name in names]  # the weights of networks have none
-        found = with_units(self._stored_history(), units)
+        units = units_of(self.configuration.system, self.configuration.parameter_names)
+        found = with_units(self._stored_history(), list(units.values()))
         spent = self.configuration.spent(found.sizes["generation"])
         return found if spent is None else found.assign_coords(trials=("generation", spent))
 
