@@ -145,17 +145,16 @@ def infer(
         require_seen(configuration)
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
+    remedy = "It is given by `genuine`, `simulate` and `parameters` together."
     for name, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
-        remedy = "It is given by `genuine`, `simulate` and `parameters` together."
         require(value is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
     rule = "be left out for a custom system"
     require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
     assert parameters is not None
-    entries: dict[str, Any] = {}
-    if (provenance := options.pop("provenance", None)) is not None:
-        fits = isinstance(provenance, Mapping)
-        require(fits, "provenance", "be a dict name -> value", brief(provenance), error=ConfigurationError)
-        entries |= provenance
+    provenance = options.pop("provenance", None) or {}
+    fits = isinstance(provenance, Mapping)
+    require(fits, "provenance", "be a dict name -> value", brief(provenance), error=ConfigurationError)
+    entries: dict[str, Any] = dict(provenance)
     for name, value in (("genuine", genuine), ("simulate", simulate)):  # imported again, where the run is resumed
         known = value if isinstance(value, str) else importable_name(value) if callable(value) else None
         entries |= {name: known} if known else {}
@@ -250,11 +249,8 @@ def resume(
         given = folder.configuration().system.accept(Given(genuine, simulate, workers, timeout_s))
 
     def reopen(configuration: Configuration) -> Source:
-        rule = "be one that the computer can resume alone"
-        got, remedy = (
-            f"{folder.path}, which takes place in a laboratory",
-            f"Resume it with `{resume_command(folder.path)}`.",
-        )
+        rule, remedy = "be one that the computer can resume alone", f"Resume it with `{resume_command(folder.path)}`."
+        got = f"{folder.path}, which takes place in a laboratory"
         require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
         refuse_given_source(folder)
         with refusing_as(RunFolderError):

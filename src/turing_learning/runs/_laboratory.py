@@ -10,6 +10,7 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import give_again, part_named
+from turing_learning.errors import refuse, require
 from turing_learning.robots import (
     Equipment,
     Event,
@@ -94,7 +95,7 @@ def start_laboratory(
         if calibration:
             laboratory_calibration(setup)
             files[CAMERA] = Path(calibration).read_bytes()
-            stored = setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": CAMERA})})
+            stored = _calibrated(setup, CAMERA)
         files[LABORATORY] = (stored.model_dump_json(indent=1) + "\n").encode()
         watch: dict[str, Any] = {"observer": observer, "should_stop": should_stop}
         result = start(laboratory.configuration, out, force=force, source=source, files=files, **watch)
@@ -123,11 +124,12 @@ def resume_laboratory(
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
-    if setup.emulated and equipment is None:
-        raise ConfigurationError(
-            f"`equipment` must be given for a rehearsal, which must not meet real robots; got none [{folder.path}]. Give "
-            "robots.rehearse(runs.stored_laboratory(path))."
-        )
+    known, rule = (
+        equipment is not None or not setup.emulated,
+        "be given for a rehearsal, which must not meet real robots",
+    )
+    remedy, place = "Give robots.rehearse(runs.stored_laboratory(path)).", str(folder.path)
+    require(known, "equipment", rule, "none", remedy, place=place, error=ConfigurationError)
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(Laboratory(setup, configuration), folder, equipment, on_event) as source:
@@ -201,12 +203,8 @@ def simulate_laboratory(
     models, classifiers = populations[0]
     if of_trials:
         return SimulatedRun(result, np.empty((0, len(models))), np.array(list(result.estimate.values())))
-    fitness = np.array(
-        [
-            judged_again(configuration, classifiers, source.observe(models, f"{POST_EVALUATION}{k + 1}"))
-            for k in range(repeats)
-        ]
-    )
+    observed = (source.observe(models, f"{POST_EVALUATION}{k + 1}") for k in range(repeats))
+    fitness = np.array([judged_again(configuration, classifiers, samples) for samples in observed])
     return SimulatedRun(result, fitness, models[int(np.argmax(fitness.mean(axis=0)))])
 
 
@@ -220,19 +218,20 @@ def stored_setup(folder: RunFolder) -> LaboratorySetup:
     """Return the laboratory of a run; reject one that cannot be read with a RunFolderError."""
     folder.manifest()
     if not folder.laboratory_path.exists():
-        raise RunFolderError(
-            f"`run` must take place in a laboratory; got {folder.path} without {LABORATORY}. Go on with "
-            f"`{resume_command(folder.path)}` if it is a run of another kind."
-        )
+        got, remedy = f"{folder.path} without {LABORATORY}", f"Go on with `{resume_command(folder.path)}`"
+        remedy += " if it is a run of another kind."
+        refuse("run", "take place in a laboratory", got, remedy, error=RunFolderError)
     try:
         with told(RunFolderError, f"`run` must have a readable {LABORATORY}; got {folder.path}", "Restore the file."):
             setup = read_setup(folder.laboratory_path.read_text(encoding="utf-8"))
     except (UnicodeDecodeError, ConfigurationError) as error:
         raise RunFolderError(f"{error} [{folder.laboratory_path}]") from error
-    if not setup.camera.calibration:
-        return setup
-    calibration = str(folder.path / setup.camera.calibration)
-    return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": calibration})})
+    calibration = setup.camera.calibration
+    return _calibrated(setup, str(folder.path / calibration)) if calibration else setup
+
+
+def _calibrated(setup: LaboratorySetup, path: str) -> LaboratorySetup:
+    return setup.model_copy(update={"camera": setup.camera.model_copy(update={"calibration": path})})
 
 
 def stored_laboratory(path: str | Path) -> Laboratory:

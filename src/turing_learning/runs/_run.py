@@ -15,7 +15,7 @@ from turing_learning.analysis import Verdict
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._configuration import give_again
-from turing_learning.errors import brief, refusing_as, require, said
+from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
@@ -205,18 +205,16 @@ class Run:
         if trials is not None:
             with writable("run", folder.path), folder.locked():
                 folder.extend(trials, tolerance)
-        else:
-            require(
-                tolerance is None, "tolerance", "be given beside `trials`", f"{tolerance} alone", error=RunFolderError
-            )
+        elif tolerance is not None:
+            refuse("tolerance", "be given beside `trials`", f"{tolerance} alone", error=RunFolderError)
         configuration = folder.configuration()
-        if is_whole(folder, configuration):
-            return FinishedRun(load_run(path))
+        if (result := _stored_result(folder, configuration)) is not None:
+            return FinishedRun(result)
         here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
         with ExitStack() as held, writable("run", folder.path):
             held.enter_context(folder.locked())
-            if is_whole(folder, configuration) or restored_result(folder, configuration):
-                return FinishedRun(load_run(path))
+            if (result := _stored_result(folder, configuration) or _restored_result(folder, configuration)) is not None:
+                return FinishedRun(result)
             if reopen is None:
                 refuse_given_source(folder)
                 with refusing_as(RunFolderError):
@@ -262,9 +260,8 @@ class Run:
             If the system or its simulator fails; the generations before are saved.
         """
         if self._closed:
-            raise RuntimeError(
-                "`run` must be open; got one that was closed. Open it again: turing_learning.runs.Run.open(path)."
-            )
+            remedy = "Open it again: turing_learning.runs.Run.open(path)."
+            raise RuntimeError(f"`run` must be open; got one that was closed. {remedy}")
         try:
             while not self.complete:
                 generation = self._guarded_step() if self._source.fallible else self._step()
@@ -442,10 +439,7 @@ class Run:
         return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
-        """Store what detectors of a custom system are calibrated with, and what its report shows, which is returned.
-
-        A scenario's are simulated.
-        """
+        """Store what detectors of a custom system are calibrated with, and what its report shows, which is returned."""
         from turing_learning.detection._simulated import keep_calibration
 
         if self._source.genuine is None:
@@ -461,11 +455,9 @@ class Run:
     def _restored(self, folder: RunFolder) -> Mapping[str, np.ndarray] | None:
         """Take over the newest usable checkpoint whose history is there; return the seals of that, None without a checkpoint."""
 
-        def holds_history(checkpoint: Checkpoint) -> bool:
-            seals = part(checkpoint.arrays, "history/")
-            return self.configuration.run.thin or intact(
-                folder.history_path, self._layout, checkpoint.generation, seals
-            )
+        def holds_history(found: Checkpoint) -> bool:
+            history, seals = folder.history_path, part(found.arrays, "history/")
+            return self.configuration.run.thin or intact(history, self._layout, found.generation, seals)
 
         latest = folder.checkpoint(holds_history)
         checkpoint = latest.checkpoint
@@ -603,14 +595,6 @@ class Origin:
         if folder := self.folder:
             folder.require_there(self.begun)
 
-    @property
-    def manifest(self) -> Mapping[str, Any]:
-        """Of the run."""
-        if folder := self.folder:
-            return folder.manifest()
-        assert self.stored is not None
-        return self.stored
-
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         units = units_of(self.configuration.system, self.configuration.parameter_names)
@@ -655,8 +639,11 @@ class Origin:
         from ._check import complete_check
         from ._present import write_report
 
-        rows, check = manifest_rows(dict(self.manifest)), complete_check(result.path)
-        held, motion = self.spoken if self.folder is None else self.folder.find(DIALOGUES) or {}, self._motion(result)
+        folder, check, motion = self.folder, complete_check(result.path), self._motion(result)
+        manifest, held = self.stored, self.spoken
+        if folder is not None:
+            manifest, held = folder.manifest(), folder.find(DIALOGUES) or {}
+        rows = manifest_rows(dict(manifest or {}))
         return write_report(result, target, rows, check=check, motion=motion, dialogues=held)
 
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
@@ -740,37 +727,30 @@ def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) ->
     folder = RunFolder(path)
     give_parts(folder, models, classifier)
     configuration = folder.configuration()
-    finished = folder.manifest()["state"] == FINISHED
-    stored = _stored_result(folder, configuration) if finished else None
-    if stored is not None:
+    if (stored := _stored_result(folder, configuration)) is not None:
         return stored
     found = _result_of(_stored_checkpoint(folder, configuration), folder, configuration)
-    if finished:
+    if folder.manifest()["state"] == FINISHED:
         _LOGGER.warning("%s is damaged; the result is made again from the last checkpoint.", folder.result_path)
     return found
 
 
-def is_whole(folder: RunFolder, configuration: Configuration) -> bool:
-    """Return whether a run is finished and has its result."""
-    return folder.manifest()["state"] == FINISHED and _stored_result(folder, configuration) is not None
-
-
-def restored_result(folder: RunFolder, configuration: Configuration) -> bool:
+def _restored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
     """Write the result of a finished run again, if its checkpoint is left; the caller holds the lock."""
-    if folder.manifest()["state"] != FINISHED:
-        return False
-    checkpoint = folder.checkpoint().checkpoint
-    if checkpoint is None:
-        return False
+    if folder.manifest()["state"] != FINISHED or (checkpoint := folder.checkpoint().checkpoint) is None:
+        return None
     if folder.result_path.exists():
         aside = folder.set_aside("result.json")
         _LOGGER.warning("%s is damaged; it is made again. The damaged file is %s.", folder.result_path, aside.name)
-    folder.write("result.json", _result_of(checkpoint, folder, configuration).to_json())
-    return True
+    found = _result_of(checkpoint, folder, configuration)
+    folder.write("result.json", found.to_json())
+    return found
 
 
 def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
-    """Return the result of a finished run; None if it is missing or damaged."""
+    """Return the result of a finished run; None of one that is not, or if it is missing or damaged."""
+    if folder.manifest()["state"] != FINISHED:
+        return None
     try:
         content = folder.read("result.json")
         if "verdicts" not in content:  # of version 0.1.0, whose interval was what its models wandered over
@@ -788,12 +768,14 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
     log = FailureLog(configuration.parameter_names)
     if failures:
         log.restore(failures)
+    spent = configuration.trials_after(checkpoint.generation) if configuration.run.trials else 0
+    settled = bool(checkpoint.arrays.get(_COMPLETE)) and spent not in configuration.run.earlier
     return summarize(
         configuration,
         traces,
         float(checkpoint.arrays["seconds"]),
         origin=origin_of(folder, configuration, traces.completed),
-        complete=_was_complete(checkpoint, configuration),
+        complete=checkpoint.generation == configuration.length or settled,
         readout=part(checkpoint.arrays, _READOUT),
         failed_simulations=log.summary() if failures else None,
     )
@@ -802,17 +784,9 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
 def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Checkpoint:
     checkpoint = folder.checkpoint().checkpoint
     if checkpoint is None:
-        raise RunFolderError(
-            f"`run` must have been saved at least once; got {folder.path} without a usable checkpoint. "
-            f"Begin it with {said(how_to_resume(folder.path, configuration))}."
-        )
+        got, remedy = f"{folder.path} without a usable checkpoint", how_to_resume(folder.path, configuration)
+        refuse("run", "have been saved at least once", got, ("Begin it with ", remedy, "."), error=RunFolderError)
     return checkpoint
-
-
-def _was_complete(checkpoint: Checkpoint, configuration: Configuration) -> bool:
-    spent = configuration.trials_after(checkpoint.generation) if configuration.run.trials else 0
-    whole = checkpoint.generation == configuration.length
-    return whole or (bool(checkpoint.arrays.get(_COMPLETE)) and spent not in configuration.run.earlier)
 
 
 def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Traces:

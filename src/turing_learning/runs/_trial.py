@@ -57,16 +57,15 @@ def trial_replay(
     from ._present import swarm_replay
 
     states, count = ReactiveModel(scenario.sensor.states), len(scenario.controller)
-    if controller is not None:
-        try:
-            speeds = np.asarray(controller, dtype=float)
-        except (TypeError, ValueError, OverflowError):
-            speeds = np.empty(0)
-        rule, got = f"be {count} finite numbers ({', '.join(states.parameter_names)})", brief(controller)
-        fits = speeds.shape == (count,) and np.isfinite(speeds).all()
-        require(fits, "controller", rule, got, error=ConfigurationError)
-        rule = f"be at most {LARGEST_SPEED:g} in size"
-        require((np.abs(speeds) <= LARGEST_SPEED).all(), "controller", rule, got, error=ConfigurationError)
+    try:
+        speeds = np.asarray(scenario.controller if controller is None else controller, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        speeds = np.empty(0)
+    rule, got = f"be {count} finite numbers ({', '.join(states.parameter_names)})", brief(controller)
+    fits = speeds.shape == (count,) and np.isfinite(speeds).all()
+    require(fits, "controller", rule, got, error=ConfigurationError)
+    rule, fits = f"be at most {LARGEST_SPEED:g} in size", controller is None or np.abs(speeds).max() <= LARGEST_SPEED
+    require(fits, "controller", rule, got, error=ConfigurationError)
     if robots is not None:
         integer("robots", robots, 1, MOST_ROBOTS, error=ConfigurationError)
     number("duration", duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
@@ -74,15 +73,12 @@ def trial_replay(
     integer("seed", seed, error=ConfigurationError)
     if threads is not None:
         integer("threads", threads, 1, error=ConfigurationError)
-    own = controller is None
-    genome = np.asarray(scenario.controller) if controller is None else speeds
-    poses = initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots)
     return swarm_replay(
         scenario,
-        np.tile(genome, (1, robots or scenario.individuals, 1)),
-        poses,
-        labels=("Agents" if own else "Robots with the given controller",),
-        replicas=(not own,),
+        np.tile(speeds, (1, robots or scenario.individuals, 1)),
+        initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots),
+        labels=("Agents" if controller is None else "Robots with the given controller",),
+        replicas=(controller is not None,),
         title=scenario.title,
         duration_s=duration_s,
         seed=seed,
@@ -108,10 +104,9 @@ def write_trial(replay: "Replay", path: Path, *, force: bool = False) -> Path:
     refuse_film_path(path, force=force)
     try:
         with writing(path, "out"):
-            if path.suffix.lower() == ".gif":
-                return report.write_gif(replay, path, speed=FILM_SPEED)
-            if path.suffix.lower() == ".mp4":
-                return report.write_mp4(replay, path, speed=FILM_SPEED)
-            return report.write_page(report.replay_page(replay), path)
+            if (suffix := path.suffix.lower()) == ".html":
+                return report.write_page(report.replay_page(replay), path)
+            write = report.write_gif if suffix == ".gif" else report.write_mp4
+            return write(replay, path, speed=FILM_SPEED)
     except ImportError as error:
         raise ConfigurationError(str(error)) from error

@@ -50,20 +50,7 @@ def jury_of(configuration: Configuration, state: Mapping[str, np.ndarray]) -> tu
 
 
 class TrialsLoop:
-    """`FewTrials` for a configuration and its samples, as the loop of a run.
-
-    Parameters
-    ----------
-    configuration
-        Of a run with `run.trials`.
-    source
-        Its samples.
-
-    Attributes
-    ----------
-    tolerated
-        Whether the run has stopped before its trials were spent: its intervals are within `run.tolerance`.
-    """
+    """`FewTrials` for the configuration of a run with `run.trials`, and its samples, as the loop of the run."""
 
     def __init__(self, configuration: Configuration, source: Source) -> None:
         system, section, seed = configuration.system, configuration.classifiers, configuration.run.seed
@@ -99,7 +86,7 @@ class TrialsLoop:
         self._range = np.where(self._limits, 1.0, 2.0)
         self._tolerance, self._earlier = configuration.run.tolerance, configuration.run.earlier
         self._matched: tuple[int, Matched | None] = (0, None)
-        self.tolerated = False
+        self.tolerated = False  # whether it has stopped before its trials were spent
 
     @property
     def generation(self) -> int:
@@ -111,7 +98,10 @@ class TrialsLoop:
         before, number = len(self.trials.buffer), self.generation
         batch, buffer = self.trials.step(), self.trials.buffer
         if self._tolerance and number % _LOOKED_AT == 0 and number >= 2 * _LOOKED_AT and not self.trials.complete:
-            self.tolerated = self._within_tolerance()
+            found = self.matched()
+            if found is not None and found.settled and found.identified.any():
+                halves = (found.interval_high - found.interval_low)[found.identified] / 2
+                self.tolerated = bool((halves <= 2 * self._tolerance).all())  # of a range of 2
             batch = self.trials.average() if self.tolerated else batch
         jury, tried = self.trials.present, slice(before, len(buffer))
         samples = buffer.samples[tried, 0]
@@ -138,13 +128,6 @@ class TrialsLoop:
         buffer, before = self.trials.buffer, self._counts
         self._counts = buffer.counts
         return buffer.since(*before)
-
-    def _within_tolerance(self) -> bool:
-        found = self.matched()
-        if found is None or not found.settled or not found.identified.any():
-            return False
-        halves = (found.interval_high - found.interval_low)[found.identified] / 2
-        return bool((halves <= 2 * self._tolerance).all())  # of a range of 2
 
     def matched(self) -> Matched | None:
         """Match the agents after the last batch, with the range of the first models as [-1, 1]; None with too few trials there."""
