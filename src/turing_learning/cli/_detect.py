@@ -101,9 +101,7 @@ def detect(
         refuse("samples", "be left out beside a file", str(samples), place="--samples")
     if motion is None or not _is_recording(motion, tracks):
         remedy = "" if motion is None else f"{motion} holds samples of the run's signals, in their units."
-        for name, value in (tracks.given | ({} if out is None else {"out": out})).items():
-            option = f"--{name.replace('_', '-')}"
-            refuse(option, "be left out where there is no recording", str(value), remedy)
+        tracks.refuse_beside("be left out where there is no recording", remedy, out=out)
     if out is not None:
         _refuse_taken(out, force)
     result = opened(run)

@@ -1,6 +1,5 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
-import hashlib
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
+from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
@@ -66,11 +66,12 @@ class Tracks:
         """The options that are there, by their names in Python."""
         return {name: value for name, value in asdict(self).items() if value is not None}
 
-    def refuse_beside(self, rule: str) -> None:
-        """Reject the first option that is given."""
-        for name, value in self.given.items():
-            shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
-            refuse(f"--{name.replace('_', '-')}", rule, shown)
+    def refuse_beside(self, rule: str, remedy: str = "", **others: Any) -> None:
+        """Reject the first option that is given, of these and of others, None if they are not."""
+        for name, value in (self.given | others).items():
+            if value is not None:
+                shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
+                refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
 
     def read(self, path: Path, name: str) -> "Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
@@ -221,10 +222,10 @@ def _digest(path: Path) -> str:
     """Return the SHA-256 of a file, or of all files in a folder; nothing where there is none."""
     files = sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]
     try:
-        digests = [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
+        digests = [file_digest(file) for file in files]
     except OSError:
         return ""
-    return digests[0] if path.is_file() else hashlib.sha256("".join(digests).encode()).hexdigest()
+    return digests[0] if path.is_file() else digest_of("".join(digests).encode())
 
 
 def titled(path: Path) -> str:

@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Mapping
 from copy import deepcopy
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from turing_learning.arrays import array
-from turing_learning.coevolution import ClassifierArchive, Coevolution, Generation, jury_reward
+from turing_learning.coevolution import ClassifierArchive, Coevolution, jury_reward
 from turing_learning.config import (
     OPTIMIZERS,
     Configuration,
@@ -35,45 +35,16 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, Source
 
 
-class Loop(Protocol):
-    """What a run goes through: the generations of a coevolution, or batches of few trials."""
-
-    @property
-    def generation(self) -> int:
-        """Number of completed steps."""
-
-    def step(self) -> Generation:
-        """Return the next generation, scored."""
-
-    def state(self) -> dict[str, np.ndarray]:
-        """Return all that is needed to resume but the rows that are stored as they come."""
-
-    def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state, with all rows as "buffer/..."."""
-
-    def rows(self) -> dict[str, np.ndarray]:
-        """Return what has come since the last call and is stored once; nothing of a coevolution."""
-
-    @property
-    def tolerated(self) -> bool:
-        """Whether it has stopped before its length: what it leaves open is within `run.tolerance`."""
-
-    def readout(self) -> dict[str, np.ndarray]:
-        """Return "interval" (2, P) and "draws" (D, P), in units, and "p_value" of a matching, where there are some."""
-
-
 class Generations(Coevolution):
-    """A coevolution as the loop of a run: the history holds its rows, and the interval is read off the typical models."""
-
-    def rows(self) -> dict[str, np.ndarray]:
-        """Return nothing."""
-        return {}
+    """A coevolution as the loop of a run, as `TrialsLoop`: its history is all that is stored and read off."""
 
     tolerated = False
 
-    def readout(self) -> dict[str, np.ndarray]:
+    def rows(self) -> dict[str, np.ndarray]:
         """Return nothing."""
         return {}
+
+    readout = rows
 
 
 def generations_of(configuration: Configuration, source: Source) -> Generations:

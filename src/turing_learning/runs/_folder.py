@@ -8,7 +8,7 @@ import shutil
 import socket
 import subprocess
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
@@ -51,14 +51,8 @@ _KIND = Kind(
     "manifest.json",
     identity=("started", "configuration_sha256"),
     pieces=(
-        "result.json",
-        "post_evaluation.json",
-        CALIBRATION,
-        MOTION,
-        DIALOGUES,
-        "check/check.json",
-        "pool.json",
-        "trials/**/*.npz",
+        *("result.json", "post_evaluation.json", CALIBRATION, MOTION, DIALOGUES),
+        *("check/check.json", "pool.json", "trials/**/*.npz"),
     ),
     newest=FORMAT_VERSION,
     beside=("config.toml",),
@@ -174,9 +168,8 @@ class RunFolder(Store):
         remedy = "Resume it without more trials first."
         needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", remedy)
         remedy = "A run with the setting run.history = 'thin' does not keep them: run again with 'full'."
-        needed(
-            run.history == "full", "run", "have its samples, to get more trials", f"{self.path}, without them", remedy
-        )
+        got = f"{self.path}, without them"
+        needed(run.history == "full", "run", "have its samples, to get more trials", got, remedy)
         spent = configuration.trials_after(self.read("result.json")["generations"])
         needed(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
         extension = {
@@ -283,6 +276,7 @@ def blocks_before(checkpoint: Checkpoint) -> int:
 
 def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
     """Return the manifest of a run that is about to begin, from its resolved configuration as it is stored, and its seed."""
+    machine = {"system": platform.platform(), "architecture": platform.machine()}
     return {
         "format_version": FORMAT_VERSION,
         "state": RUNNING,
@@ -290,12 +284,7 @@ def new_manifest(configuration_text: str, seed: int) -> dict[str, Any]:
         "configuration_sha256": digest_of(configuration_text.encode()),
         "versions": _versions(),
         "commit": _commit(),
-        "machine": {
-            "system": platform.platform(),
-            "architecture": platform.machine(),
-            "processor": _processor(),
-            "processors": os.cpu_count(),
-        },
+        "machine": machine | {"processor": _processor(), "processors": os.cpu_count()},
         "started": now(),
         "finished": None,
         "seconds": 0.0,
@@ -319,9 +308,8 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     changed = [f"{name} {before[name]}, now {here.get(name)}" for name in before if before[name] != here.get(name)]
     entries: dict[str, Any] = {"process": this_process()}
     if changed:
-        _LOGGER.warning(
-            "%s was run with %s: the result may not be that of a run that never stopped.", path, "; ".join(changed)
-        )
+        text = "%s was run with %s: the result may not be that of a run that never stopped."
+        _LOGGER.warning(text, path, "; ".join(changed))
         entries["resumed"] = [*manifest.get("resumed", []), {"at": now(), "versions": here}]
     return entries
 
@@ -342,10 +330,8 @@ def _in_words(value: Any) -> str:
 def _versions() -> dict[str, str]:
     versions = {"turing-learning": version("turing-learning"), "python": platform.python_version()}
     for package in _PACKAGES:
-        try:
+        with suppress(PackageNotFoundError):
             versions[package] = version(package)
-        except PackageNotFoundError:
-            continue
     return versions
 
 
@@ -378,10 +364,7 @@ def refuse_target(
     force: bool,
     replaceable: Callable[[Path], bool] = lambda path: False,
 ) -> None:
-    """Reject a path, by the `name` of the argument, unless a file with one of these suffixes may be written there.
-
-    A file that exists may be replaced with `force`, or if it is `replaceable`.
-    """
+    """Reject a path, by the `name` of its argument, unless a file may be written there; `replaceable` ones may without `force`."""
     rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
     require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
     got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."

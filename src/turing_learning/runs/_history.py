@@ -22,40 +22,24 @@ QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 MOST_FILES = 100  # of one byte for each generation, which are written before the first
 NOT_RUN = -1  # the code of generations that have not been run
 
-Variables = Mapping[str, tuple[tuple[str, ...], str]]
-"""Name -> dimensions after the generation, and type."""
+Variables = dict[str, tuple[tuple[str, ...], str, str]]
+"""Name -> dimensions after the generation, type, and what it is."""
 
 FULL: Variables = {
-    "model": (("individual", "parameter"), "<f8"),
-    "model_step_size": (("individual", "parameter"), "<f8"),
-    "model_fitness": (("individual",), "<f8"),
-    "classifier": (("classifier_individual", "weight"), "<f4"),
-    "classifier_step_size": (("classifier_individual", "weight"), "<f4"),
-    "classifier_fitness": (("classifier_individual",), "<f8"),
-    "best_model": (("parameter",), "<f8"),
-    "typical_model": (("parameter",), "<f8"),
-    "selection": ((), "<i1"),
+    "model": (("individual", "parameter"), "<f8", "parameter of a model"),
+    "model_step_size": (("individual", "parameter"), "<f8", "step size of a model, in numbers of the search"),
+    "model_fitness": (("individual",), "<f8", "fitness of a model"),
+    "classifier": (("classifier_individual", "weight"), "<f4", "weight of a classifier"),
+    "classifier_step_size": (("classifier_individual", "weight"), "<f4", "step size of a classifier"),
+    "classifier_fitness": (("classifier_individual",), "<f8", "fitness of a classifier"),
+    "best_model": (("parameter",), "<f8", "parameter of the best model"),
+    "typical_model": (("parameter",), "<f8", "parameter of the typical model"),
+    "selection": ((), "<i1", "state of selection"),
 }
 THIN: Variables = {
-    "model_fitness_quantiles": (("quantile",), "<f8"),
-    "classifier_fitness_quantiles": (("quantile",), "<f8"),
+    "model_fitness_quantiles": (("quantile",), "<f8", "fitness of models"),
+    "classifier_fitness_quantiles": (("quantile",), "<f8", "fitness of classifiers"),
     **{name: FULL[name] for name in ("best_model", "typical_model", "selection")},
-}
-LONG_NAMES = {
-    "generation": "generation",
-    "parameter": "parameter",
-    "model": "parameter of a model",
-    "model_step_size": "step size of a model, in numbers of the search",
-    "model_fitness": "fitness of a model",
-    "classifier": "weight of a classifier",
-    "classifier_step_size": "step size of a classifier",
-    "classifier_fitness": "fitness of a classifier",
-    "best_model": "parameter of the best model",
-    "typical_model": "parameter of the typical model",
-    "selection": "state of selection",
-    "model_fitness_quantiles": "fitness of models",
-    "classifier_fitness_quantiles": "fitness of classifiers",
-    "quantile": "share of the population below",
 }
 IN_UNITS = ("model", "best_model", "typical_model")  # of the parameters
 ATTRIBUTES: dict[str, dict[str, Any]] = {
@@ -108,7 +92,7 @@ class HistoryRecorder:
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
         self._buffers = {
-            name: np.empty((layout.chunk, *layout.shape(name)), dtype=kind) for name, (_, kind) in FULL.items()
+            name: np.empty((layout.chunk, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()
         }
 
     def record(self, values: Mapping[str, np.ndarray]) -> None:
@@ -141,7 +125,9 @@ class HistoryRecorder:
 
 def memory_arrays(layout: Layout) -> dict[str, np.ndarray]:
     """Return arrays for a history that is kept in memory."""
-    return {name: np.empty((layout.generations, *layout.shape(name)), dtype=kind) for name, (_, kind) in FULL.items()}
+    return {
+        name: np.empty((layout.generations, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()
+    }
 
 
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
@@ -154,7 +140,7 @@ def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
         about = {"_ARRAY_DIMENSIONS": list(dimensions), **ATTRIBUTES.get(name, {})}
         return group.create_array(name, compressors=None, attributes=about, **more)
 
-    for name, (dimensions, kind) in FULL.items():
+    for name, (dimensions, kind, _) in FULL.items():
         shape = (layout.generations, *layout.shape(name))
         codes = kind == "<i1"  # no fill value, which xarray would turn into NaN; written at once: in few files
         chunk = layout.chunk * (max(1, layout.generations // (MOST_FILES * layout.chunk)) if codes else 1)
@@ -191,7 +177,7 @@ def damaged_generations(
         arrays = open_store(path)
         fits = all(
             arrays[name].shape == (layout.generations, *layout.shape(name)) and arrays[name].dtype == np.dtype(kind)
-            for name, (_, kind) in FULL.items()
+            for name, (_, kind, _) in FULL.items()
         )
         named = [str(name) for name in arrays["parameter"][:]] == list(layout.parameters)
         counted = np.array_equal(arrays[GENERATION][:], np.arange(layout.generations))
@@ -252,7 +238,7 @@ def dataset_in_memory(
     return xarray.Dataset(
         {
             name: ((GENERATION, *dimensions), arrays[name][:completed], ATTRIBUTES.get(name, {}))
-            for name, (dimensions, _) in variables.items()
+            for name, (dimensions, *_) in variables.items()
         },
         coords=coordinates | ({"quantile": np.array(QUANTILES)} if variables is THIN else {}),
     )
@@ -273,9 +259,10 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
 
 def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
     """Give a history names and units as attributes, which its files do not have; fitness is a share, of unit 1."""
+    names = {"quantile": "share of the population below"} | {name: each[2] for name, each in (FULL | THIN).items()}
     for name in map(str, history.variables):
         unit = units[0] if name in IN_UNITS and len({*units}) == 1 else "1" if "fitness" in name else ""
-        history[name].attrs |= {"long_name": LONG_NAMES.get(name, name)} | ({"units": unit} if unit else {})
+        history[name].attrs |= {"long_name": names.get(name, name)} | ({"units": unit} if unit else {})
     history["parameter"].attrs["units"] = list(units)
     return history
 

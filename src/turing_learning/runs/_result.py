@@ -47,17 +47,13 @@ TIMINGS = ("seconds_total", "seconds_per_generation")
 class Pictures(Protocol):
     """Pictures of a result, drawn into matplotlib axes `ax` or a new figure; each returns the axes."""
 
-    def parameters(self, ax: Any = None) -> np.ndarray:
-        """Draw parameters over generations, a panel each."""
+    def parameters(self, ax: Any = None) -> np.ndarray: ...
 
-    def fitness(self, ax: Any = None) -> "Axes":
-        """Draw the fitness of both populations over generations."""
+    def fitness(self, ax: Any = None) -> "Axes": ...
 
-    def motion(self, ax: Any = None) -> np.ndarray:
-        """Draw paths of genuine individuals and of replicas, a panel each."""
+    def motion(self, ax: Any = None) -> np.ndarray: ...
 
-    def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray:
-        """Draw distributions of genuine and simulated motion, a panel for each quantity."""
+    def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray: ...
 
 
 Jury = tuple[tuple[Classifier, np.ndarray], ...]
@@ -278,11 +274,9 @@ class Result(Tabular):
         RuntimeError
             If the run has none: it is one of generations, or has not settled.
         """
-        found = self._there().draws()
-        if found is None:
-            raise RuntimeError(
-                "`draws` must be of a run of trials that has settled; got none. Give `trials`, or more of them."
-            )
+        if (found := self._there().draws()) is None:
+            remedy = "Give `trials`, or more of them."
+            raise RuntimeError(f"`draws` must be of a run of trials that has settled; got none. {remedy}")
         if count is None:
             return found.copy()
         rng = np.random.default_rng(integer("seed", seed))
@@ -385,14 +379,9 @@ class Result(Tabular):
     def to_json(self) -> dict[str, Any]:
         """Return what `result.json` holds."""
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ("path", "origin")}
-        content |= {
-            name: known_or(None, ends) for name in ("interval", "wandering") if (ends := content[name]) is not None
-        }
+        content |= {name: known_or(None, ends) for name in ("interval", "wandering") if (ends := content[name])}
         content |= {"verdict": self.found[0], "verdicts": list(content.pop("found"))}
-        for name in _WHERE_THERE_ARE_SOME:
-            if content[name] is None:
-                del content[name]
-        return content
+        return {name: each for name, each in content.items() if each is not None or name not in _WHERE_THERE_ARE_SOME}
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, best model; unit, truth and error if known."""
@@ -442,7 +431,7 @@ def summarize(
 ) -> Result:
     """Make the result of the completed generations, at least one, which took so many seconds.
 
-    Of a run of trials `readout` is as of `Loop.readout`; `complete` says whether it is all that was asked for.
+    Of a run of trials `readout` is as of `TrialsLoop.readout`; `complete` says whether it is all that was asked for.
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden

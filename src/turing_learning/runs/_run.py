@@ -21,7 +21,7 @@ from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
-from ._assemble import Loop, generations_of, resolved
+from ._assemble import Generations, generations_of, resolved
 from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
 from ._folder import (
     BLOCK,
@@ -67,6 +67,7 @@ if TYPE_CHECKING:
 
     from ._plots import Plots
 
+Loop = Generations | TrialsLoop
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
@@ -395,10 +396,10 @@ class Run:
 
     def _finish(self) -> None:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
-        if self._saved != self.completed:
-            self._save()
         from ._present import write_report
 
+        if self._saved != self.completed:
+            self._save()
         folder, state, history = self.folder, FINISHED if self.complete else STOPPED, self.configuration.run.history
         dialogues = self._held_dialogues() if self.complete and history == "full" else {}
         if folder is None:

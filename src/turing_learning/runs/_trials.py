@@ -6,6 +6,7 @@ import logging
 import os
 import re
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -188,15 +189,10 @@ def read_events(path: str | Path) -> list[dict[str, object]]:
 
     Each has "time", and what `robots.Event` has.
     """
-    folder = RunFolder(path)
-    if not folder.events_path.exists():
-        return []
-    events = []
-    for line in folder.events_path.read_text(encoding="utf-8").splitlines():
-        try:
+    file, events = RunFolder(path).events_path, []
+    for line in file.read_text(encoding="utf-8").splitlines() if file.exists() else ():
+        with suppress(ValueError):
             events.append(json.loads(line))
-        except ValueError:
-            continue
     return events
 
 
@@ -242,12 +238,14 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
     file = RunFolder(path).post_evaluation_path
     if not file.exists():
         return None
-    what, remedy = f"`run` must have a readable {file.name}; got {file}", "Restore the file, or remove it and resume."
     try:
         stored = dict(RunFolder(path).read(file.name))
-        fitness = np.array(stored.pop("fitness"), dtype=np.float64)
-        return ModelEvaluation(fitness=fitness, **stored)
+        return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
     except (ValueError, TypeError, KeyError, AttributeError) as error:
+        what, remedy = (
+            f"`run` must have a readable {file.name}; got {file}",
+            "Restore the file, or remove it and resume.",
+        )
         raise RunFolderError(f"{what}, which holds something else. {remedy}") from error
 
 
@@ -307,14 +305,13 @@ def keep_observed_motion(result: Result, folder: RunFolder) -> None:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return
     estimate = np.array(list(result.estimate.values()))
-    with folder.storage():
-        kept = keep_observed(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
-        if kept is not None:
-            folder.write(CALIBRATION, kept)
+    kept = keep_observed(learned=learned, held_out=held_out, replicas=replicas, models=models, estimate=estimate)
     if kept is None:
-        _LOGGER.warning(
-            "Nothing is kept to calibrate detectors with: too few samples, or all models are near the estimate."
-        )
+        why = "too few samples, or all models are near the estimate."
+        _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", why)
+        return
+    with folder.storage():
+        folder.write(CALIBRATION, kept)
 
 
 def _motion(folder: RunFolder, stages: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

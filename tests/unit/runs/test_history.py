@@ -24,7 +24,7 @@ LAYOUT = Layout(generations=10, models=3, parameters=("a", "b"), classifiers=4, 
 def values(number):
     rng = np.random.default_rng(number)
     made = {}
-    for name, (_, kind) in FULL.items():
+    for name, (_, kind, _) in FULL.items():
         shape = LAYOUT.shape(name)
         made[name] = np.array(number % 3, np.int8) if kind == "<i1" else rng.random(shape).astype(kind)
     return made
