@@ -64,7 +64,7 @@ def test_pooled_runs_are_a_table(results):
     pooled = tl.pool(results)
     assert repr(pooled).startswith("<Pooled: aggregation, 2 runs, seeds 1, 2")
     assert pooled.to_dataframe()["r_hat"].to_dict() == pooled.agreement
-    given = replace(pooled, trials=300, labels={name: f"{name} (cm/s)" for name in pooled.estimate}).to_dataframe()
+    given = replace(pooled, trials=300, units=dict.fromkeys(pooled.estimate, "cm/s")).to_dataframe()
     assert given["birge"].to_dict() == pooled.agreement
     assert set(given["unit"]) == {"cm/s"}
     assert "<table" in pooled._repr_html_()
