@@ -13,20 +13,13 @@ DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
-_OPTIONS = {
+_ALIKE = ("fps", "y_axis", "format", "keypoint", "every", "hold_out_individuals", "hold_out_recordings", "signals")
+_OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--scale",
     "length_s": "--window",
-    "fps": "--fps",
-    "y_axis": "--y-axis",
-    "format": "--format",
-    "keypoint": "--keypoint",
-    "every": "--every",
-    "hold_out_individuals": "--hold-out-individuals",
-    "hold_out_recordings": "--hold-out-recordings",
     "max_gap": "--bridge",
     "smooth_frames": "--smooth",
     "names": "--signals",
-    "signals": "--signals",
     "tank_cm": "--tank",
     "tanks": "--tank",
     "steps": "--window",
@@ -74,13 +67,7 @@ def stopping(ahead: str | Callable[[], str]) -> Iterator[StopRequest]:
 
 
 class OptionWords:
-    """The names of options and commands.
-
-    Parameters
-    ----------
-    command
-        The command that was given.
-    """
+    """The names of options and commands, for the command that was given."""
 
     def __init__(self, command: str = "") -> None:
         self._options = _OPTIONS if command == "detect" else _OPTIONS | _RECORDED
@@ -98,7 +85,5 @@ class OptionWords:
 
     def call(self, call: Call) -> str:
         """Return the command in backticks; a custom system is given from Python, and a recording by its options."""
-        command = (
-            f"`turing-learning {call.verb} {shlex.quote(call.path)}`" if call.path else f"`turing-learning {call.verb}`"
-        )
+        command = f"`{shlex.join(filter(None, ('turing-learning', call.verb, call.path)))}`"
         return f"{command} and the options that the run began with" if call.more else command

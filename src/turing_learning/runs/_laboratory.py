@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -43,8 +43,7 @@ from ._trials import (
     stored_trials,
 )
 
-if TYPE_CHECKING:
-    EventObserver = Callable[[Event], None]
+EventObserver = Callable[[Event], None]
 
 
 def start_laboratory(
@@ -57,7 +56,7 @@ def start_laboratory(
     force: bool = False,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    on_event: "EventObserver | None" = None,
+    on_event: EventObserver | None = None,
 ) -> Result:
     """Run Turing Learning with real robots, from generation 0; then evaluate the last models again.
 
@@ -113,7 +112,7 @@ def resume_laboratory(
     tolerance: float | None = None,
     observer: Observer | None = None,
     should_stop: Callable[[], bool] | None = None,
-    on_event: "EventObserver | None" = None,
+    on_event: EventObserver | None = None,
 ) -> Result:
     """Go on with a run in a laboratory. See `start_laboratory`.
 
@@ -251,7 +250,7 @@ def awaits_robots(path: str | Path) -> bool:
 
 
 def _source(
-    laboratory: Laboratory, folder: RunFolder, equipment: Equipment | None, on_event: "EventObserver | None"
+    laboratory: Laboratory, folder: RunFolder, equipment: Equipment | None, on_event: EventObserver | None
 ) -> LaboratorySource:
     def spent(batches: int) -> int:
         return folder.configuration().trials_after(batches) if batches > 0 else 0  # the run may have got more of them

@@ -381,17 +381,17 @@ class Run:
             block = slice(self._blocks * BLOCK, (self._blocks + 1) * BLOCK)
             folder.write(piece("traces", self._blocks + 1), self._traces.state(block))
             self._blocks += 1
-        arrays = {f"traces/{k}": array for k, array in self._traces.state(slice(self._blocks * BLOCK, None)).items()}
+        groups = {"traces/": self._traces.state(slice(self._blocks * BLOCK, None))}
         if self._source.failures is not None:
-            arrays |= {f"{_FAILURES}{name}": array for name, array in self._source.failures.state().items()}
+            groups[_FAILURES] = self._source.failures.state()
         if self.complete:
-            arrays |= {f"{_READOUT}{name}": array for name, array in self._readout.items()}
+            groups[_READOUT] = self._readout
+        if with_state:
+            groups["coevolution/"] = self._loop.state()
+            groups["history/"] = {} if self._recorder is None else self._recorder.seals()
+        arrays = {f"{prefix}{name}": array for prefix, group in groups.items() for name, array in group.items()}
         arrays[_COMPLETE], arrays["seconds"] = np.array(self.complete), np.array(self._seconds)
         arrays[CONFIGURATION] = np.array(str(folder.manifest().get("configuration_sha256")))
-        if with_state:
-            arrays |= {f"coevolution/{name}": array for name, array in self._loop.state().items()}
-            if self._recorder is not None:
-                arrays |= {f"history/{name}": array for name, array in self._recorder.seals().items()}
         save_checkpoint(folder.checkpoints_path, Checkpoint(self.completed, arrays), not with_state)
 
     def _finish(self) -> None:
@@ -400,11 +400,12 @@ class Run:
 
         if self._saved != self.completed:
             self._save()
-        folder, state, history = self.folder, FINISHED if self.complete else STOPPED, self.configuration.run.history
+        folder, history = self.folder, self.configuration.run.history
         dialogues = self._held_dialogues() if self.complete and history == "full" else {}
         if folder is None:
             assert self._manifest is not None
             self._dialogues, self._result = dialogues, None
+            state = FINISHED if self.complete else STOPPED
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
             return
         result = self.result
@@ -488,10 +489,8 @@ class Run:
         if self.folder is not None:
             return origin_of(self.folder, self.configuration, self.completed)
         kept = self._traces if self.configuration.run.thin else self._arrays
-        return Origin(
-            self.configuration, self.completed, kept=kept, stored=self._manifest, matched=self._readout.get("draws"),
-            spoken=self._dialogues,
-        )  # fmt: skip
+        held: dict[str, Any] = {"matched": self._readout.get("draws"), "spoken": self._dialogues}
+        return Origin(self.configuration, self.completed, kept=kept, stored=self._manifest, **held)
 
 
 class FinishedRun:
@@ -540,8 +539,8 @@ def _loop_of(configuration: Configuration, source: Source) -> Loop:
 
 def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
     """Take optimizer and classifier that a stored run began with, as they are given again."""
-    configuration = folder.configuration() if models is not None or classifier is not None else None
-    if configuration is not None:
+    if models is not None or classifier is not None:
+        configuration = folder.configuration()
         with refusing_as(RunFolderError):
             give_again("models", configuration.models.optimizer, models)
             give_again("classifier", configuration.classifiers.network, classifier)
@@ -612,8 +611,8 @@ class Origin:
         if self.configuration.run.thin:
             traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
             if traces.completed < self.completed:
-                found = f"one of {traces.completed} generations is left, the result has {self.completed}"
-                raise folder.damaged("its last checkpoint", found)
+                why = f"one of {traces.completed} generations is left, the result has {self.completed}"
+                raise folder.damaged("its last checkpoint", why)
             return dataset_in_memory(THIN, traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
         if checkpoint is None or not part(checkpoint.arrays, "history/"):
