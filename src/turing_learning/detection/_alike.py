@@ -301,7 +301,7 @@ class Detection:
         elif self.level > self.false_alarms:
             said.append(
                 f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the lowest "
-                f"is 1 of {self.normal + 1}, {self.level:.2g}. Abnormal is whose score is above all of theirs."
+                f"is 1 of {self.normal + 1}, {self.level:.2g}. Individuals are abnormal if their score is above all of these."
             )
         if self.level is not None:
             many = "s" * (self.recordings > 1)

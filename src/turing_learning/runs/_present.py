@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 CITATION = (
     "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
 )
-REPLAY_ROBOTS = 25
 REPLAY_DURATION_S = 180.0
 FRAMES_PER_S = 5.0
 LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
@@ -173,7 +172,7 @@ def summary(result: Result) -> str:
 
 def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
     """Return what belongs at the top of a page: seed, date, versions, how to run it again, and what to cite."""
-    again = "see Configuration, below"
+    again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
     if result.path is not None and result.configuration.system.simulated is not None and not result.in_laboratory:
         again = "turing-learning infer --config RUN/config.toml --out AGAIN"
     return [
@@ -238,12 +237,13 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
     scenario = configuration.swarm
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
-    individuals = scenario.individuals if scenario.start(REPLAY_ROBOTS).crowd else REPLAY_ROBOTS
     labels = (*(["Agents"] if scenario.known else []), "Replicas of the inferred model")
-    poses = np.repeat(initial_poses(scenario, 1, rng, robots=individuals), len(labels), axis=0)
+    poses = np.repeat(initial_poses(scenario, 1, rng), len(labels), axis=0)
     executed = [[-1], [0]][-len(labels) :]  # by agents, and by replicas of the one model
     robots = execution_of(
-        scenario, configuration.representation.behavior(estimate[None]), np.repeat(executed, individuals, axis=1)
+        scenario,
+        configuration.representation.behavior(estimate[None]),
+        np.repeat(executed, scenario.individuals, axis=1),
     )
     return swarm_replay(
         scenario,

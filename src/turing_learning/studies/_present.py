@@ -159,9 +159,9 @@ def _kinds(result: StudyResult) -> Listing:
         f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, and how the estimate "
         "misses the truth."
     )
-    both = (("Says", result.verdicts()), ("Against the truth", result.kinds()))
+    both = (("Verdict", result.verdicts()), ("Against the truth", result.kinds()))
     rows = [(f"{what}: {word}", count) for what, counts in both for word, count in counts.items()]
-    return Listing("kinds", "Runs", ("Verdict", "Runs"), rows, note)
+    return Listing("kinds", "Runs", ("What they say", "Runs"), rows, note)
 
 
 def _runs(result: StudyResult) -> Listing:

@@ -241,9 +241,9 @@ class StudyResult(Tabular):
                 both = (pair["estimate"], pair["best_model"])
                 numbers = (shown(each) for one in both for each in (one.mean, one.standard_deviation, one.median))
                 rows.append([name, *map(str, group.values()), *numbers, shown(both[1].paper, "{:.2f}".format)])
-        statistics = ["estimate", "std", "median", "best model", "std", "median", "paper"]
+        statistics = ["error", "std", "median", "best model", "std", "median", "paper"]
         headings = ["parameter", *(key.rpartition(".")[2] for key in (groups or ({},))[0]), *statistics]
-        remarks = ["Absolute errors; paper: mean of the best model."] if rows else []
+        remarks = ["Absolute errors of the estimate and of the best model, over the runs; paper: mean."] if rows else []
         if len(groups) > MOST_GROUPS:
             remarks.append(f"and {len(groups) - MOST_GROUPS} more configurations in summary.csv")
         for what, counts in (("verdicts of the runs", self.verdicts()), ("against the truth", self.kinds())):

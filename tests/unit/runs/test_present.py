@@ -6,7 +6,6 @@ import pytest
 import turing_learning as tl
 from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import WHY_UNKNOWN
-from turing_learning.config import load_configuration
 from turing_learning.runs._present import replay, run_table, summary
 
 
@@ -18,7 +17,7 @@ def result(small):
 def test_the_replay_shows_agents_beside_replicas_from_common_initial_poses(small):
     shown = replay(small(), np.array([0.0, 0.0, 0.0, 0.0]))
     agents, replicas = shown.swarms
-    assert (agents.robots, replicas.robots) == (25, 25)
+    assert agents.robots == replicas.robots == small().swarm.individuals
     assert not agents.is_replica.any()
     assert replicas.is_replica.all()
     np.testing.assert_array_equal(agents.poses[0], replicas.poses[0])
@@ -36,12 +35,6 @@ def test_a_replay_where_nobody_knows_the_agents_shows_replicas_alone(small):
     beside = replay(known, np.array([0.5, 0.5, 0.5, 0.5]))
     np.testing.assert_array_equal(shown.swarms[0].poses[0], beside.swarms[1].poses[0])
     assert np.linalg.norm(shown.swarms[0].poses[-1] - shown.swarms[0].poses[0], axis=1).max() > 1
-
-
-def test_the_replay_shows_as_many_as_the_walls_have_room_for():
-    tight = replace(tl.swarm.AGGREGATION, agents=3, arena=tl.swarm.Arena(25.0, 25.0))
-    shown = replay(load_configuration(scenario=tight), np.zeros(4))
-    assert [swarm.robots for swarm in shown.swarms] == [4, 4]
 
 
 def test_a_replay_of_a_model_that_has_run_away_is_still_finite(small):
