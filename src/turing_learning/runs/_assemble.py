@@ -20,7 +20,7 @@ from turing_learning.config import (
     load_configuration,
     part_of,
 )
-from turing_learning.errors import brief, nearest, refusing_as, require
+from turing_learning.errors import brief, nearest, refuse, refusing_as, require
 from turing_learning.evolution import (
     CMAEvolutionStrategy,
     EvolutionStrategy,
@@ -109,11 +109,9 @@ def optimizer_of(
             except ImportError as error:
                 raise ConfigurationError(str(error)) from error
         found = part_of(argument, name)
-        made = isinstance(found, Optimizer) and not isinstance(found, type)
+        made = (isinstance(found, Optimizer) and not isinstance(found, type)) or not callable(found)
         # a copy, so that the caller's begins every run as it is
-        optimizer = (
-            deepcopy(found) if made or not callable(found) else built(argument, found, dimension, size=size, **begin)
-        )
+        optimizer = deepcopy(found) if made else built(argument, found, dimension, size=size, **begin)
     rule, remedy = "have the methods and properties of an `Optimizer`", "See docs/your-own-parts.md."
     fits = isinstance(optimizer, Optimizer)
     require(fits, argument, rule, type(optimizer).__name__, remedy, error=ConfigurationError)
@@ -155,10 +153,9 @@ def resolved(
     """Return a configuration from a file, or from another one, with what comes before it."""
     labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
     if not isinstance(config, str | Path | Configuration | None):
-        raise ConfigurationError(
-            f"`config` must be a TOML file or a Configuration; got {type(config).__name__}. Give single settings to "
-            "`turing_learning.config.load_configuration`, and its result here."
-        )
+        remedy = "Give single settings to `turing_learning.config.load_configuration`, and its result here."
+        got = type(config).__name__
+        refuse("config", "be a TOML file or a Configuration", got, remedy, error=ConfigurationError)
     if isinstance(config, Configuration):
         flat = dotted(config.model_dump())
         known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)

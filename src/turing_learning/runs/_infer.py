@@ -253,8 +253,7 @@ def resume(
         got = f"{folder.path}, which takes place in a laboratory"
         require(not folder.laboratory_path.exists(), "run", rule, got, remedy, error=RunFolderError)
         refuse_given_source(folder)
-        with refusing_as(RunFolderError):
-            return configuration.system.open(folder.remembered(given))
+        return configuration.system.open(folder.remembered(given))
 
     run = Run.open(path, reopen, threads=threads, trials=trials, tolerance=tolerance)
     with run, watched(observer, should_stop, False if run.complete else progress) as observer:

@@ -15,7 +15,6 @@ from ._result import Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 COMPARED = 500  # simulated samples whose signals are compared
 
@@ -105,7 +104,11 @@ def _drawn(ax: Any, titles: Sequence[str], height: float, draw: "Callable[[Seque
     from turing_learning.figures._style import add_legend, grid_of_panels, legend_above, name_panels
 
     if ax is None:
-        figure, panels, columns = grid_of_panels(titles, height, new=_new_figure)
+        from matplotlib.pyplot import figure as new
+
+        figure, panels, columns = grid_of_panels(
+            titles, height, new=lambda width, height: new(figsize=(width, height), layout="constrained")
+        )
     else:
         given = np.array(ax, dtype=object)
         figure, panels, columns = None, list(given.flat), given.shape[-1] if given.ndim else 1
@@ -118,9 +121,3 @@ def _drawn(ax: Any, titles: Sequence[str], height: float, draw: "Callable[[Seque
     if panels[0].get_legend_handles_labels()[0]:
         add_legend(panels[0]) if figure is None else legend_above(figure, panels)
     return np.array(panels)
-
-
-def _new_figure(width: float, height: float) -> "Figure":
-    import matplotlib.pyplot as plt
-
-    return plt.figure(figsize=(width, height), layout="constrained")

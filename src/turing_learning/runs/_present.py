@@ -159,15 +159,12 @@ def simulated_model(result: Result) -> np.ndarray:
 
 def summary(result: Result) -> str:
     """Say the result in one sentence, and how many simulations failed."""
-    state = "" if result.complete else " (the run is not complete)"
-    done = f"After {result.length}{state}"
+    done = f"After {result.length}{'' if result.complete else ' (the run is not complete)'} the estimate"
     if result.estimate_mae is not None:
-        return (
-            f"{done} the estimate differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
-        )
+        return f"{done} differs from the truth by {result.estimate_mae:.4f} in the mean over all parameters."
     count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
     failed = f" {report.counted(count, 'simulation')} failed; result.json says which." if count else ""
-    return f"{done} the estimate stands; there is no truth to compare it with.{failed}"
+    return f"{done} stands; there is no truth to compare it with.{failed}"
 
 
 def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
@@ -175,12 +172,8 @@ def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
     again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
     if result.path is not None and result.configuration.system.simulated is not None and not result.in_laboratory:
         again = "turing-learning infer --config RUN/config.toml --out AGAIN"
-    return [
-        ("Seed", str(result.seed)),
-        ("Begun", manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")),
-        ("Run again", again),
-        ("Cite", CITATION),
-    ]
+    begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
+    return [("Seed", str(result.seed)), ("Begun", begun), ("Run again", again), ("Cite", CITATION)]
 
 
 def next_steps(result: Result) -> list[tuple[str, str]]:
@@ -194,37 +187,31 @@ def next_steps(result: Result) -> list[tuple[str, str]]:
 
 def tables(result: Result, history: "xarray.Dataset", configuration: Configuration) -> dict[str, str]:
     """Return the table of the parameters, and the models of each generation, or after so many trials, as CSV."""
-    names = configuration.scenario.parameter_names
-    models = {name: configuration.described(history[name].to_numpy()) for name in ("typical_model", "best_model")}
-    columns = [f"{of}_{name}" for of in models for name in names]
-    rows = np.hstack([*models.values()])
-    spent = configuration.spent(len(rows))
-    lines = [",".join(["generation" if spent is None else "trials", *columns])]
-    steps = range(len(rows)) if spent is None else spent
-    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in zip(steps, rows, strict=True)]
-    name = "generations.csv" if spent is None else "trials.csv"
+    kinds = ("typical_model", "best_model")
+    rows = np.hstack([configuration.described(history[name].to_numpy()) for name in kinds])
+    spent, word, name = configuration.spent(len(rows)), "trials", "trials.csv"
+    if spent is None:
+        spent, word, name = np.arange(len(rows)), "generation", "generations.csv"
+    lines = [",".join([word, *(f"{of}_{each}" for of in kinds for each in configuration.scenario.parameter_names)])]
+    lines += [f"{k},{','.join(f'{x:.7g}' for x in row)}" for k, row in zip(spent, rows, strict=True)]
     return {"parameters.csv": result.to_dataframe().to_csv(), name: "\n".join(lines) + "\n"}
 
 
 def run_table(result: Result) -> RunTable:
     """Return the table inferred / true / absolute error / the paper's figure."""
-
-    def of(values: Mapping[str, float] | None, name: str) -> float | None:
-        return None if values is None else values[name]
-
-    labels = result.labels
+    none: dict[str, float] = {}
     rows = tuple(
         ParameterRow(
-            name=labels[name],
-            estimate=value,
+            name=label,
+            estimate=result.estimate[name],
             best_model=result.best_model[name],
-            truth=of(result.truth, name),
-            estimate_error=of(result.estimate_absolute_error, name),
-            best_model_error=of(result.absolute_error, name),
-            published_error=of(result.paper_absolute_error, name),
+            truth=(result.truth or none).get(name),
+            estimate_error=(result.estimate_absolute_error or none).get(name),
+            best_model_error=(result.absolute_error or none).get(name),
+            published_error=(result.paper_absolute_error or none).get(name),
             interval=(result.interval[name][0], result.interval[name][1]),
         )
-        for name, value in result.estimate.items()
+        for name, label in result.labels.items()
     )
     note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
     if result.networks:
@@ -240,11 +227,8 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     labels = (*(["Agents"] if scenario.known else []), "Replicas of the inferred model")
     poses = np.repeat(initial_poses(scenario, 1, rng), len(labels), axis=0)
     executed = [[-1], [0]][-len(labels) :]  # by agents, and by replicas of the one model
-    robots = execution_of(
-        scenario,
-        configuration.representation.behavior(estimate[None]),
-        np.repeat(executed, scenario.individuals, axis=1),
-    )
+    model = configuration.representation.behavior(estimate[None])
+    robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
     return swarm_replay(
         scenario,
         np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED),
@@ -317,15 +301,13 @@ def swarm_replay(
     result = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads, **executed)
     moved, robots = result.poses[:, ::stride], controllers.shape[1]
     width, height = scenario.arena.width_cm, scenario.arena.height_cm
+    shown = zip(labels, moved, replicas, strict=True)
     return report.Replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
         object_radius_cm=scenario.objects.radius_cm,
         interval_s=stride * interval,
-        swarms=tuple(
-            report.Swarm(label, swarm, robots, np.full(robots, is_replica))
-            for label, swarm, is_replica in zip(labels, moved, replicas, strict=True)
-        ),
+        swarms=tuple(report.Swarm(label, swarm, robots, np.full(robots, each)) for label, swarm, each in shown),
         walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
     )
 
@@ -377,16 +359,10 @@ def check_listing(check: "Check") -> Listing:
     def share(value: float | None, form: str) -> str | None:
         return None if value is None else form.format(value)
 
-    rows = [
-        (
-            each.parameter,
-            share(each.interval_share, "{:.0%}"),
-            share(each.open_share, "at most {:.0%}"),
-            share(each.recovery_error, "{:.1%}"),
-            each.verdict,
-        )
-        for each in check.parameters
-    ]
+    rows = []
+    for each in check.parameters:
+        shares = share(each.interval_share, "{:.0%}"), share(each.open_share, "at most {:.0%}")
+        rows.append((each.parameter, *shares, share(each.recovery_error, "{:.1%}"), each.verdict))
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of "

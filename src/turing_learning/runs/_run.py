@@ -216,12 +216,10 @@ class Run:
             held.enter_context(folder.locked())
             if (result := _stored_result(folder, configuration) or _restored_result(folder, configuration)) is not None:
                 return FinishedRun(result)
-            if reopen is None:
-                refuse_given_source(folder)
-                with refusing_as(RunFolderError):
-                    source = here.system.open(Given())
-            else:
-                source = reopen(here)
+            with refusing_as(RunFolderError):
+                if reopen is None:
+                    refuse_given_source(folder)
+                source = here.system.open(Given()) if reopen is None else reopen(here)
             held.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
                 loop = _loop_of(here, source)
@@ -688,13 +686,8 @@ class Origin:
 
     def recover(self, configuration: Configuration, path: Path | None, given: Given) -> Result:
         """Run a configuration, in a folder or in memory; one that is in the folder already is resumed."""
-
-        def reopen(configuration: Configuration) -> Source:
-            with refusing_as(RunFolderError):
-                return configuration.system.open(given)
-
         if path is not None and RunFolder(path).is_run():
-            return conduct(Run.open(path, reopen))
+            return conduct(Run.open(path, lambda configuration: configuration.system.open(given)))
         with refusing_as(ConfigurationError):
             source = configuration.system.open(given)
         with source:
