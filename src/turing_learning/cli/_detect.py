@@ -191,10 +191,8 @@ def _show_alike(
 
     timed, recorded = timed_verdicts(found, motion), isinstance(motion, RecordedMotion)
     if as_json:
-        names, when = (
-            ("individual", "rank", "score", "p_value", "abnormal", "windows"),
-            "spells_s" if recorded else "samples",
-        )
+        names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
+        when = "spells_s" if recorded else "samples"
 
         def known(value: Any) -> Any:
             return None if value != value else value  # NaN

@@ -396,10 +396,8 @@ def check_run(
     fits = isinstance(effort, Effort | None)
     require(fits, "effort", "be an Effort", type(effort).__name__, remedy, error=ConfigurationError)
     rule = "be of a system that can be simulated"  # else a check would compare two simulations
-    remedy = (
-        "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` says "
-    )
-    remedy += "what its setup could infer at all."
+    remedy = "What its models are worth there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` "
+    remedy += "says what its setup could infer at all."
     got, place = "one in a laboratory", str(result.path)
     require(not result.in_laboratory, "run", rule, got, remedy, place=place, error=ConfigurationError)
     folder, system = None if result.path is None else RunFolder(result.path), configuration.system

@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import give_again, part_named
-from turing_learning.errors import refuse, require
+from turing_learning.errors import refuse
 from turing_learning.robots import (
     Equipment,
     Event,
@@ -123,12 +123,10 @@ def resume_laboratory(
     folder = RunFolder(path)
     setup, configuration = stored_setup(folder), folder.configuration()
     refuse_without_history(setup, configuration, str(folder.laboratory_path))
-    known, rule = (
-        equipment is not None or not setup.emulated,
-        "be given for a rehearsal, which must not meet real robots",
-    )
-    remedy, place = "Give robots.rehearse(runs.stored_laboratory(path)).", str(folder.path)
-    require(known, "equipment", rule, "none", remedy, place=place, error=ConfigurationError)
+    if setup.emulated and equipment is None:
+        rule, place = "be given for a rehearsal, which must not meet real robots", str(folder.path)
+        remedy = "Give robots.rehearse(runs.stored_laboratory(path))."
+        refuse("equipment", rule, "none", remedy, place=place, error=ConfigurationError)
     give_again("open_replica", setup.open_replica or "", open_replica)
     give_again("tracker", setup.tracker or "", tracker)
     with _source(Laboratory(setup, configuration), folder, equipment, on_event) as source:

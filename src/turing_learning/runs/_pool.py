@@ -105,17 +105,15 @@ class Pooled(Tabular):
         require(self.chains, "pool", "have a run that has settled", "none", "Resume them with more trials.")
         values = np.stack(list(self.chains.values()))
         dims, seeds = ("chain", "draw"), {"chain": list(self.chains)}
-        variables = {
-            name: (dims, values[..., k], {"long_name": self.labels[name]}) for k, name in enumerate(self.estimate)
-        }
-        return xarray.Dataset(
-            variables, coords=seeds | {"draw": np.arange(values.shape[1])}, attrs={"scenario": self.scenario}
-        )
+        long = list(self.labels.values())
+        variables = {name: (dims, values[..., k], {"long_name": long[k]}) for k, name in enumerate(self.estimate)}
+        coordinates = seeds | {"draw": np.arange(values.shape[1])}
+        return xarray.Dataset(variables, coords=coordinates, attrs={"scenario": self.scenario})
 
     @property
     def labels(self) -> dict[str, str]:
         """Name -> name and unit, for tables."""
-        return with_unit(self.units)
+        return with_unit({name: self.units.get(name, "") for name in self.estimate})
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:

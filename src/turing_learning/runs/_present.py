@@ -118,11 +118,11 @@ def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration
     system, chosen = configuration.system, "outputs" in dialogues
     caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
     if chosen:
-        caption = "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models "
-        caption += (
-            "in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the "
+        caption = (
+            "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models in "
+            "which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the system and in "
+            "one with the estimate. An output of 0.5 or more says genuine."
         )
-        caption += "system and in one with the estimate. An output of 0.5 or more says genuine."
     rows = tuple(system.parameters)
     drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=system.interval_s)
     return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)

@@ -242,11 +242,8 @@ def read_post_evaluation(path: str | Path) -> ModelEvaluation | None:
         stored = dict(RunFolder(path).read(file.name))
         return ModelEvaluation(**stored | {"fitness": np.array(stored["fitness"], dtype=np.float64)})
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        what, remedy = (
-            f"`run` must have a readable {file.name}; got {file}",
-            "Restore the file, or remove it and resume.",
-        )
-        raise RunFolderError(f"{what}, which holds something else. {remedy}") from error
+        what = f"`run` must have a readable {file.name}; got {file}, which holds something else."
+        raise RunFolderError(f"{what} Restore the file, or remove it and resume.") from error
 
 
 def post_evaluate(
