@@ -35,10 +35,9 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
         Replace a file that exists.
     """
     from turing_learning._files import write_atomically
-    from turing_learning.config import ConfigurationError
     from turing_learning.runs._folder import refuse_target
 
-    choice("sample", what, ("fish", "swarm"), error=ConfigurationError)
+    choice("sample", what, ("fish", "swarm"))
     path = out or Path("fish.txt" if what == "fish" else "swarm.csv")
     refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
     if what == "fish":
@@ -101,8 +100,6 @@ def docs(page: str | None = None, /) -> None:
     """
     from rich.markdown import Markdown
 
-    from turing_learning.config import ConfigurationError
-
     from ._tables import plain_console
 
     top = Path(str(files("turing_learning") / "_docs"))
@@ -116,6 +113,6 @@ def docs(page: str | None = None, /) -> None:
             print(f"{name:28} {title}")
         return
     name = page.removeprefix("docs/").removesuffix(".md")
-    text = pages[choice("page", name, pages, error=ConfigurationError)].read_text("utf-8")
+    text = pages[choice("page", name, pages)].read_text("utf-8")
     console = plain_console()
     console.print(Markdown(text)) if console.is_terminal else print(text, end="")

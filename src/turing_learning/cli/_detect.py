@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from turing_learning.errors import refuse, refusing_as, require
+from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Tracks, titled
 from ._runs import opened
@@ -141,28 +141,26 @@ def _is_recording(path: Path, tracks: Tracks) -> bool:
 
 def _read(path: Path, option: str, tracks: Tracks, learned: "RunClassifiers") -> "Motion | RecordedMotion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
-    from turing_learning.config import ConfigurationError
     from turing_learning.detection import recorded_motion
 
     if not _is_recording(path, tracks):
         return _samples(path, option, learned)
     recording = tracks.read(path, option)
-    with refusing_as(ConfigurationError, place=str(path)):
+    with refusing_as(RefusedError, place=str(path)):
         return recorded_motion(recording, learned, smooth_frames=tracks.smooth)
 
 
 def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
     """Return the samples in a file; what is rejected names the option, and what to do with a recording."""
-    from turing_learning.config import ConfigurationError
     from turing_learning.detection import load_motion
     from turing_learning.detection._motion import holds_motion
 
     try:
         return load_motion(path, steps=learned.steps, signals=learned.signals, names=learned.names)
-    except ConfigurationError as error:
+    except RefusedError as error:
         tracked = path.is_file() and not holds_motion(path)
         remedy = " If a tracker wrote it, give --fps and --scale." if tracked else ""
-        raise ConfigurationError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
+        raise RefusedError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
 def _refuse_taken(out: Path, force: bool) -> None:

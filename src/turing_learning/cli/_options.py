@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Group, Parameter
 
 from turing_learning._files import digest_of, file_digest
-from turing_learning.errors import Setting, nearest, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
     from turing_learning.families import Family, Replicates
@@ -75,12 +75,11 @@ class Tracks:
 
     def read(self, path: Path, name: str) -> "Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
-        from turing_learning.config import ConfigurationError
         from turing_learning.trajectories import load_trajectories
 
         options = {"fps": self.fps, "pixels_per_cm": self.scale, "y_axis": self.y_axis, "format": self.format}
         try:
-            with refusing_as(ConfigurationError):
+            with refusing_as(RefusedError):
                 recording = load_trajectories(path, keypoint=self.keypoint, **options)
                 if self.every is not None:
                     rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
@@ -88,15 +87,15 @@ class Tracks:
                     require(fits, "every", rule, str(self.every), place=str(path))
                     recording = recording.thinned(self.every)
                 return recording if self.bridge is None else recording.bridged(self.bridge)
-        except ConfigurationError as error:
+        except RefusedError as error:
             if error.refusal is None or error.refusal.name != "path":
                 raise
-            raise ConfigurationError(replace(error.refusal, name=name)) from error
+            raise RefusedError(replace(error.refusal, name=name)) from error
         except OSError as error:
             got = f"{path} ({error.strerror or error})"
-            refuse(name, "be a readable file", got, error=ConfigurationError)
+            refuse(name, "be a readable file", got)
         except ImportError as error:
-            raise ConfigurationError(str(error)) from error
+            raise RefusedError(str(error)) from error
 
 
 @Parameter(name="*", group=RECORDED)
@@ -128,7 +127,6 @@ class Recording(Tracks):
 
         Headings are not measured if the individuals of the family have none.
         """
-        from turing_learning.config import ConfigurationError
         from turing_learning.families import FAMILIES, Particles, as_recorded
         from turing_learning.trajectories import pooled_windows
 
@@ -151,7 +149,7 @@ class Recording(Tracks):
         length: dict[str, Any] = {"length_s": WINDOW_S if self.window is None else self.window}
         if self.window is None and steps is not None:
             length = {"steps": steps}
-        with refusing_as(ConfigurationError):
+        with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
                 **length,
@@ -169,11 +167,10 @@ class Recording(Tracks):
 
     def _also(self, path: Path) -> tuple[Any, ...]:
         """Return what else has to be given to read a file."""
-        from turing_learning.config import ConfigurationError
 
         try:
             self.read(path, "--trajectories")
-        except ConfigurationError as error:
+        except RefusedError as error:
             if error.refusal is not None and error.refusal.rule == "be given":
                 more = error.refusal.remedy if isinstance(error.refusal.remedy, tuple) else (error.refusal.remedy,)
                 return (". Give ", Setting(error.refusal.name), ", too. ", *more)
@@ -301,13 +298,12 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 
 def watched(scenario: str | None, passive: str) -> "StimulatedSystem":
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
-    from turing_learning.config import ConfigurationError
     from turing_learning.interaction import STIMULATED
     from turing_learning.interaction._describe import read_stimuli
 
     known, remedy = scenario in STIMULATED, f"Choose from: {', '.join(STIMULATED)}."
-    require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy, error=ConfigurationError)
-    with refusing_as(ConfigurationError, name="--passive"):
+    require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy)
+    with refusing_as(RefusedError, name="--passive"):
         system = STIMULATED[str(scenario)]
         if passive not in ("random", "constant"):
             return read_stimuli(Path(passive), system)

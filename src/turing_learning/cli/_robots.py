@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from cyclopts import App
 
-from turing_learning.errors import refuse, refusing_as, require
+from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Settings, settings_of
 from ._stopping import REFUSED, Interrupted, stopping
@@ -158,7 +158,6 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     force
         Replace a file that exists.
     """
-    from turing_learning.config import ConfigurationError
     from turing_learning.robots import Capture, load_laboratory
     from turing_learning.robots.program._equipment import laboratory_tracker
     from turing_learning.robots.tracking._camera import refuse_taken
@@ -169,15 +168,15 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     try:
-        with refusing_as(ConfigurationError):
+        with refusing_as(RefusedError):
             refuse_taken(path, name="out", force=force)
             with Capture(video) as capture:
                 capture.require_rate(laboratory.setup.camera.fps)
                 observed = tracker.track(capture)
     except OSError as error:
-        raise ConfigurationError(str(error)) from error
+        raise RefusedError(str(error)) from error
     what = f"`out` must be a file that can be written; got {path}"
-    with told(ConfigurationError, what, "Choose another, or make room."):
+    with told(RefusedError, what, "Choose another, or make room."):
         write_table(observed, path, force=force)
     for fault in observed.faults:
         print(f"image {fault.frame}: {fault.kind}: {fault.text}")
@@ -225,18 +224,17 @@ def arena(
     force
         Replace files in the folder.
     """
-    from turing_learning.config import ConfigurationError
     from turing_learning.robots import LABORATORY, ArenaService
     from turing_learning.store import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
     print("preparing the laboratory", flush=True)
-    with refusing_as(ConfigurationError):
+    with refusing_as(RefusedError):
         scenario = replace(LABORATORY, agents=agents, replicas=replicas)
         service = ArenaService(scenario, seed=seed, lines=lines, speed=speed)
     what = f"`out` must be a folder that can be written; got {out}"
     with service, _ended_by_signals():
-        with told(ConfigurationError, what, "Choose another, or make room."):
+        with told(RefusedError, what, "Choose another, or make room."):
             path = service.write(out, force=force)
         for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
             print(f"{name:12} {address}")
