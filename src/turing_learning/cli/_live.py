@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 INTERVAL_S = 0.2  # between two pictures
 LINE_EVERY = 100  # generations between two lines, or a tenth as many batches of trials
-AWAY = "away from the truth"
 LAST = 5  # runs in the live view
 
 
@@ -74,15 +73,15 @@ class RunView:
 def _line(progress: "Progress") -> str:
     generation = progress.generation
     models = named_numbers(zip(progress.parameter_names, progress.shown(generation.typical_model), strict=True))
-    both = (generation.model_fitness, generation.classifier_fitness)
-    fitness = "fitness: models {}, classifiers {}".format(*map(_median, both))
+    models_fitness, classifiers_fitness = _median(generation.model_fitness), _median(generation.classifier_fitness)
+    fitness = f"fitness: models {models_fitness}, classifiers {classifiers_fitness}"
     return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
 
 
 def _outlook(progress: "Progress") -> str:
     """Say how the recent models miss the truth, where it is known."""
     outlook = progress.outlook
-    return "" if outlook is None else f"models so far: {AWAY if outlook == 'other' else outlook}"
+    return "" if outlook is None else f"models so far: {'away from the truth' if outlook == 'other' else outlook}"
 
 
 def picture(progress: "Progress", width: int, alarm: str = "") -> Group:

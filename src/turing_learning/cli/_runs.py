@@ -406,12 +406,9 @@ def _execute(run: "Callable[..., Result]", path: Path) -> None:
     from ._tables import plain_console, print_result
 
     console = plain_console()
-    ahead = f"resume with: {resume_command(path)}"
-
-    def interrupted() -> str:
-        return f"interrupted; {ahead}" if RunFolder(path).is_run() else "interrupted before the run began"
-
-    with stopping(interrupted) as should_stop, watching(console) as view:
+    ahead, early = f"resume with: {resume_command(path)}", "interrupted before the run began"
+    begun = RunFolder(path).is_run
+    with stopping(lambda: f"interrupted; {ahead}" if begun() else early) as should_stop, watching(console) as view:
         result = run(observer=view, should_stop=should_stop)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")

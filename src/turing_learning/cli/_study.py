@@ -1,6 +1,7 @@
 """The commands of studies."""
 
 import shlex
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -138,8 +139,6 @@ def study_run(study: Path, number: Integer, /) -> int | None:
     number
         Number of the run, from 1.
     """
-    import sys
-
     from turing_learning.studies import run_one
 
     ahead = f"resume with: {shlex.join(['turing-learning', 'study-run', str(study), str(number)])}"
@@ -171,8 +170,6 @@ def study_collect(study: Path, /) -> None:
 
 
 def _execute(execute: "Callable[..., StudyResult]", path: Path) -> int | None:
-    import sys
-
     from turing_learning.report import counted
     from turing_learning.runs import resume_command
 

@@ -59,11 +59,17 @@ def plain_console(*, stderr: bool = False) -> Console:
 
 def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
     """Print every scenario's name, what it is, and its agents' parameters."""
+    from turing_learning.models import ReactiveModel
+
     for name, scenario in scenarios.items():
         console.print(Text(name, style="bold") + f"  {scenario.description}", soft_wrap=True)
-        values, count = ", ".join(_agents(scenario)), scenario.objects.count
-        bodies = f"{scenario.agents} agents, {scenario.replicas} replica{f', {count} objects' if count else ''}"
-        console.print(f"    {bodies}; {values}", soft_wrap=True)
+        names, view = ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
+        values = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
+        if view > 0 or scenario.representation == "morphology":  # else a line of sight, as everywhere
+            values.append(f"field of view {view:.4g} rad")
+        objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
+        bodies = f"{scenario.agents} agents, {scenario.replicas} replica{objects}"
+        console.print(f"    {bodies}; {', '.join(values)}", soft_wrap=True)
 
 
 def print_stimulated(console: Console, systems: Mapping[str, "StimulatedSystem"]) -> None:
@@ -73,16 +79,6 @@ def print_stimulated(console: Console, systems: Mapping[str, "StimulatedSystem"]
         console.print(
             f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}", soft_wrap=True
         )
-
-
-def _agents(scenario: "Scenario") -> list[str]:
-    """Say what the agents are: their wheel speeds, and their field of view unless it is a line of sight as everywhere."""
-    from turing_learning.models import ReactiveModel
-
-    names, view = ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
-    speeds = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
-    unusual = view > 0 or scenario.representation == "morphology"
-    return [*speeds, f"field of view {view:.4g} rad"] if unusual else speeds
 
 
 def print_verdicts(

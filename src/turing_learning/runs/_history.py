@@ -84,10 +84,7 @@ class HistoryRecorder:
     def __init__(
         self, layout: Layout, arrays: Mapping[str, Any], seals: Mapping[str, np.ndarray] | None = None
     ) -> None:
-        self._arrays = arrays
-        self._chunk = layout.chunk
-        self._generations = layout.generations
-        self._count = 0
+        self._arrays, self._chunk, self._generations, self._count = arrays, layout.chunk, layout.generations, 0
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
@@ -191,7 +188,8 @@ def damaged_generations(
         if start >= generations:
             break
         # Zarr takes a chunk that is lost for one that was never written
-        sound = all((path / name / _chunk_file(arrays[name], start)).is_file() for name in FULL)
+        chunks = {name: (start // arrays[name].chunks[0], *(0,) * (arrays[name].ndim - 1)) for name in FULL}
+        sound = all((path / name / ".".join(map(str, chunk))).is_file() for name, chunk in chunks.items())
         try:
             sound = sound and _checksum({name: arrays[name][start:stop] for name in FULL}) == checksum
         except Exception:  # whatever Zarr says of a chunk that is cut short
@@ -214,11 +212,6 @@ def require_sound(path: Path, layout: Layout, generations: int, seals: Mapping[s
     got = f"damage in generations {which}" if damaged else "files that cannot be read, or of another run"
     rule, remedy = "have its history as it was written", "Restore the files, or run again."
     require(damaged == [], "run", rule, got, remedy, place=str(path), error=DamagedError)
-
-
-def _chunk_file(array: Any, generation: int) -> str:
-    """Return the name of the chunk that holds a generation."""
-    return ".".join(map(str, (generation // array.chunks[0], *(0,) * (array.ndim - 1))))
 
 
 def _checksum(values: Mapping[str, np.ndarray]) -> int:

@@ -132,8 +132,10 @@ class Pooled(Tabular):
 
         For the Birge ratio of runs of trials the bounds are 1.5 and 2.
         """
-        bounds = (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
-        return {name: _word(value, *bounds) for name, value in self.agreement.items()}
+        most, least = (AGREE, DISAGREE) if self.trials is None else (AGREE_BIRGE, DISAGREE_BIRGE)
+        words = {name: "unclear" if is_known(value) else "unknown" for name, value in self.agreement.items()}
+        words |= {name: "agree" for name, value in self.agreement.items() if value <= most}
+        return words | {name: "disagree" for name, value in self.agreement.items() if value > least}
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known."""
@@ -303,11 +305,3 @@ def _comparable(given: Any) -> list[Result]:
 
 def _place(run: Result) -> str:
     return "" if run.path is None else str(run.path)
-
-
-def _word(agreement: float, most: float, least: float) -> str:
-    if not is_known(agreement):
-        return "unknown"
-    if agreement <= most:
-        return "agree"
-    return "disagree" if agreement > least else "unclear"

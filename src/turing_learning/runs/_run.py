@@ -410,19 +410,18 @@ class Run:
         with self.storage():
             folder.write("result.json", result.to_json())
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
+            closed = {"state": FINISHED, "finished": now()}
             if self.complete and history == "thin":
-                folder.update_manifest(state=FINISHED, finished=now())
+                folder.update_manifest(**closed)
                 self._save_checkpoint(folder, with_state=False)
                 for path in folder.path.glob("buffer/*.npz"):
                     folder.remove(f"buffer/{path.name}")
             elif self.complete:
-                motion = self._keep_motion(folder, result)
-                closed = {"state": FINISHED, "finished": now()}
-                rows = manifest_rows(folder.manifest() | closed)
+                shown: dict[str, Any] = {"motion": self._keep_motion(folder, result), "dialogues": dialogues}
                 if dialogues:
                     folder.write(DIALOGUES, dialogues)
-                shown: dict[str, Any] = {"figures": folder.figures_path, "motion": motion, "dialogues": dialogues}
-                write_report(result, folder.report_path, rows, **shown)
+                rows = manifest_rows(folder.manifest() | closed)
+                write_report(result, folder.report_path, rows, figures=folder.figures_path, **shown)
                 folder.update_manifest(**closed)
         self.close()
 
@@ -430,12 +429,11 @@ class Run:
         """Return what the best classifiers of the run do, of the fittest of some of its generations, where there are stimuli."""
         if self._recorder is None or not self.configuration.system.stimulated:
             return {}
-        model = np.array(list(self.result.estimate.values()))
+        self._source.generation, model = None, np.array(list(self.result.estimate.values()))
         rows = np.unique(np.linspace(0, self.completed - 1, _LOOKED_BACK).astype(int))
         some = self.result.history[["classifier", "classifier_fitness"]].isel(generation=rows).load()
         best = some["classifier_fitness"].to_numpy().argmax(axis=1)
         rng = np.random.default_rng((DIALOGUE, self.configuration.run.seed))
-        self._source.generation = None
         return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:

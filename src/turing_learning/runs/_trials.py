@@ -1,6 +1,5 @@
 """Trials as they were observed: their raw tracks, the log of a laboratory, and which model is best when they are observed again."""
 
-import io
 import json
 import logging
 import os
@@ -24,7 +23,6 @@ from ._folder import CALIBRATION, RunFolder, now
 from ._result import Result, named
 
 if TYPE_CHECKING:
-    from turing_learning.coevolution import Samples
     from turing_learning.robots import Event, LaboratorySource
     from turing_learning.robots.program._states import ObservedTrial
 
@@ -115,7 +113,7 @@ class ObservedTrials:
 
         return np.array([signed_speeds(poses, self.interval_s) for poses in self.poses])
 
-    def samples(self) -> "Samples":
+    def samples(self) -> Samples:
         """Return the samples of agents (R x agents, T, 2), and one of each model (R x n, 1, T, 2)."""
         from turing_learning.robots.program._source import trial_samples
 
@@ -171,17 +169,11 @@ def note_event(folder: RunFolder, event: "Event") -> None:
     known = {name: getattr(event, name) for name in ("kind", "stage", "attempt", "state", "fault", "asked")}
     line = json.dumps({"time": now(), **known}) + "\n"
     with folder.storage(), folder.events_path.open("a+b") as file:
-        file.write((b"" if _ends_with_line(file) else b"\n") + line.encode())
+        file.seek(max(0, file.seek(0, os.SEEK_END) - 1))
+        cut = file.read(1) not in (b"", b"\n")  # the last line, by a kill
+        file.write((b"\n" if cut else b"") + line.encode())
         file.flush()
         os.fsync(file.fileno())
-
-
-def _ends_with_line(file: io.BufferedRandom) -> bool:
-    """Return whether a file is empty or its last line is whole: a kill may have cut it."""
-    if file.seek(0, os.SEEK_END) == 0:
-        return True
-    file.seek(-1, os.SEEK_END)
-    return file.read(1) == b"\n"
 
 
 def read_events(path: str | Path) -> list[dict[str, object]]:
