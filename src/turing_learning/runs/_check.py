@@ -298,7 +298,7 @@ def complete_check(path: Path | None) -> "Check | None":
 def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
     """Return which held-out samples belong together, and what such a group is.
 
-    By `groups`, labels (K,) of all samples; else windows of recorded motion know of which individual and recording they are.
+    By `groups`, labels (K,) of all samples; else windows of recorded motion know individuals and recordings.
     """
     if groups is not None:
         labels = np.asarray(groups)
@@ -423,7 +423,7 @@ def check_run(
             result, source, given, labels, grouping, effort or Effort(), seed, recoveries, length, recordings, say
         )
         found = checker.run(force=force)
-        if folder is not None:  # the figures, and the report again where there is one and the history that it shows
+        if folder is not None:  # the report again where there is one, and the history that it shows
             with stored_in(folder.path):
                 save_figures(draw_check(found, result), folder.figures_path)
                 if folder.report_path.exists():

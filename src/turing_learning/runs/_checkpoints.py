@@ -36,7 +36,7 @@ class Latest:
 
 
 def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -> Path:
-    """Write a checkpoint, atomically; keep the newest two, or it `alone`. The folder is made if it does not exist."""
+    """Write a checkpoint, atomically, in a folder that may be missing; keep the newest two, or it `alone`."""
     folder.mkdir(exist_ok=True)
     content = _packed(checkpoint.arrays)
     path = folder / f"generation-{checkpoint.generation:06d}-{_digest(content)}.npz"
@@ -49,9 +49,9 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
 def latest_checkpoint(
     folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
 ) -> Latest:
-    """Read the newest checkpoint that is as it was written, and that `accept` takes; it is asked about the newest first.
+    """Read the newest checkpoint that is as it was written, and that `accept` takes. The folder may be missing.
 
-    With the SHA-256 of the run's configuration, checkpoints that name another one count as damaged. The folder may be missing.
+    Those that name another SHA-256 than that of the run's `configuration` count as damaged.
     """
     damaged: list[Path] = []
     refused: list[Path] = []

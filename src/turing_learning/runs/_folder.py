@@ -364,7 +364,7 @@ def refuse_target(
     force: bool,
     replaceable: Callable[[Path], bool] = lambda path: False,
 ) -> None:
-    """Reject a path, by the `name` of its argument, unless a file may be written there; `replaceable` ones may without `force`."""
+    """Reject a path, by the `name` of its argument, unless a file may be written there, or replaced."""
     rule = f"end with one of {', '.join(suffixes)}" if len(suffixes) > 1 else f"end with {suffixes[0]}"
     require(path.suffix.lower() in suffixes, name, rule, str(path), error=ConfigurationError)
     got, remedy = f"{path} (there is no folder {path.parent})", "Choose another place, or make the folder."

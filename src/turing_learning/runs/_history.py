@@ -76,7 +76,7 @@ class Layout:
 
 
 class HistoryRecorder:
-    """Collect generations and write them chunk by chunk, to anything that takes ``arrays[name][start:stop] = block``.
+    """Collect generations and write them in chunks, to anything that takes ``arrays[name][start:stop] = block``.
 
     `seals` are those of when the arrays had been flushed the last time; None for empty arrays.
     """
@@ -88,9 +88,7 @@ class HistoryRecorder:
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
         self._start = self._stops[-1] if self._stops else 0
-        self._buffers = {
-            name: np.empty((layout.chunk, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()
-        }
+        self._buffers = memory_arrays(layout, layout.chunk)
 
     def record(self, values: Mapping[str, np.ndarray]) -> None:
         """Append the `generation_values` of a generation; a full chunk is written."""
@@ -120,11 +118,10 @@ class HistoryRecorder:
         return {"stops": np.array(self._stops, dtype=np.int64), "checksums": np.array(self._checksums, dtype=np.uint32)}
 
 
-def memory_arrays(layout: Layout) -> dict[str, np.ndarray]:
-    """Return arrays for a history that is kept in memory."""
-    return {
-        name: np.empty((layout.generations, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()
-    }
+def memory_arrays(layout: Layout, generations: int | None = None) -> dict[str, np.ndarray]:
+    """Return arrays for a history that is kept in memory, or for so many of its generations."""
+    count = layout.generations if generations is None else generations
+    return {name: np.empty((count, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()}
 
 
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
@@ -251,7 +248,7 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
 
 
 def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
-    """Give a history names and units as attributes, which its files do not have; fitness is a share, of unit 1."""
+    """Give a history names and units, which its files do not have; fitness is a share, of unit 1."""
     names = {"quantile": "share of the population below"} | {name: each[2] for name, each in (FULL | THIN).items()}
     for name in map(str, history.variables):
         unit = units[0] if name in IN_UNITS and len({*units}) == 1 else "1" if "fitness" in name else ""
@@ -276,7 +273,7 @@ def generation_values(generation: Generation) -> dict[str, np.ndarray]:
 
 
 class Traces:
-    """What a thin history keeps of every completed generation, with the spread of its models and the seconds that it took.
+    """What a thin history keeps of every generation, with the spread of its models and the seconds that it took.
 
     There may be `capacity` generations, of models with so many `parameters`.
     """

@@ -18,7 +18,7 @@ LABORATORY_ERRORS = (0.08, 0.01, 0.05, 0.02)
 
 
 def paper_absolute_errors(scenario: Scenario) -> dict[str, float] | None:
-    """Return the paper's absolute error of each parameter of one of its scenarios, with any title; None of others."""
+    """Return the paper's absolute error of each parameter of a scenario of its own; None of others."""
     if scenario.name not in ABSOLUTE_ERRORS:
         return None
     papers, errors = SCENARIOS[scenario.name], ABSOLUTE_ERRORS[scenario.name]

@@ -259,7 +259,7 @@ def pool(runs: Sequence[Result]) -> Pooled:
 def _mixed(
     draws: list[np.ndarray], intervals: list[list[list[float]]], names: tuple[str, ...]
 ) -> tuple[np.ndarray, list[float]]:
-    """Return the interval (P, 2) of the mixed draws (D, P) of runs, a range where one does not identify it, and Birge ratios."""
+    """Return the interval (P, 2) of the mixed draws (D, P) of runs, a range where one has none, and Birge ratios."""
     if not draws:
         return np.full((len(names), 2), UNKNOWN), [UNKNOWN] * len(names)
     ends = np.quantile(np.concatenate(draws), (0.05, 0.95), axis=0).T

@@ -51,7 +51,7 @@ def write_report(
     motion: Mapping[str, np.ndarray] = MappingProxyType({}),
     dialogues: Mapping[str, np.ndarray] = MappingProxyType({}),
 ) -> Path:
-    """Write the page of a run to a file, and its figures to a folder, if there is one; `motion` is as of `Source.positions`."""
+    """Write the page of a run, and its figures to a folder, if there is one; `motion` is as of `Source.positions`."""
     # without the populations, which no page shows and which are half of a history
     history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
     configuration, simulated = result.configuration, result.configuration.system.simulated is not None
@@ -86,7 +86,7 @@ def save_figures(pictures: list[Picture], folder: Path) -> None:
 
 
 def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]) -> list[Picture]:
-    """Draw the figures of a run, from the history of its completed generations, and what its classifiers did to the system."""
+    """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
     scenario, trials = configuration.scenario, configuration.spent(history.sizes["generation"])
     best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
     over, middle, models = "generations", "the typical one", "Subjectively best and typical model of each generation"
@@ -119,9 +119,9 @@ def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration
     caption = "Classifiers only watched: one trial of the system and one of the estimate under the same stimulus."
     if chosen:
         caption = (
-            "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from models in "
-            "which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with the system and in "
-            "one with the estimate. An output of 0.5 or more says genuine."
+            "For each parameter the classifier, of the fittest of 50 generations, that tells the system best from "
+            "models in which this parameter is drawn anew: the stimulus that it chose, and the answer, in a trial with "
+            "the system and in one with the estimate. An output of 0.5 or more says genuine."
         )
     rows = tuple(system.parameters)
     drawn = dialogues_figure(dialogues, names=system.signals, rows=rows, interval_s=system.interval_s)
@@ -289,7 +289,7 @@ def swarm_replay(
     fields_of_view: np.ndarray | None = None,
     drivers: Drivers | None = None,
 ) -> report.Replay:
-    """Simulate R swarms, each in one trial, and return what a page shows of them; by `replicas`, which execute models.
+    """Simulate R swarms, each in one trial, and return what a page shows; `replicas` says which execute models.
 
     Robots have controllers (R, A, 2 n), or one of the `drivers`, fields of view (R, A) in rad, by default the scenario's, and
     with the objects initial poses (R, A + O, 3).
@@ -316,8 +316,8 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
     pictures, parameters = [], result.configuration.system.parameters
     if check.profiles:
-        caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter is "
-        caption += f"moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
+        caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
+        caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
         labels, intervals = result.labels, result.interval
         panels = [
             ParameterProfile(
@@ -365,7 +365,7 @@ def check_listing(check: "Check") -> Listing:
         rows.append((each.parameter, *shares, share(each.recovery_error, "{:.1%}"), each.verdict))
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
-    note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width of "
-    note += "the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, and by how much "
-    note += "a run missed the estimate when it was the truth."
+    note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "
+    note += "of the interval of the estimate, what fresh classifiers leave open where this parameter alone is moved, "
+    note += "and by how much a run missed the estimate when it was the truth."
     return Listing(name="check", heading="Can it be believed?", columns=columns, rows=rows, note=note)

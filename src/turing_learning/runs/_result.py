@@ -431,7 +431,7 @@ def summarize(
 ) -> Result:
     """Make the result of the completed generations, at least one, which took so many seconds.
 
-    Of a run of trials `readout` is as of `TrialsLoop.readout`; `complete` says whether it is all that was asked for.
+    Of a run of trials `readout` is as of `TrialsLoop.readout`; `complete` is whether it is all that was asked for.
     """
     scenario, names = configuration.scenario, configuration.scenario.parameter_names
     window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden

@@ -214,8 +214,8 @@ class Run:
         here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
         with ExitStack() as held, writable("run", folder.path):
             held.enter_context(folder.locked())
-            if (result := _stored_result(folder, configuration) or _restored_result(folder, configuration)) is not None:
-                return FinishedRun(result)
+            if found := _stored_result(folder, configuration) or _restored_result(folder, configuration):
+                return FinishedRun(found)
             with refusing_as(RunFolderError):
                 if reopen is None:
                     refuse_given_source(folder)
@@ -437,7 +437,7 @@ class Run:
         return self._source.dialogues(some["classifier"].to_numpy()[np.arange(len(rows)), best], model, rng)
 
     def _keep_motion(self, folder: RunFolder, result: Result) -> dict[str, np.ndarray]:
-        """Store what detectors of a custom system are calibrated with, and what its report shows, which is returned."""
+        """Store what detectors of a custom system are calibrated with, and return what its report shows."""
         from turing_learning.detection._simulated import keep_calibration
 
         if self._source.genuine is None:
@@ -568,7 +568,7 @@ class Origin:
     completed: int  # generations
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    # of a run in memory: its history, full or thin, its manifest, draws of its estimate, and dialogues, see `Source.dialogues`
+    # of a run in memory: history, manifest, draws of its estimate, and dialogues, see `Source.dialogues`
     kept: "Mapping[str, np.ndarray] | Traces | None" = None
     stored: Mapping[str, Any] | None = None
     matched: np.ndarray | None = None

@@ -35,7 +35,7 @@ POST_EVALUATION = "post-evaluation-"
 
 
 def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
-    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`, or, with faults, rejected-NN-K.npz, where K counts repetitions.
+    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`; with faults as rejected-NN-K.npz, the K-th time.
 
     It has poses (T + 1, A, 3), who was present (T + 1, A), models (R, P), and what was wrong.
     """
@@ -59,7 +59,7 @@ def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTria
 
 
 def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTrial"]]:
-    """Return the number of the last attempt at a stage that left a trial, 0 if there is none, and its trials without faults."""
+    """Return the number of the last attempt at a stage with a trial, or 0, and its trials without faults."""
     from turing_learning.robots import Track
     from turing_learning.robots.program._states import ObservedTrial
 
@@ -75,7 +75,7 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
 
 
 def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
-    """Return the number of the last attempt at a stage, 0 if there is none, and number -> file of its trials without faults.
+    """Return the number of the last attempt at a stage, or 0, and number -> file of its trials without faults.
 
     The last attempt counts, if the log says that it is complete. Files that are sealed and lost are among them.
     """
@@ -247,8 +247,8 @@ def post_evaluate(
 ) -> bool:
     """Observe the models of the last generation `repeats` times; write what they are worth, see `ModelEvaluation`.
 
-    What is written already is not observed again, and what was observed more often is left out. Return whether anything has
-    changed. Source: paper, section 5.4.
+    What is written already is not observed again, and what was observed more often is left out. Return whether
+    anything has changed. Source: paper, section 5.4.
     """
     last, stored = result.history.isel(generation=-1), read_post_evaluation(folder.path)
     models, classifiers = last["model"].to_numpy(), last["classifier"].to_numpy()
@@ -280,7 +280,7 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
 
 
 def keep_observed_motion(result: Result, folder: RunFolder) -> None:
-    """Write ``calibration.npz``, by which detectors are calibrated, once all last models have been observed again.
+    """Write ``calibration.npz``, by which detectors are calibrated, once all models have been observed again.
 
     Agents were learned from in the generations, and are held out in the post-evaluations.
     """
