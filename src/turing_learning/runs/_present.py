@@ -1,6 +1,7 @@
 """Figures and report of a run: hand the arrays to the rooms that draw."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,8 @@ from turing_learning.figures._one_run import (
 from turing_learning.purposes import REPLAY
 from turing_learning.report._content import Listing, ParameterRow, RunReport, RunTable
 from turing_learning.report._page import report_page
-from turing_learning.swarm import Drivers, Scenario, execution_of, initial_poses, simulate
+from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
+from turing_learning.swarm._trials import Execution
 
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
@@ -224,23 +226,19 @@ def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
     """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
     scenario = configuration.swarm
     rng = np.random.default_rng((REPLAY, configuration.run.seed))
-    labels = (*(["Agents"] if scenario.known else []), "Replicas of the inferred model")
-    poses = np.repeat(initial_poses(scenario, 1, rng), len(labels), axis=0)
-    executed = [[-1], [0]][-len(labels) :]  # by agents, and by replicas of the one model
+    swarms = ({"Agents": False} if scenario.known else {}) | {"Replicas of the inferred model": True}
+    executed = [[replica - 1] for replica in swarms.values()]  # by agents, and by replicas of the one model
     model = configuration.representation.behavior(estimate[None])
     robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
     return swarm_replay(
         scenario,
-        np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED),
-        poses,
-        fields_of_view=robots.fields_of_view,
-        labels=labels,
-        replicas=(False, True)[-len(labels) :],
+        replace(robots, controllers=np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED)),
+        np.repeat(initial_poses(scenario, 1, rng), len(swarms), axis=0),
+        swarms,
         title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
         duration_s=REPLAY_DURATION_S,
         seed=configuration.run.seed,
         threads=configuration.threads,
-        drivers=robots.drivers,
     )
 
 
@@ -277,37 +275,32 @@ def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
 
 def swarm_replay(
     scenario: Scenario,
-    controllers: np.ndarray,
+    robots: Execution,
     poses: np.ndarray,
+    swarms: Mapping[str, bool],
     *,
-    labels: tuple[str, ...],
-    replicas: tuple[bool, ...],
     title: str,
     duration_s: float,
     seed: int,
     threads: int | None,
-    fields_of_view: np.ndarray | None = None,
-    drivers: Drivers | None = None,
 ) -> report.Replay:
-    """Simulate R swarms, each in one trial, and return what a page shows; `replicas` says which execute models.
+    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
 
-    Robots have controllers (R, A, 2 n), or one of the `drivers`, fields of view (R, A) in rad, by default the scenario's, and
-    with the objects initial poses (R, A + O, 3).
+    `swarms` says what each is, and whether its robots are replicas.
     """
     interval = scenario.trial.control_interval_s
     stride = max(1, round(1 / (FRAMES_PER_S * interval)))
     steps = max(1, round(duration_s / interval))
-    executed: dict[str, Any] = {"fields_of_view": fields_of_view, "drivers": drivers}
-    result = simulate(scenario, controllers, poses, control_steps=steps, seed=seed, threads=threads, **executed)
-    moved, robots = result.poses[:, ::stride], controllers.shape[1]
-    width, height = scenario.arena.width_cm, scenario.arena.height_cm
-    shown = zip(labels, moved, replicas, strict=True)
+    more: dict[str, Any] = {"fields_of_view": robots.fields_of_view, "drivers": robots.drivers, "threads": threads}
+    moved = simulate(scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more).poses[:, ::stride]
+    count, width, height = robots.controllers.shape[1], scenario.arena.width_cm, scenario.arena.height_cm
+    shown = zip(swarms.items(), moved, strict=True)
     return report.Replay(
         title=title,
         robot_radius_cm=scenario.robot.radius_cm,
         object_radius_cm=scenario.objects.radius_cm,
         interval_s=stride * interval,
-        swarms=tuple(report.Swarm(label, swarm, robots, np.full(robots, each)) for label, swarm, each in shown),
+        swarms=tuple(report.Swarm(name, each, count, np.full(count, replica)) for (name, replica), each in shown),
         walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
     )
 

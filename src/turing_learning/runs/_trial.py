@@ -10,6 +10,7 @@ from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, choice, integer, number, require
 from turing_learning.models import ReactiveModel
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
+from turing_learning.swarm._trials import Execution
 
 from ._folder import refuse_target, writing
 
@@ -75,10 +76,9 @@ def trial_replay(
         integer("threads", threads, 1, error=ConfigurationError)
     return swarm_replay(
         scenario,
-        np.tile(speeds, (1, robots or scenario.individuals, 1)),
+        Execution(np.tile(speeds, (1, robots or scenario.individuals, 1)), None, None),
         initial_poses(scenario, 1, np.random.default_rng(seed), robots=robots),
-        labels=("Agents" if controller is None else "Robots with the given controller",),
-        replicas=(controller is not None,),
+        {"Agents" if controller is None else "Robots with the given controller": controller is not None},
         title=scenario.title,
         duration_s=duration_s,
         seed=seed,
