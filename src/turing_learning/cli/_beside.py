@@ -5,6 +5,7 @@ import shlex
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from turing_learning.errors import choice, refuse
 
@@ -69,18 +70,26 @@ def _swarm() -> str:
 
 
 def warm_up() -> None:
-    """Compile everything now, once on this machine, so that no later run waits for it. Takes a few minutes."""
+    """Compile everything now, once on this machine, so that no later run waits for it. Takes a minute or two."""
     from turing_learning import infer
-    from turing_learning.swarm import SCENARIOS
 
-    short = {"scenario.trial.duration_s": 1.0}
-    few = short | {f"{of}.{each}": 4 for of in ("models", "classifiers") for each in ("parents", "offspring")}
+    few: dict[str, Any] = {
+        "models.population": 8,
+        "classifiers.population": 8,
+        "scenario.trial.duration_s": 1.0,
+        "run.generations": 1,
+    }
+    kinds = {
+        "a swarm": few,
+        "a field of view": few | {"scenario.representation": "morphology"},
+        "networks": few | {"models.hidden": 3},
+        "a crowd": few | {"scenario.agents": 50},
+        "a budget in trials": {"run.trials": 20, "scenario.trial.duration_s": 1.0},
+    }
     with TemporaryDirectory() as folder:
-        for name in SCENARIOS:
+        for name, settings in kinds.items():
             print(name, flush=True)
-            infer(name, generations=1, settings=few, out=Path(folder) / name, progress=False)
-        print("a budget in trials", flush=True)
-        infer("aggregation", trials=20, settings=short, out=Path(folder) / "trials", progress=False)
+            infer("aggregation", settings=settings, out=Path(folder) / name, progress=False)
     print("ready")
 
 

@@ -208,8 +208,11 @@ def simulate(
 
 
 def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
-    """Return room for speeds (R, A, T, 2), in memory robot by robot: so they are judged."""
-    return np.empty((robots, trials, steps, 2)).transpose(1, 0, 2, 3)
+    """Return room for speeds (R, A, T, 2), in memory robot by robot: so they are judged.
+
+    That of a single trial is no contiguous array either, which would be compiled for anew.
+    """
+    return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
 
 
 def observe(

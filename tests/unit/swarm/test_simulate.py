@@ -173,3 +173,10 @@ def test_more_robots_keep_the_density_and_the_share_of_objects():
 def test_impossible_placements_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         tl.swarm.initial_poses(AGGREGATION, 2, np.random.default_rng(0), **arguments)
+
+
+@pytest.mark.parametrize("trials", [1, 2])
+def test_speeds_of_one_trial_are_laid_out_as_those_of_many(trials):
+    poses = tl.swarm.initial_poses(AGGREGATION, trials, np.random.default_rng(1))
+    controllers = np.broadcast_to(AGGREGATION.controller, (*poses.shape[:2], 4))
+    assert not tl.swarm.simulate(AGGREGATION, controllers, poses, control_steps=2).speeds.flags.c_contiguous
