@@ -29,6 +29,7 @@ _WIDE_EVERY, _WIDE_TRIALS = 3, 500
 _WIDE_POINTS = 120
 _REPEATS = 4  # at the end, to average over the folds
 _SLACK, _HOPELESS = 10.0, 50.0
+_EXPLORERS = 0.5  # of the last batch, where the genuine samples are all there are
 _POOL = (500, 3000)  # genuine samples: as many as trials, within these bounds
 
 
@@ -151,6 +152,7 @@ class FewTrials:
             dependent=dependent,
             limits=limits,
             saturated=saturated,
+            explorers=0.0 if genuine is None else _EXPLORERS,
         )
         self._together = integer("together", together, 1)
         self._stages = (*extended, (trials, trials))
@@ -398,13 +400,15 @@ class _Density:
     def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:
         self.near, self.wide, self._reference = near, wide, reference
 
-    def __call__(self, models: np.ndarray, hopeful: bool = False) -> np.ndarray:
+    def __call__(self, models: np.ndarray, hopeful: bool = False, power: float = 1.0) -> np.ndarray:
         assert self.near is not None
         density = self.near.log_density(models, hopeful)
-        if self.wide is not None:
+        if self.wide is not None and power < 1:
+            density = density + self.wide.log_density(models, hopeful)
+        elif self.wide is not None:
             open_ = density > density.max() - _HOPELESS
             density[open_] += np.minimum(self.wide.log_density(models[open_]) - self._reference + _SLACK, 0)
-        return density
+        return power * density
 
     def state(self) -> dict[str, np.ndarray]:
         fields = {"near": self.near, "wide": self.wide}

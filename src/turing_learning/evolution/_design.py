@@ -16,6 +16,7 @@ WALKERS = 150
 _NEAREST = 2  # a walker's companions are the nearest 1 / 2 of all
 _SCATTER = 1e-4
 _SCOUTS = 0.25  # of all proposals
+_EXPLORED = 0.16  # power of the density that explorers follow: they lie 2.5 times wider
 _LOST = 20.0  # a walker so far below the best, in the logarithm of the density, starts again beside another
 
 
@@ -29,8 +30,9 @@ class TrialDesign:
     earnest, and as many centers stay alive as the density has.
 
     A quarter of each batch is drawn from scouts. They are walkers to which a model is not less likely for being
-    little known. Where only a product of two parameters shows, many models are equally good. Without scouts,
-    trials gather in the part of them that is known best.
+    little known. Explorers are scouts that follow a power of the density, because a map is too sure of itself where
+    nothing has been tried. Where only a product of two parameters shows, many models are equally good; without
+    explorers, trials gather in the part of them that is known best.
 
     Parameters
     ----------
@@ -55,6 +57,8 @@ class TrialDesign:
         Share of proposals that jump at the beginning; it falls to 0 at 0.6 of the run.
     margin
         See `limits`.
+    explorers
+        Share of explorers in the last batch of a run; it grows from 0 in proportion to the trials spent.
 
     Source
     ------
@@ -75,6 +79,7 @@ class TrialDesign:
         widening: float = 2.5,
         exploration: float = 0.15,
         margin: float = 0.05,
+        explorers: float = 0.0,
     ) -> None:
         self.dimension = integer("dimension", dimension, 1)
         self._seed = check_seed(seed)
@@ -87,9 +92,11 @@ class TrialDesign:
         self._widening = number("widening", widening, least=1)
         self._exploration = number("exploration", exploration, least=0, most=1)
         self._margin = number("margin", margin, above=0)
+        self._share = number("explorers", explorers, least=0, most=1 - _SCOUTS)
         count = integer("walkers", walkers, 4)
         self._places = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
         self._scouts = self._places[: count // 2].copy()
+        self._explorers = self._scouts[: len(self._scouts) if explorers else 0]
         self._step = 0
 
     @property
@@ -117,8 +124,10 @@ class TrialDesign:
         models[~jump] += (np.sqrt((self._widening**2 - 1) / 2) * (first - second))[~jump]
         for k in np.flatnonzero(jump):
             self._jump(models[k : k + 1], rng, exchange=bool(rng.random() < 0.5))
-        sent = rng.permutation(count)[: round(_SCOUTS * count)]
-        models[sent] = self._scouts[rng.integers(len(self._scouts), size=len(sent))]
+        order, scouts, explorers = rng.permutation(count), round(_SCOUTS * count), round(self._share * progress * count)
+        for sent, cloud in ((order[:scouts], self._scouts), (order[scouts:][:explorers], self._explorers)):
+            if len(sent):
+                models[sent] = cloud[rng.integers(len(cloud), size=len(sent))]
         return self._within(models)
 
     def move(self, density: Density) -> None:
@@ -126,6 +135,8 @@ class TrialDesign:
         rng = generation_rng(self._seed, 2 * self._step + 3)
         self._places = self._followed(self._places, density, rng)
         self._scouts = self._followed(self._scouts, partial(density, hopeful=True), rng)
+        if self._share:
+            self._explorers = self._followed(self._explorers, partial(density, hopeful=True, power=_EXPLORED), rng)
         self._step += 1
 
     def _followed(self, place: np.ndarray, density: Density, rng: np.random.Generator) -> np.ndarray:
@@ -181,6 +192,7 @@ class TrialDesign:
         return {
             "walkers": self._places.copy(),
             "scouts": self._scouts.copy(),
+            "explorers": self._explorers.copy(),
             "step": np.array(self._step, dtype=np.int64),
         }
 
@@ -190,4 +202,6 @@ class TrialDesign:
         self._places = array("state['walkers']", state["walkers"], "W P", W=len(self._places), P=self.dimension).copy()
         scouts = state.get("scouts", self._places[: len(self._scouts)])  # states of before had none
         self._scouts = array("state['scouts']", scouts, "W P", W=len(self._scouts), P=self.dimension).copy()
+        explorers = state.get("explorers", self._scouts[: len(self._explorers)])
+        self._explorers = array("state['explorers']", explorers, "W P", W=len(self._explorers), P=self.dimension).copy()
         self._step = int(state["step"])
