@@ -96,7 +96,7 @@ class TrialDesign:
         count = integer("walkers", walkers, 4)
         self._places = generation_rng(self._seed, 0).uniform(-1, 1, (count, dimension))
         self._scouts = self._places[: count // 2].copy()
-        self._explorers = self._scouts[: len(self._scouts) if explorers else 0]
+        self._explorers = self._scouts.copy()
         self._step = 0
 
     @property
@@ -126,8 +126,7 @@ class TrialDesign:
             self._jump(models[k : k + 1], rng, exchange=bool(rng.random() < 0.5))
         order, scouts, explorers = rng.permutation(count), round(_SCOUTS * count), round(self._share * progress * count)
         for sent, cloud in ((order[:scouts], self._scouts), (order[scouts:][:explorers], self._explorers)):
-            if len(sent):
-                models[sent] = cloud[rng.integers(len(cloud), size=len(sent))]
+            models[sent] = cloud[rng.integers(len(cloud), size=len(sent))]
         return self._within(models)
 
     def move(self, density: Density) -> None:
@@ -188,11 +187,11 @@ class TrialDesign:
         return np.where(self._saturated, np.clip(models, -1, 1), models) if self._saturated.any() else models
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the walkers and the number of moves made."""
+        """Return walkers, scouts, explorers and the number of moves made."""
         return {
             "walkers": self._places.copy(),
             "scouts": self._scouts.copy(),
-            "explorers": self._explorers.copy(),
+            **({"explorers": self._explorers.copy()} if self._share else {}),
             "step": np.array(self._step, dtype=np.int64),
         }
 
@@ -202,6 +201,9 @@ class TrialDesign:
         self._places = array("state['walkers']", state["walkers"], "W P", W=len(self._places), P=self.dimension).copy()
         scouts = state.get("scouts", self._places[: len(self._scouts)])  # states of before had none
         self._scouts = array("state['scouts']", scouts, "W P", W=len(self._scouts), P=self.dimension).copy()
-        explorers = state.get("explorers", self._scouts[: len(self._explorers)])
-        self._explorers = array("state['explorers']", explorers, "W P", W=len(self._explorers), P=self.dimension).copy()
+        if self._share:
+            explorers = state.get("explorers", self._scouts)
+            self._explorers = array(
+                "state['explorers']", explorers, "W P", W=len(self._scouts), P=self.dimension
+            ).copy()
         self._step = int(state["step"])

@@ -68,6 +68,22 @@ def test_a_quarter_of_the_proposals_goes_where_little_is_known(deviation, least,
     assert least <= far <= most
 
 
+def test_explorers_spread_over_all_models_that_are_equally_good():
+    def ridge(
+        models, hopeful=False, power=1.0
+    ):  # only the product shows; what is known best lies around one point of it
+        known = 0.0 if hopeful else -0.5 * ((models[:, 0] - 0.5) / 0.05) ** 2
+        return power * (known - 0.5 * ((models[:, 0] * models[:, 1] - 0.25) / 0.03) ** 2)
+
+    def spread(explorers):
+        design = TrialDesign(2, seed=1, explorers=explorers)
+        follow(design, ridge)
+        proposed = design.propose(400, progress=1.0)[:, 0]
+        return (proposed < -0.3).mean() + (proposed > 0.9).mean()
+
+    assert spread(explorers=0.5) > spread(explorers=0.0) + 0.1
+
+
 def test_proposals_jump_at_the_beginning_only():
     design = TrialDesign(2, seed=1, exploration=0.5)
     follow(design, normal(np.zeros(2), 0.01))
@@ -83,8 +99,13 @@ def test_only_parameters_without_limits_leave_the_range(limits, furthest):
     assert np.abs(design.propose(500, progress=0.0)).max() <= furthest
 
 
-def test_a_restored_design_goes_on_as_if_nothing_had_happened():
-    density, whole, part = normal(np.zeros(2), 0.1), TrialDesign(2, seed=4), TrialDesign(2, seed=4)
+@pytest.mark.parametrize("explorers", [0.0, 0.5])
+def test_a_restored_design_goes_on_as_if_nothing_had_happened(explorers):
+    whole, part = (TrialDesign(2, seed=4, explorers=explorers) for _ in range(2))
+
+    def density(models, hopeful=False, power=1.0):
+        return power * normal(np.zeros(2), 0.1)(models)
+
     follow(whole, density, moves=2)
     part.restore(whole.state())
     for design in (whole, part):
