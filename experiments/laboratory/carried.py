@@ -30,9 +30,9 @@ from turing_learning.robots import (
     load_laboratory,
     overhead_camera,
 )
-from turing_learning.robots.program._equipment import fastest_turn, impossible_motion
-from turing_learning.robots.program._states import Disturbance, ObservedTrial, PcProgram
-from turing_learning.robots.tracking._tracker import Track, signed_speeds, wrap
+from turing_learning.robots.program._equipment import fastest_turn
+from turing_learning.robots.program._source import Disturbance, ObservedTrial, PcProgram
+from turing_learning.robots.tracking._tracker import Track, impossible, signed_speeds, wrap
 
 HERE = Path(__file__).parent
 KINDS = {
@@ -134,7 +134,7 @@ def clean(trials: list[np.ndarray], rng: np.random.Generator) -> list[dict[str, 
     for kind in ("none", *MARKERS):
         errors = np.zeros((1, 3)) if kind == "none" else tracker_errors(kind, trials[:20])
         tracks = [seen(poses, errors, rng) for poses in trials]
-        refused = sum(bool(impossible_motion(track, SCENARIO)) for track in tracks)
+        refused = sum(bool(impossible(track, SCENARIO.robot, SCENARIO.arena)) for track in tracks)
         found = beyond([track.poses for track in tracks])
         for where, those in (("free", ~found["near"]), ("near another or a wall", found["near"])):
             row = {"tracker's errors": kind, "robots": where, "steps": int(those.sum())}
@@ -196,7 +196,9 @@ def carried(kind: str, number: int, errors: np.ndarray, seed: int) -> dict[str, 
     trials, noticed, off = observe(seed, number * more, carry), 0, []
     for poses, (who, way, after_s) in zip(trials, carry.moved, strict=False):
         track = seen(poses, errors, rng)
-        if any(fault.text.startswith(f"individual {who} ") for fault in impossible_motion(track, SCENARIO)):
+        if any(
+            fault.text.startswith(f"individual {who} ") for fault in impossible(track, SCENARIO.robot, SCENARIO.arena)
+        ):
             noticed += 1
             continue
         own = track.poses.copy()  # as if it had not been carried

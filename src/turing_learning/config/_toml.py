@@ -95,16 +95,17 @@ def to_toml(configuration: Configuration) -> str:
         A TOML document.
     """
     data = configuration.model_dump(mode="python")
-    return "\n".join(line for name, table in data.items() for line in _table(name, table)).rstrip() + "\n"
+    return "\n".join(line for name, table in data.items() for line in toml_table(name, table)).rstrip() + "\n"
 
 
-def _table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
+def toml_table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of a table."""
     yield f"[{name}]"
     yield from (f"{key} = {_value(value)}" for key, value in values.items() if not isinstance(value, Mapping))
     yield ""
     for key, value in values.items():
         if isinstance(value, Mapping):
-            yield from _table(f"{name}.{key}", value)
+            yield from toml_table(f"{name}.{key}", value)
 
 
 def _value(value: Any) -> str:

@@ -1,5 +1,5 @@
 from ._clock import Clock as Clock
-from ._epuck import EPuck as EPuck
+from ._link import EPuck as EPuck
 from ._link import Link as Link
 from ._link import LinkError as LinkError
 from ._link import Model as Model
@@ -9,9 +9,9 @@ from ._link import Status as Status
 from ._link import open_link as open_link
 from .emulation._arena import LABORATORY as LABORATORY
 from .emulation._arena import Conditions as Conditions
-from .emulation._camera import EmulatedCamera as EmulatedCamera
-from .emulation._camera import Optics as Optics
-from .emulation._camera import overhead_camera as overhead_camera
+from .emulation._arena import EmulatedCamera as EmulatedCamera
+from .emulation._arena import Optics as Optics
+from .emulation._arena import overhead_camera as overhead_camera
 from .emulation._laboratory import EmulatedLaboratory as EmulatedLaboratory
 from .emulation._laboratory import as_emulated as as_emulated
 from .emulation._laboratory import rehearse as rehearse

@@ -20,13 +20,8 @@ class Clock(Protocol):
 
 
 class RealClock:
-    """The monotonic clock of this computer.
-
-    Parameters
-    ----------
-    speed
-        Seconds that it shows in one second; above 1 beside an emulated laboratory that runs as fast.
-    """
+    """The monotonic clock of this computer; it shows `speed` seconds in one, beside an emulated laboratory that
+    runs as fast."""
 
     def __init__(self, speed: float = 1.0) -> None:
         self.speed = number("speed", speed, above=0)
@@ -62,13 +57,7 @@ class VirtualClock:
         heapq.heappush(self._due, (max(time_s, self._now), next(self._number), action))
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass; actions that are due now run even if `seconds` is 0.
-
-        Raises
-        ------
-        RuntimeError
-            If an action waits.
-        """
+        """Let time pass; actions that are due now run even if `seconds` is 0. Raise RuntimeError if an action waits."""
         self.sleep_until(self._now + max(seconds, 0.0))
 
     def sleep_until(self, time_s: float, ready: Callable[[], bool] = lambda: False) -> None:

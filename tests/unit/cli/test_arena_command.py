@@ -75,5 +75,5 @@ def test_a_folder_with_a_laboratory_is_left_alone(call, tmp_path):
     (folder / "lab.toml").write_text("mine")
     code, _, err = call("arena")
     assert code == 2
-    assert "`out` must not hold a laboratory already" in err
+    assert "`out` must be a new file" in err
     assert (folder / "lab.toml").read_text() == "mine"

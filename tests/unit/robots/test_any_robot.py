@@ -29,7 +29,7 @@ from turing_learning.robots._link import opened, sealed, write_model
 from turing_learning.robots.emulation._lines import Line
 from turing_learning.robots.tracking._tracker import impossible
 from turing_learning.runs import read_events, read_post_evaluation, read_trials, resume_laboratory, start_laboratory
-from turing_learning.swarm import Robot
+from turing_learning.swarm import Arena, Robot
 
 SPEED = 6.0
 EXAMPLES = Path(__file__).parents[3] / "examples"
@@ -198,12 +198,14 @@ def test_functions_that_have_no_name_are_asked_for_when_the_run_is_resumed(labor
 def test_what_no_robot_can_do_is_noticed_in_the_poses_of_any_tracker(change, text):
     poses, present = np.zeros((11, 2, 3)), np.ones((11, 2), bool)
     robot = Robot()
-    assert impossible(Track(poses, present, ("a", "b"), 0.1), robot.maximum_speed_cm_s, 5.0) == ()
+    assert impossible(Track(poses, present, ("a", "b"), 0.1), robot) == ()
     change(poses, present)
-    (fault,) = impossible(Track(poses, present, ("a", "b"), 0.1), robot.maximum_speed_cm_s, 5.0)
+    (fault,) = impossible(Track(poses, present, ("a", "b"), 0.1), robot)
     assert isinstance(fault, Fault)
     assert text in fault.text
-    assert impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), 100.0, 40.0) == ()  # a faster robot
+    assert (
+        impossible(Track(poses, np.ones((11, 2), bool), ("a", "b"), 0.1), Robot(maximum_speed_cm_s=100.0)) == ()
+    )  # a faster robot
 
 
 def track_of(step, heading=0.0, neighbor=100.0, noise=0.0):
@@ -221,8 +223,8 @@ def track_of(step, heading=0.0, neighbor=100.0, noise=0.0):
         ((0.0, 0.6), {}, True),  # nobody drives sideways
         ((0.6, 0.0), {}, False),
         ((0.6, 0.0), {"heading": np.pi / 2}, True),
-        ((-1.6, 0.0), {}, False),  # backward, by hardly more than the wheels' largest speed
-        ((-1.9, 0.0), {}, True),
+        ((-1.9, 0.0), {}, False),  # backward, and the image is late
+        ((-2.2, 0.0), {}, True),
         ((0.0, 0.6), {"neighbor": 7.5}, False),  # pushed
         ((0.0, -1.2), {"neighbor": 7.5}, True),
         ((0.0, 0.6), {"noise": 0.05}, False),  # a tracker with large errors
@@ -230,13 +232,12 @@ def track_of(step, heading=0.0, neighbor=100.0, noise=0.0):
     ],
 )
 def test_a_robot_moves_along_its_heading_unless_another_pushes_it(step, options, noticed):
-    speed, radius = Robot().maximum_speed_cm_s, Robot().radius_cm
-    found = impossible(track_of(step, **options), speed, 5.0, radius, (200.0, 225.0))
+    found = impossible(track_of(step, **options), Robot(), Arena(200.0, 225.0))
     assert [fault.kind for fault in found] == ["carried away"] * noticed
     assert all(fault.text.startswith("individual 0 (a)") and fault.frame == 6 for fault in found)
-    assert impossible(track_of((0.0, 0.6)), speed, 5.0, radius, (53.0, 225.0)) == ()  # a wall is as good
+    assert impossible(track_of((0.0, 0.6)), Robot(), Arena(53.0, 225.0)) == ()  # a wall is as good
     along = track_of((0.0, 0.6))
-    assert impossible(replace(along, has_headings=False), speed, 5.0, radius) == ()  # where headings are not known
+    assert impossible(replace(along, has_headings=False), Robot(), Arena()) == ()  # where headings are not known
 
 
 @pytest.mark.parametrize(

@@ -153,7 +153,7 @@ def test_its_file_describes_a_laboratory_that_loads(shared, tmp_path):
 def test_a_folder_with_a_laboratory_is_left_alone(shared, tmp_path):
     path = shared.write(tmp_path)
     path.write_text("mine")
-    with pytest.raises(FileExistsError, match=r"`out` must not hold a laboratory already; got .*lab\.toml"):
+    with pytest.raises(FileExistsError, match=r"`out` must be a new file; got .*lab\.toml"):
         shared.write(tmp_path)
     assert path.read_text() == "mine"
     shared.write(tmp_path, force=True)

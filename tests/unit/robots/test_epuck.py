@@ -5,7 +5,7 @@ from robot_bodies import Body, Clock
 
 from turing_learning.robots import EPuck, Link, LinkError, Model, open_link
 from turing_learning.robots._clock import VirtualClock
-from turing_learning.robots._epuck import RESYNCHRONIZE
+from turing_learning.robots._link import RESYNCHRONIZE
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
 

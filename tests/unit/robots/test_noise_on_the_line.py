@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from robot_bodies import Body, Clock
 
-from turing_learning.robots._epuck import RESYNCHRONIZE
+from turing_learning.robots._link import RESYNCHRONIZE
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 
 

@@ -1,24 +1,20 @@
-"""The emulated arena: robots, walls and camera in one virtual time."""
+"""The emulated arena: how robots move in it and what they sense, and images of it as an overhead camera would take them."""
 
 import math
-import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
-from turing_learning.errors import choice, number, refuse, require
+from turing_learning.arrays import array
+from turing_learning.errors import number, require
 from turing_learning.robots._clock import VirtualClock
-from turing_learning.robots._link import Link
-from turing_learning.robots.tracking._camera import Calibration, CameraError
-from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
-from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, initial_poses, simulate
+from turing_learning.robots.tracking._camera import Calibration, CameraError, Lens, vision
+from turing_learning.robots.tracking._markers import Markers, Shapes
+from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, simulate
 
-from ._camera import EmulatedCamera, Optics, overhead_camera
-from ._emulated_robot import EmulatedRobot
-from ._lines import Line, VirtualLine
-from ._robot import SENSOR_ANGLES, ArenaRobot, avoid_walls
+from ._robot import SENSOR_ANGLES, avoid_walls
 
 BRIGHTEST, DARK, HALF_CM = 3800.0, 60.0, 0.75
 """Reading with a white wall at the sensor, above that of nothing; of nothing; distance at which it is half the brightest (cm)."""
@@ -36,33 +32,21 @@ def read_infrared(
     (1 + (d / h)^2); of all surfaces the strongest counts. The light falls off with the square of the distance,
     as it does.
     """
-    angles = poses[:, 2, None] + SENSOR_ANGLES
+    angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     sensors = poses[:, None, :2] + radius_cm * axes
-    robots = SKIRT * _from_robots(sensors, axes, poses[:, :2], radius_cm)
-    light = np.maximum(_from_walls(sensors, axes, arena_cm), robots)
+    walls = np.maximum(_reflected(sensors, -axes), _reflected(np.array(arena_cm) - sensors, axes)).max(axis=-1)
+    apart = poses[None, None, :, :2] - sensors[:, :, None]
+    distance = np.maximum(np.linalg.norm(apart, axis=-1), 1e-6)
+    robots = SKIRT * _reflected(distance - radius_cm, np.einsum("askc,asc->ask", apart, axes) / distance)
+    robots[everybody, :, everybody] = 0.0
+    light = np.maximum(walls, robots.max(axis=-1))
     readings = np.rint(DARK + BRIGHTEST * light + rng.normal(0, NOISE, light.shape))
     return np.clip(readings, 0, LARGEST_READING).astype(int)
 
 
 def _reflected(distance: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     return np.maximum(cosine, 0) ** 2 / (1 + (np.maximum(distance, 0) / HALF_CM) ** 2)
-
-
-def _from_walls(sensors: np.ndarray, axes: np.ndarray, arena_cm: tuple[float, float]) -> np.ndarray:
-    """Return the strongest light (A, 8) of the four walls, whose nearest points lie along x and y."""
-    low, high = _reflected(sensors, -axes), _reflected(np.array(arena_cm) - sensors, axes)
-    return np.asarray(np.maximum(low, high).max(axis=-1))
-
-
-def _from_robots(sensors: np.ndarray, axes: np.ndarray, centers: np.ndarray, radius_cm: float) -> np.ndarray:
-    """Return the strongest light (A, 8) of the other robots (A, 2), were they white."""
-    apart = centers[None, None] - sensors[:, :, None]
-    distance = np.maximum(np.linalg.norm(apart, axis=-1), 1e-6)
-    cosine = np.einsum("askc,asc->ask", apart, axes) / distance
-    light = _reflected(distance - radius_cm, cosine)
-    light[np.arange(len(centers)), :, np.arange(len(centers))] = 0.0
-    return np.asarray(light.max(axis=-1))
 
 
 def move_for_a_cycle(
@@ -82,21 +66,9 @@ def move_alone(
 ) -> Iterator[np.ndarray]:
     """Let robots execute a controller among walls without a PC, as in state R5: they avoid walls, and meet each other.
 
-    Parameters
-    ----------
-    scenario
-        Robots, sensor and walls of the laboratory; their numbers do not matter.
-    controller : (2 n,)
-        Wheel speeds for each sensor state, fractions of the maximum.
-    start : (A, 3)
-        x, y (cm), heading (rad).
-    cycles, seed
-        Number of control cycles; seed of the wheels' and the infrared sensors' noise.
-
-    Yields
-    ------
-    (A, 3)
-        The poses at the start, and after each cycle.
+    Yields the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle. Of the scenario the
+    robot, its sensor and the walls count; `controller` (2 n,) are wheel speeds for each sensor state, fractions
+    of the maximum.
 
     Source: paper, section 5.4: trials of 600 s with 40 robots.
     """
@@ -112,6 +84,200 @@ def move_alone(
         yield poses
 
 
+_FLOOR, _WALL, _BEYOND, _SKIRT, _DISK = (200,) * 3, (232,) * 3, (96,) * 3, (26,) * 3, (235,) * 3
+_COVER = (70, 80, 90)
+_FINE = 4  # supersampling of robots
+_BITS = 6  # binary digits after the point of a vertex
+_CIRCLE = np.column_stack([f(np.linspace(0, 2 * math.pi, 28, endpoint=False)) for f in (np.cos, np.sin)])
+
+
+@dataclass(frozen=True)
+class Optics:
+    """What degrades an image."""
+
+    blur_px: float = 0.9  #: Standard deviation of the blur (pixels)
+    noise: float = 4.0  #: Standard deviation of a pixel's noise (gray levels of 256), independent in each channel
+    shade: float = 0.35  #: Share of the light that is missing in the darkest corner, in [0, 0.6]
+
+    def __post_init__(self) -> None:
+        number("optics.blur_px", self.blur_px, above=0, most=5)
+        number("optics.noise", self.noise, least=0, most=30)
+        number("optics.shade", self.shade, least=0, most=0.6)
+
+
+def overhead_camera(
+    width_cm: float = 200.0, height_cm: float = 225.0, *, above_cm: float = 270.0,
+    image_size: tuple[int, int] = (1280, 960),
+) -> Calibration:  # fmt: skip
+    """Return a camera a little off the arena's middle, looking at it through a lens with barrel distortion.
+
+    The image's longer side shows the arena's y axis. Source of the sizes: paper, section 5.1.
+    """
+    columns, rows = image_size
+    focal = 1.03 * above_cm * min(columns / height_cm, rows / width_cm) * 0.93
+    matrix = np.array([[focal, 0, 0.503 * columns], [0, focal * 1.002, 0.496 * rows], [0, 0, 1]])
+    lens = Lens(image_size, matrix, np.array([-0.21, 0.06, 0.0006, -0.0004, 0.0]))
+    middle = np.array([width_cm / 2, height_cm / 2, 0.0])
+    position = middle + np.array([0.03 * width_cm, -0.02 * height_cm, above_cm])
+    forward = (middle - position) / np.linalg.norm(middle - position)
+    right = np.array([0.02, 1.0, 0.0])
+    right -= (right @ forward) * forward
+    right /= np.linalg.norm(right)
+    rotation = np.array([right, np.cross(forward, right), forward])
+    return Calibration(lens, rotation, -rotation @ position)
+
+
+class EmulatedCamera:
+    """Render images of robots in a walled arena.
+
+    Parameters
+    ----------
+    calibration
+        Where the camera really is; the tracker may assume another one.
+    markers
+        What the robots wear.
+    labels
+        For each robot, its marker's label.
+    arena_cm
+        Width (x) and height (y) of the arena.
+    wall_cm, body_radius_cm
+        Height of the walls; radius of the robots with their black skirts.
+    optics
+        Blur, noise and light.
+    seed
+        Of the floor's stains and the noise.
+    """
+
+    def __init__(
+        self, calibration: Calibration, markers: Markers, labels: Sequence[str], *,
+        arena_cm: tuple[float, float] = (200.0, 225.0), wall_cm: float = 50.0, body_radius_cm: float = 3.7,
+        optics: Optics | None = None, seed: int = 0,
+    ) -> None:  # fmt: skip
+        for label in labels:
+            markers.check_label(label)
+        self._calibration = calibration
+        self._optics = optics or Optics()
+        self._rng = np.random.default_rng(seed)
+        self._heights = markers.height_cm
+        self._body = _CIRCLE * body_radius_cm
+        disk: Shapes = [(_CIRCLE * markers.disk_radius_cm, _DISK)]
+        self._tops = [disk + markers.shapes(label) for label in labels]
+        self._covered: Shapes = [(_CIRCLE * body_radius_cm, _COVER)]
+        self._ground = self._paint_ground(arena_cm, wall_cm)
+        columns, rows = self.image_size
+        across, down = np.meshgrid(np.linspace(-1, 1, columns), np.linspace(-1, 1, rows))
+        away = np.hypot(across - 0.3, down + 0.2)  # from a lamp off the middle
+        self._light = (1 - self._optics.shade * (away / away.max()) ** 1.6).astype(np.float32)
+        self._empty = self._expose(self._ground, slice(None), slice(None))
+        shape = (rows + 256, columns + 256, 3)  # larger than the image, to be shifted at random
+        noise = np.rint(self._rng.standard_normal(shape, dtype=np.float32) * self._optics.noise).astype(np.int16)
+        self._noise = tuple(np.clip(part, 0, 255).astype(np.uint8) for part in (noise, -noise))
+
+    @property
+    def image_size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return self._calibration.lens.image_size
+
+    def render(self, poses: np.ndarray, covered: Collection[int] = ()) -> np.ndarray:
+        """Return the image (H, W, 3), blue, green, red, of robots at poses (A, 3): x, y (cm), heading (rad).
+
+        The marker of a `covered` robot is hidden by something, a hand or a cable.
+        """
+        poses = array("poses", poses, "A 3", A=len(self._tops))
+        canvas, image = self._ground.copy(), self._empty.copy()
+        away = np.hypot(*(poses[:, :2] - self._calibration.position_cm[:2]).T)
+        tops = [self._covered if k in covered else top for k, top in enumerate(self._tops)]
+        for rows, columns in [self._draw(canvas, poses[k], tops[k]) for k in np.argsort(-away)]:
+            image[rows, columns] = self._expose(canvas, rows, columns)
+        return self._add_noise(image)
+
+    def _add_noise(self, image: np.ndarray) -> np.ndarray:
+        cv2, (width, height) = vision(), self.image_size
+        down, right = (int(value) for value in self._rng.integers(0, 257, 2))
+        more, less = (part[down : down + height, right : right + width] for part in self._noise)
+        return np.asarray(cv2.subtract(cv2.add(image, more), less))
+
+    def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
+        """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
+        cv2 = vision()
+        turn = np.array([[math.cos(pose[2]), math.sin(pose[2])], [-math.sin(pose[2]), math.cos(pose[2])]])
+        flat = np.concatenate([self._body, self._body, *(outline for outline, _ in top)]) @ turn + pose[:2]
+        heights = np.full(len(flat), self._heights)
+        heights[: len(self._body)] = 0.0
+        pixels = self._calibration.project(np.column_stack([flat, heights]))
+        body, outlines = pixels[: 2 * len(self._body)], pixels[2 * len(self._body) :]
+        rows, columns = self._region(body, 1)
+        if rows.start >= rows.stop or columns.start >= columns.stop:
+            return rows, columns
+        patch = np.repeat(np.repeat(canvas[rows, columns], _FINE, axis=0), _FINE, axis=1)
+        origin = (columns.start, rows.start)
+        hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
+        cv2.fillConvexPoly(patch, _fine(hull, origin), _SKIRT, shift=_BITS)
+        first = 0
+        for outline, color in top:
+            cv2.fillConvexPoly(patch, _fine(outlines[first : first + len(outline)], origin), color, shift=_BITS)
+            first += len(outline)
+        size = (columns.stop - columns.start, rows.stop - rows.start)
+        canvas[rows, columns] = cv2.resize(patch, size, interpolation=cv2.INTER_AREA)
+        return self._region(body, 1 + self._margin)
+
+    @property
+    def _margin(self) -> int:
+        return math.ceil(3 * self._optics.blur_px)
+
+    def _region(self, pixels: np.ndarray, margin: int) -> tuple[slice, slice]:
+        width, height = self.image_size
+        low, high = np.floor(pixels.min(axis=0)).astype(int) - margin, np.ceil(pixels.max(axis=0)).astype(int) + margin
+        rows, columns = np.clip([low[1], high[1] + 1], 0, height), np.clip([low[0], high[0] + 1], 0, width)
+        return slice(int(rows[0]), int(rows[1])), slice(int(columns[0]), int(columns[1]))
+
+    def _expose(self, canvas: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
+        cv2 = vision()
+        height, width = canvas.shape[:2]
+        top, bottom, _ = rows.indices(height)
+        left, right, _ = columns.indices(width)
+        margin = self._margin
+        above, before = max(top - margin, 0), max(left - margin, 0)
+        wide = canvas[above : bottom + margin, before : right + margin]
+        if wide.size == 0 or bottom <= top or right <= left:
+            return canvas[rows, columns]
+        side = 2 * margin + 1
+        blurred = cv2.GaussianBlur(wide, (side, side), self._optics.blur_px)
+        inner = blurred[top - above : bottom - above, left - before : right - before]
+        return np.rint(inner * self._light[rows, columns, None]).astype(np.uint8)
+
+    def _paint_ground(self, arena_cm: tuple[float, float], wall_cm: float) -> np.ndarray:
+        """Return floor, walls and what is beyond them (H, W, 3), in even light."""
+        cv2 = vision()
+        columns, rows = self.image_size
+        width, height = arena_cm
+        large = np.full((2 * rows, 2 * columns, 3), _BEYOND, np.uint8)
+        corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64)
+        steps = np.linspace(0, 1, 40)[:, None]
+        edges = [start + steps * (end - start) for start, end in pairwise(corners)]
+        for side, edge in enumerate(edges):
+            face = np.concatenate([_at(edge, 0.0), _at(edge[::-1], wall_cm)])
+            shade = tuple(value - 6 * (side % 2) for value in _WALL)
+            cv2.fillPoly(large, [self._doubled(face)], shade, shift=_BITS)
+        cv2.fillPoly(large, [self._doubled(_at(np.concatenate(edges), 0.0))], _FLOOR, shift=_BITS)
+        ground = cv2.resize(large, (columns, rows), interpolation=cv2.INTER_AREA)
+        stains = self._rng.normal(0, 3.0, (rows // 24 + 1, columns // 24 + 1)).astype(np.float32)
+        stains = cv2.resize(stains, (columns, rows), interpolation=cv2.INTER_CUBIC)
+        return np.clip(np.rint(ground + stains[..., None]), 0, 255).astype(np.uint8)
+
+    def _doubled(self, points: np.ndarray) -> np.ndarray:
+        pixels = (self._calibration.project(points) + 0.5) * 2 - 0.5
+        return np.rint(np.clip(pixels, -8000, 8000) * 2**_BITS).astype(np.int32)
+
+
+def _at(points: np.ndarray, height: float) -> np.ndarray:
+    return np.column_stack([points, np.full(len(points), height)])
+
+
+def _fine(pixels: np.ndarray, origin: tuple[int, int]) -> np.ndarray:
+    return np.rint(((pixels - origin + 0.5) * _FINE - 0.5) * 2**_BITS).astype(np.int32)
+
+
 LABORATORY = replace(
     AGGREGATION,
     name="laboratory",
@@ -124,9 +290,6 @@ LABORATORY = replace(
     trial=Trial(duration_s=5.0),
 )
 """The paper's laboratory, section 5: walls, and motors whose speed is limited."""
-
-_REPLICA_COLORS = ("orange", "purple", "green", "red")
-_BEST_BATTERY = 1.4
 
 
 @dataclass(frozen=True)
@@ -181,155 +344,3 @@ class ArenaCamera:
 
     def close(self) -> None:
         """Release the camera: nothing to do."""
-
-
-class EmulatedArena:
-    """Everything that a PC program finds in a laboratory, and nothing that a real one lacks; see `EmulatedLaboratory`.
-
-    Time passes while somebody waits by its clock: for a line, an image, or nothing.
-
-    Parameters
-    ----------
-    scenario
-        Robots, walls, and the agents' controller.
-    conditions
-        What is not ideal.
-    seed
-        Of places, noise, batteries and the robots' own choices.
-    calibration
-        Where the camera is, and its lens; by default above the arena's middle.
-    markers, labels
-        What the robots wear, agents first; by default triangles, blue ones, and one of another color for each replica.
-    make_line
-        Robot and its name -> the robot's end of a line; by default one in this process, in virtual time.
-
-    Attributes
-    ----------
-    clock
-        Its time.
-    names
-        Of all robots, agents first, then replicas.
-    labels
-        Of their markers.
-    camera
-        The overhead camera.
-    stuck, covered
-        Numbers of the robots that do not move, and of those whose marker is hidden.
-
-    Source: paper, section 5.
-    """
-
-    def __init__(
-        self, scenario: Scenario = LABORATORY, *, conditions: Conditions | None = None, seed: int = 0,
-        calibration: Calibration | None = None, markers: Markers | None = None, labels: Sequence[str] = (),
-        make_line: Callable[[EmulatedRobot, str], Line] | None = None,
-    ) -> None:  # fmt: skip
-        remedy = "Give its width_cm and height_cm."
-        require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
-        rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
-        require(labels or scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
-        self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
-        self.clock, self.lock = VirtualClock(), threading.RLock()
-        agents, replicas = scenario.agents, scenario.replicas
-        roles = (("agent", agents), ("replica", replicas))
-        self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
-        self.labels = tuple(labels) or ("blue",) * agents + _REPLICA_COLORS[:replicas]
-        self.markers: Markers = markers or TriangleMarkers()
-        self.calibration = calibration or overhead_camera(*self.arena_cm)
-        streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
-        self._rng, self._air, places, batteries = (np.random.default_rng(stream) for stream in streams[:4])
-        self._robots = [
-            ArenaRobot(
-                name,
-                scenario.controller if k < agents else None,
-                clock=self.clock.now,
-                drift=batteries.uniform(-1, 1) * self.conditions.clock_drift,
-                battery_s=batteries.uniform(1, _BEST_BATTERY) * self.conditions.battery_s,
-                rng=np.random.default_rng(streams[4 + k]),
-            )
-            for k, name in enumerate(self.names)
-        ]
-        for robot, stream in zip(self._robots, streams[4 + scenario.individuals :], strict=True):
-            if make_line is None:
-                rng, latency_s = np.random.default_rng(stream), self.conditions.latency_s
-                robot.line = VirtualLine(robot.emulated, robot.name, self.clock, latency_s, rng)
-            else:
-                robot.line = make_line(robot.emulated, robot.name)
-        self.stuck: set[int] = set()
-        self.covered: set[int] = set()
-        self._before = self._after = initial_poses(scenario, 1, places)[0]
-        self._sight = np.zeros(scenario.individuals, int)
-        self._cycle = 0
-        self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
-        self.clock.call_at(0.0, self._advance)
-
-    @property
-    def arena_cm(self) -> tuple[float, float]:
-        """Width and height of the arena."""
-        return float(self.scenario.arena.width_cm or 0), float(self.scenario.arena.height_cm or 0)
-
-    @property
-    def interval_s(self) -> float:
-        """Duration of a control cycle, and time between images."""
-        return self.scenario.trial.control_interval_s
-
-    @cached_property
-    def _eye(self) -> EmulatedCamera:
-        worn, optics, arena = (self.markers, self.labels), self.conditions.optics, self.arena_cm
-        return EmulatedCamera(self.calibration, *worn, arena_cm=arena, optics=optics, seed=self._seed)
-
-    def _render(self) -> np.ndarray:
-        return self._eye.render(self.poses(), tuple(self.covered))
-
-    def link(self, name: str) -> Link:
-        """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
-        return self.line(name).link()
-
-    def poses(self) -> np.ndarray:
-        """Return where the robots are now (A, 3): x, y (cm), heading (rad)."""
-        share = np.clip((self.clock.now() - (self._cycle - 1) * self.interval_s) / self.interval_s, 0, 1)
-        poses = self._after - self._before
-        poses[:, 2] = (poses[:, 2] + np.pi) % (2 * np.pi) - np.pi
-        return np.asarray(self._before + share * poses)
-
-    def put(self, name: str, pose: tuple[float, float, float]) -> None:
-        """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
-        radius, (width, height) = self.scenario.robot.radius_cm, self.arena_cm
-        if not (radius <= pose[0] <= width - radius and radius <= pose[1] <= height - radius):
-            refuse("pose", f"be inside the arena of {width} x {height} cm", f"{pose} for {name!r}")
-        number = self.number(name)
-        self._before, self._after = self._before.copy(), self._after.copy()
-        self._before[number] = self._after[number] = pose
-
-    def number(self, name: str) -> int:
-        """Return a robot's number."""
-        return self.names.index(choice("name", name, self.names))
-
-    def robot(self, name: str) -> ArenaRobot:
-        """Return a robot."""
-        return self._robots[self.number(name)]
-
-    def line(self, name: str) -> Line:
-        """Return the robot's end of its line."""
-        line = self.robot(name).line
-        assert line is not None
-        return line
-
-    def close(self) -> None:
-        """End all lines."""
-        for name in self.names:
-            self.line(name).close()
-
-    def _advance(self) -> None:
-        """Let everybody sense, decide and move for a control cycle; schedule the next one."""
-        before = self._after
-        proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
-        sensed = zip(self._robots, self._sight, proximity, strict=True)
-        wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
-        stuck = list(self.stuck)
-        wheels[stuck] = 0.0
-        after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
-        after[stuck] = before[stuck]
-        self._before, self._after, self._sight = before, after, sight
-        self._cycle += 1
-        self.clock.call_at(self._cycle * self.interval_s, self._advance)

@@ -4,6 +4,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
+from itertools import takewhile
 from typing import Protocol
 
 from turing_learning.errors import choice
@@ -26,14 +27,9 @@ _VERSIONS = {"e-puck": "Version 1.2.2", "e-puck2": "Version 2.0"}
 _HELP = "A B,# b C D,#,# E F,# G g H I J,#,#,#,# K L,#,# M N O P,#,# Q R S T,# U V W,#,#,# X Y,#,#"
 _SENSED = {"A": (12, -9, 812), "g": (3, -2, 1), "M": (890, 874, 901, 512, 498), "O": (3400,) * 8, "U": (10, 12, 9)}
 """Readings of sensors that the laboratory does not emulate: acceleration, rotation, floor, light, sound."""
-_ANSWERS = {
-    "B": "b",
-    "F": "f",
-    "J": "j",
+_ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
+    "G": "g IR check : 0x0, address : 0x0, data : 0x0",
     "K": "k, Starting calibration\r\nk, Calibration finished",
-    "L": "l",
-    "P": "p",
-    "T": "t",
 }
 _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
 _SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
@@ -57,27 +53,15 @@ class EmulatedRobot:
     """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
 
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
-    binary request that ends with a zero; after an end of line whatever comes next begins a text.
-
-    Parameters
-    ----------
-    body
-        What the commands act on.
-    clock
-        Time (s).
-    selector
-        Position of the robot's switch, 0 to 15.
-    kind
-        "e-puck" or "e-puck2", whose firmware answers some commands otherwise.
+    binary request that ends with a zero; after an end of line whatever comes next begins a text. Commands act
+    on `body`; `selector` is the position of the robot's switch, 0 to 15; a `kind` "e-puck2" answers some
+    commands otherwise than an "e-puck".
 
     Attributes
     ----------
-    state
-        State of the replica's program, "R0" before it begins; see `enter`.
-    executing
-        The model that is executed.
-    called
-        Whether the PC wants it to begin its loop.
+    state, executing, called
+        State of the replica's program, "R0" before it begins, see `enter`; the model that it executes; whether the
+        PC wants it to begin.
     lights
         State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
     """
@@ -106,11 +90,6 @@ class EmulatedRobot:
         self._forget()
         self._listener = self._listen()
         next(self._listener)
-
-    @property
-    def greeting(self) -> bytes:
-        """What the robot sends when it is switched on."""
-        return GREETING
 
     def receive(self, data: bytes) -> bytes:
         """Read bytes and return the answers."""
@@ -165,21 +144,17 @@ class EmulatedRobot:
             elif first:
                 while first in b"\r\n":
                     first = yield
-                yield from self._read_line(first)
-
-    def _read_line(self, first: int) -> Listener:
-        line = bytearray([first])
-        while (byte := (yield)) not in b"\r\n":
-            if len(line) < LONGEST_COMMAND:
-                line.append(byte)
-        self._answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
+                line = bytearray([first])
+                while (byte := (yield)) not in b"\r\n":
+                    if len(line) < LONGEST_COMMAND:
+                        line.append(byte)
+                self._answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
 
     def _read_binary(self, command: int) -> Listener:
         """Read requests until a zero, then answer all of them at once; unknown ones are ignored."""
         answer, counts = bytearray(), _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
         while command:
-            letter = chr((256 - command) % 256)
-            arguments = bytearray()
+            letter, arguments = chr((256 - command) % 256), bytearray()
             for _ in range(counts.get(letter, 0)):
                 arguments.append((yield))
             answer += self._obey_binary(letter, bytes(arguments))
@@ -215,7 +190,6 @@ class EmulatedRobot:
         return b""
 
     def _obey_second(self, letter: str, arguments: bytes) -> bytes:
-        """Answer the commands that an e-puck2 has besides."""
         numbers = {"\x0c": (*_SENSED["U"], 10), "\x0d": (2000,)}  # microphones, distance
         match letter:
             case "\x08":  # all sensors
@@ -253,22 +227,21 @@ class EmulatedRobot:
             case "D":
                 self._drive(*self._scanned(fields, self._speed))
                 return _line("d")
-            case "G":
-                return _line("g IR check : 0x0, address : 0x0, data : 0x0")
             case "H":
                 return b"\n" + b"".join(_line(f'"{command}"') for command in _HELP.split())
             case "I":
                 return _line(f"i,{','.join(map(str, (*self._image, self._size)))}")
             case "R":
-                return b"" if self._second else self._reset()
+                if self._second:
+                    return b""
+                self._halt()
+                return _line("r") + GREETING
             case "S":
                 self._body.set_speed(0, 0)  # what is answered to E stays
                 self.lights[:8] = [0] * 8
                 return _line("s")
             case "V":
                 return _line(f"v,{_VERSIONS[self._kind]} emulated") + _line("HW version: 102")
-            case "W":
-                return _line("w")
             case "X":
                 return self._converse(line)
             case "Y":
@@ -304,13 +277,9 @@ class EmulatedRobot:
 
     def _scanned(self, fields: list[str], before: tuple[int, ...]) -> tuple[int, ...]:
         """Replace the numbers that can be parsed, up to the first that cannot, as the firmware does."""
-        numbers = list(before)
-        for k, field in enumerate(fields[: len(numbers)]):
-            number = whole_numbers([field])
-            if number is None:
-                break
-            numbers[k] = number[0]
-        return tuple(numbers)
+        numbers = (whole_numbers([field]) for field in fields[: len(before)])
+        found = tuple(number[0] for number in takewhile(lambda number: number is not None, numbers) if number)
+        return found + before[len(found) :]
 
     def _drive(self, left: int, right: int) -> None:
         self._speed = (max(-1000, min(left, 1000)), max(-1000, min(right, 1000)))
@@ -324,12 +293,7 @@ class EmulatedRobot:
         self._drive(0, 0)
         self._forget()
 
-    def _reset(self) -> bytes:
-        self._halt()
-        return _line("r") + self.greeting
-
     def _converse(self, line: str) -> bytes:
-        """Answer a message of the replica's protocol."""
         text = opened(line)
         if text is None:
             return _line(sealed("x,E,checksum"))
@@ -348,18 +312,15 @@ class EmulatedRobot:
             self.called = True
             return _line(GOES)
         if fields == ["Q"]:
-            return _line(sealed(self._describe()))
+            elapsed, battery = round(1000 * (now - self._entered)), int(self._body.battery_ok())
+            models = f"{_sequence(self._waiting)},{_sequence(self.executing)}"
+            return _line(sealed(f"x,Q,{self.state},{elapsed},{models},{battery}"))
         numbers = whole_numbers(fields[1:])
         model = read_model(numbers) if fields[:1] == ["M"] and numbers is not None else None
         if model is None:
             return _line(sealed("x,E,message"))
         self._waiting = model
         return _line(sealed(f"x,M,{model.sequence}"))
-
-    def _describe(self) -> str:
-        elapsed = round(1000 * (self._clock() - self._entered))
-        models = f"{_sequence(self._waiting)},{_sequence(self.executing)}"
-        return f"x,Q,{self.state},{elapsed},{models},{int(self._body.battery_ok())}"
 
 
 def _line(text: str) -> bytes:

@@ -1,7 +1,8 @@
 """The emulated laboratory: faults and an operator, also as typed commands; runs before it, in virtual time or plain simulation."""
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
@@ -16,26 +17,41 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice, refuse, refusing_as, require
 from turing_learning.models import Behavior
 from turing_learning.purposes import REHEARSAL
-from turing_learning.robots._epuck import EPuck
+from turing_learning.robots._clock import VirtualClock
+from turing_learning.robots._link import EPuck, Link
 from turing_learning.robots.program._equipment import CameraPoses, Equipment, laboratory_tracker
 from turing_learning.robots.program._setup import Laboratory
-from turing_learning.robots.program._source import LARGEST
-from turing_learning.swarm import Scenario, Trials, alone
+from turing_learning.robots.program._source import LARGEST, trial_samples
+from turing_learning.robots.tracking._camera import Calibration
+from turing_learning.robots.tracking._markers import Markers, TriangleMarkers
+from turing_learning.swarm import Scenario, Trials, alone, initial_poses
 from turing_learning.systems import Source
+from turing_learning.trajectories._signals import wrap
 
-from ._arena import EmulatedArena
-from ._camera import overhead_camera
-from ._lines import Spoil, whole
+from ._arena import (
+    LABORATORY,
+    ArenaCamera,
+    Conditions,
+    EmulatedCamera,
+    move_for_a_cycle,
+    overhead_camera,
+    read_infrared,
+)
+from ._emulated_robot import EmulatedRobot
+from ._lines import Line, Spoil, VirtualLine, whole
+from ._robot import ArenaRobot
 
 GARBAGE = b"\x9a\xff\x01x,START,9"
 """Noise on a line: bytes that are no text, and the beginning of a line that never ends."""
+_REPLICA_COLORS = ("orange", "purple", "green", "red")
+_BEST_BATTERY = 1.4
 _OTHER_NAMES = {"press-remote": "remote", "put-in-order": "repair"}
 
 
 class Faults:
     """Faults on demand: each method is one; robots are named as in `EmulatedLaboratory.names`."""
 
-    def __init__(self, arena: EmulatedArena) -> None:
+    def __init__(self, arena: "EmulatedLaboratory") -> None:
         self._arena = arena
 
     def lose_link(self, name: str) -> None:
@@ -100,7 +116,7 @@ class Faults:
 class EmulatedOperator:
     """The human in the laboratory: asked for help, it takes time, repairs everything, and presses the remote control."""
 
-    def __init__(self, arena: EmulatedArena) -> None:
+    def __init__(self, arena: "EmulatedLaboratory") -> None:
         self._arena = arena
         self.asked: list[str] = []
 
@@ -150,24 +166,89 @@ class EmulatedOperator:
         self._arena.camera.frozen = self._arena.camera.unplugged = False
 
 
-class EmulatedLaboratory(EmulatedArena):
-    """An `EmulatedArena` with an operator, in which faults happen on demand. See there for its parameters.
+class EmulatedLaboratory:
+    """Everything that a PC program finds in a laboratory, and an operator; faults happen on demand.
+
+    Time passes while somebody waits by its clock: for a line, an image, or nothing.
+
+    Parameters
+    ----------
+    scenario
+        Robots, walls, and the agents' controller.
+    conditions
+        What is not ideal.
+    seed
+        Of places, noise, batteries and the robots' own choices.
+    calibration
+        Where the camera is, and its lens; by default above the arena's middle.
+    markers, labels
+        What the robots wear, agents first; by default triangles, blue ones, and one of another color for each replica.
+    make_line
+        Robot and its name -> the robot's end of a line; by default one in this process, in virtual time.
 
     Attributes
     ----------
+    clock
+        Its time.
+    names
+        Of all robots, agents first, then replicas.
+    labels
+        Of their markers.
+    camera
+        The overhead camera.
+    stuck, covered
+        Numbers of the robots that do not move, and of those whose marker is hidden.
     faults, operator
         What goes wrong, and who helps.
+
+    Source: paper, section 5.
     """
 
-    @cached_property
-    def faults(self) -> Faults:
-        """What may go wrong."""
-        return Faults(self)
+    def __init__(
+        self, scenario: Scenario = LABORATORY, *, conditions: Conditions | None = None, seed: int = 0,
+        calibration: Calibration | None = None, markers: Markers | None = None, labels: Sequence[str] = (),
+        make_line: Callable[[EmulatedRobot, str], Line] | None = None,
+    ) -> None:  # fmt: skip
+        remedy = "Give its width_cm and height_cm."
+        require(scenario.arena.bounded, "scenario.arena", "have walls", "an unbounded one", remedy)
+        rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
+        require(labels or scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
+        self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
+        self.clock, self.lock = VirtualClock(), threading.RLock()
+        agents, replicas = scenario.agents, scenario.replicas
+        roles = (("agent", agents), ("replica", replicas))
+        self.names = tuple(f"{role}-{k + 1}" for role, number in roles for k in range(number))
+        self.labels = tuple(labels) or ("blue",) * agents + _REPLICA_COLORS[:replicas]
+        self.markers: Markers = markers or TriangleMarkers()
+        self.calibration = calibration or overhead_camera(*self.arena_cm)
+        streams = np.random.SeedSequence(seed).spawn(4 + 2 * scenario.individuals)
+        self._rng, self._air, places, batteries = (np.random.default_rng(stream) for stream in streams[:4])
+        own = [np.random.default_rng(stream) for stream in streams[4:]]  # of each robot, then of each line
 
-    @cached_property
-    def operator(self) -> EmulatedOperator:
-        """Who helps."""
-        return EmulatedOperator(self)
+        def open_line(robot: EmulatedRobot, name: str) -> Line:
+            rng = own[scenario.individuals + self.names.index(name)]
+            return VirtualLine(robot, name, self.clock, self.conditions.latency_s, rng)
+
+        self._robots = [
+            ArenaRobot(
+                name,
+                scenario.controller if k < agents else None,
+                clock=self.clock.now,
+                drift=batteries.uniform(-1, 1) * self.conditions.clock_drift,
+                battery_s=batteries.uniform(1, _BEST_BATTERY) * self.conditions.battery_s,
+                rng=own[k],
+                make_line=make_line or open_line,
+            )
+            for k, name in enumerate(self.names)
+        ]
+        self.stuck: set[int] = set()
+        self.covered: set[int] = set()
+        self._before = self._after = initial_poses(scenario, 1, places)[0]
+        self._sight = np.zeros(scenario.individuals, int)
+        self._cycle = 0
+        self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
+        self.faults, self.operator = Faults(self), EmulatedOperator(self)
+        self.clock.call_at(0.0, self._advance)
 
     @property
     def commands(self) -> dict[str, Callable[..., None]]:
@@ -180,15 +261,82 @@ class EmulatedLaboratory(EmulatedArena):
         }
         return {_OTHER_NAMES.get(name, name): method for name, method in found.items()}
 
+    @property
+    def arena_cm(self) -> tuple[float, float]:
+        """Width and height of the arena."""
+        return float(self.scenario.arena.width_cm or 0), float(self.scenario.arena.height_cm or 0)
+
+    @property
+    def interval_s(self) -> float:
+        """Duration of a control cycle, and time between images."""
+        return self.scenario.trial.control_interval_s
+
+    @cached_property
+    def _eye(self) -> EmulatedCamera:
+        worn, optics, arena = (self.markers, self.labels), self.conditions.optics, self.arena_cm
+        return EmulatedCamera(self.calibration, *worn, arena_cm=arena, optics=optics, seed=self._seed)
+
+    def _render(self) -> np.ndarray:
+        return self._eye.render(self.poses(), tuple(self.covered))
+
+    def link(self, name: str) -> Link:
+        """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
+        return self.line(name).link()
+
+    def poses(self) -> np.ndarray:
+        """Return where the robots are now (A, 3): x, y (cm), heading (rad)."""
+        share = np.clip((self.clock.now() - (self._cycle - 1) * self.interval_s) / self.interval_s, 0, 1)
+        way = self._after - self._before
+        way[:, 2] = wrap(way[:, 2])
+        return np.asarray(self._before + share * way)
+
+    def put(self, name: str, pose: tuple[float, float, float]) -> None:
+        """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
+        radius, (width, height) = self.scenario.robot.radius_cm, self.arena_cm
+        if not (radius <= pose[0] <= width - radius and radius <= pose[1] <= height - radius):
+            refuse("pose", f"be inside the arena of {width} x {height} cm", f"{pose} for {name!r}")
+        number = self.number(name)
+        self._before, self._after = self._before.copy(), self._after.copy()
+        self._before[number] = self._after[number] = pose
+
+    def number(self, name: str) -> int:
+        """Return a robot's number."""
+        return self.names.index(choice("name", name, self.names))
+
+    def robot(self, name: str) -> ArenaRobot:
+        """Return a robot."""
+        return self._robots[self.number(name)]
+
+    def line(self, name: str) -> Line:
+        """Return the robot's end of its line."""
+        return self.robot(name).line
+
+    def close(self) -> None:
+        """End all lines."""
+        for robot in self._robots:
+            robot.line.close()
+
+    def _advance(self) -> None:
+        """Let everybody sense, decide and move for a control cycle; schedule the next one."""
+        before = self._after
+        proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
+        sensed = zip(self._robots, self._sight, proximity, strict=True)
+        wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
+        stuck = list(self.stuck)
+        wheels[stuck] = 0.0
+        after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
+        after[stuck] = before[stuck]
+        self._before, self._after, self._sight = before, after, sight
+        self._cycle += 1
+        self.clock.call_at(self._cycle * self.interval_s, self._advance)
+
 
 def usage(laboratory: EmulatedLaboratory) -> list[tuple[str, str]]:
     """Return each command with its arguments, and what it does."""
+    found = laboratory.commands.items()
+    words = [" ".join([name, *map(str.upper, inspect.signature(method).parameters)]) for name, method in found]
     return [
-        (
-            " ".join([name, *(word.upper() for word in inspect.signature(method).parameters)]),
-            (inspect.getdoc(method) or "").splitlines()[0],
-        )
-        for name, method in laboratory.commands.items()
+        (typed, (inspect.getdoc(method) or "").splitlines()[0]) for typed, (_, method) in zip(words, found, strict=True)
     ]
 
 
@@ -244,20 +392,15 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     setup, configuration = laboratory.setup, laboratory.configuration
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
+        scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
         emulated = EmulatedLaboratory(
-            configuration.swarm,
-            seed=configuration.run.seed if seed is None else seed,
-            calibration=tracker.calibration,
-            markers=tracker.markers,
-            labels=setup.labels,
+            scenario, seed=seed, calibration=tracker.calibration, markers=tracker.markers, labels=setup.labels
         )
     robots = zip((*setup.agents, *setup.replicas), emulated.names, strict=True)
     names = {str(robot.address): name for robot, name in robots if robot.address}
+    poses = CameraPoses(emulated.camera, tracker, emulated.clock)
     return Equipment(
-        emulated.clock,
-        lambda address: EPuck(emulated.link(names[address])),
-        lambda: CameraPoses(emulated.camera, tracker, emulated.clock),
-        emulated.operator,
+        emulated.clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, emulated.operator
     )
 
 
@@ -265,17 +408,8 @@ class SimulatedLaboratory(Source):
     """Samples of trials in which each replica executes a model of its own, among the same agents, in plain simulation.
 
     The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a
-    tracker, dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall
-    only stops them. Source: paper, section 5.4.
-
-    Parameters
-    ----------
-    scenario
-        The laboratory's, with R replicas.
-    seed
-        Of `observe`; the random numbers of `collect` come from the run.
-    of_trials
-        Whether of a run of trials, see `LaboratorySource`.
+    tracker, dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall only
+    stops them. The seed is that of `observe`; `of_trials` as there. Source: paper, section 5.4.
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:
@@ -301,8 +435,4 @@ class SimulatedLaboratory(Source):
         executed = alone(scenario, trials)
         executed[:, scenario.agents :] = np.arange(len(speeds)).reshape(trials, -1)
         motion = Trials.draw(scenario, executed, rng).observe(Behavior(speeds), 1)
-        shape = motion.shape[2:]
-        return Samples(
-            genuine=motion[:, : scenario.agents].reshape(-1, *shape),
-            counterfeit=motion[:, scenario.agents :].reshape(-1, 1, *shape),
-        )
+        return trial_samples(motion, scenario.replicas)

@@ -9,6 +9,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Self
@@ -18,11 +19,11 @@ import numpy as np
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import Link, open_link
 
-from ._emulated_robot import EmulatedRobot
+from ._emulated_robot import GREETING, EmulatedRobot
 
-PAUSE_S = 0.05  #: Between the pieces of a spoiled answer
+_PAUSE_S = 0.05  # between the pieces of a spoiled answer
 _POLL_S, _WRITING_S = 0.02, 1.0
-IDLE_S = 5.0  #: A client that has said nothing for so long gives way to the next one
+IDLE_S = 5.0  # a client that has said nothing for so long gives way to the next one
 Spoil = Callable[[bytes], Iterable[bytes]]
 """Turns the bytes that a robot sends into the pieces that arrive: where tests put noise."""
 
@@ -82,7 +83,7 @@ class VirtualLine(Line):
         self.port = name
         self._clock, self._latency_s, self._rng = clock, latency_s, rng
         self._there = True
-        self._near: _NearEnd | None = None
+        self._near = _NearEnd(self, clock)
         self._last = {"in": 0.0, "out": 0.0}
 
     def link(self) -> Link:
@@ -91,28 +92,25 @@ class VirtualLine(Line):
         return link
 
     def drop(self) -> None:
-        self._there, self._near = False, None
+        self._there = self._near.there = False
 
     def restore(self) -> None:
         self._there = True
-
-    def is_near(self, end: "_NearEnd") -> bool:
-        """Return whether an end is that of the present connection."""
-        return self._near is end
 
     def receive(self, data: bytes) -> None:
         """Take what the PC sends."""
         self._later("in", 0.0, lambda: self._send(self.robot.receive(data) if self._there else b""))
 
     def _send(self, data: bytes) -> None:
-        if self._near is not None and data:
+        if self._near.there and data:
             for number, piece in enumerate(self.spoil(data)):
-                self._later("out", number * PAUSE_S, partial(self._near.arrived.extend, piece))
+                self._later("out", number * _PAUSE_S, partial(self._near.arrived.extend, piece))
 
     def _connect(self) -> "_NearEnd":
         if not self._there:
             raise OSError("no connection")
-        self._near = _NearEnd(self, self._clock)
+        self._near.there = False
+        self._near = _NearEnd(self, self._clock, there=True)
         return self._near
 
     def _later(self, way: str, pause_s: float, action: Callable[[], None]) -> None:
@@ -125,38 +123,38 @@ class VirtualLine(Line):
 class _NearEnd:
     """The PC's end of a virtual line, a `Device`."""
 
-    def __init__(self, line: VirtualLine, clock: VirtualClock) -> None:
-        self._line, self._clock = line, clock
+    def __init__(self, line: VirtualLine, clock: VirtualClock, *, there: bool = False) -> None:
+        self._line, self._clock, self.there = line, clock, there
         self.arrived = bytearray()
 
     @property
     def in_waiting(self) -> int:
-        self._require()
+        if not self.there:
+            raise OSError("connection lost")
         return len(self.arrived)
 
     def read(self, size: int) -> bytes:
-        self._require()
-        self._clock.sleep_until(self._clock.now() + _POLL_S, ready=lambda: len(self.arrived) > 0)
-        self._require()
-        data = bytes(self.arrived[:size])
+        if not self.in_waiting:
+            self._clock.sleep_until(self._clock.now() + _POLL_S, ready=lambda: len(self.arrived) > 0)
+        data = bytes(self.arrived[: min(size, self.in_waiting)])
         del self.arrived[:size]
         return data
 
-    def write(self, data: bytes) -> int:
-        self._require()
-        self._line.receive(bytes(data))
-        return len(data)
+    def write(self, data: bytes) -> None:
+        if self.in_waiting >= 0:
+            self._line.receive(bytes(data))
 
     def close(self) -> None:
         """Leave the line as it is."""
 
-    def _require(self) -> None:
-        if not self._line.is_near(self):
-            raise OSError("connection lost")
-
 
 class RobotServer(Line):
     """A line in real time; see `serve_tcp` and `serve_terminal`. `spoil` is where tests put noise."""
+
+    _open: Callable[[], None]  # makes the port
+    _shut: Callable[[], None]  # takes the port away
+    _read: Callable[[], bytes]  # what has arrived, nothing after a short while
+    _write: Callable[[bytes], None]  # sends, if anybody listens
 
     def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
         super().__init__(robot, spoil)
@@ -166,11 +164,9 @@ class RobotServer(Line):
         self.restore()
 
     def link(self) -> Link:
-        """Return an open link to the robot; raise LinkError if there is none."""
         return open_link(self.port)
 
     def drop(self) -> None:
-        """Lose the link; nothing happens without one."""
         thread, self._thread = self._thread, None
         if thread is not None:
             self._done.set()
@@ -179,7 +175,6 @@ class RobotServer(Line):
                 self._shut()
 
     def restore(self) -> None:
-        """Open the line again; nothing happens if it is open."""
         if self._thread is None:
             self._done.clear()
             self._open()
@@ -189,33 +184,14 @@ class RobotServer(Line):
     def _send(self, data: bytes) -> None:
         with self._lock:
             for number, piece in enumerate(self.spoil(data)):
-                if number:
-                    time.sleep(PAUSE_S)
+                time.sleep(_PAUSE_S if number else 0.0)
                 if self._thread is not None:
                     self._write(piece)
 
     def _serve(self) -> None:
         while not self._done.is_set():
-            data = self._read()
-            answer = self.robot.receive(data) if data else b""
-            if answer:
+            if (data := self._read()) and (answer := self.robot.receive(data)):
                 self._send(answer)
-
-    @abstractmethod
-    def _open(self) -> None:
-        """Make the port."""
-
-    @abstractmethod
-    def _shut(self) -> None:
-        """Take the port away."""
-
-    @abstractmethod
-    def _read(self) -> bytes:
-        """Return what has arrived, nothing after a short while."""
-
-    @abstractmethod
-    def _write(self, data: bytes) -> None:
-        """Send, if anybody listens."""
 
 
 class _TcpServer(RobotServer):
@@ -237,9 +213,6 @@ class _TcpServer(RobotServer):
         self._hang_up()
         self._listening.close()
 
-    def _is_idle(self) -> bool:
-        return self._client is None or time.monotonic() - self._heard_s > IDLE_S
-
     def _hang_up(self) -> None:
         client, self._client = self._client, None
         if client is not None:
@@ -247,8 +220,9 @@ class _TcpServer(RobotServer):
 
     def _read(self) -> bytes:
         client = self._client
-        ends = [self._listening] if self._is_idle() else []
+        idle = client is None or time.monotonic() - self._heard_s > IDLE_S
         try:
+            ends = [self._listening] if idle else []
             ready, _, _ = select.select([*ends, *filter(None, [client])], [], [], _POLL_S)
             if self._listening in ready:
                 self._hang_up()
@@ -265,12 +239,11 @@ class _TcpServer(RobotServer):
         return data
 
     def _write(self, data: bytes) -> None:
-        client = self._client
-        if client is not None:
-            try:
+        try:
+            if client := self._client:
                 client.sendall(data)
-            except OSError:
-                self._hang_up()
+        except OSError:
+            self._hang_up()
 
 
 class _TerminalServer(RobotServer):
@@ -290,7 +263,7 @@ class _TerminalServer(RobotServer):
         Path(self.port).symlink_to(os.ttyname(self._slave))
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._master, selectors.EVENT_READ)
-        self._write(self.robot.greeting)
+        self._write(GREETING)
 
     def _shut(self) -> None:
         Path(self.port).unlink(missing_ok=True)
@@ -299,23 +272,17 @@ class _TerminalServer(RobotServer):
             os.close(end)
 
     def close(self) -> None:
-        """End the service."""
         super().close()
         self._folder.cleanup()
 
     def _read(self) -> bytes:
-        if not self._selector.select(_POLL_S):
-            return b""
-        try:
-            return os.read(self._master, 4096)
-        except OSError:
-            return b""
+        with suppress(OSError):
+            return os.read(self._master, 4096) if self._selector.select(_POLL_S) else b""
+        return b""
 
     def _write(self, data: bytes) -> None:
-        try:
+        with suppress(OSError):  # nobody reads, and the line is full: a serial line loses bytes then, too
             os.write(self._master, data)
-        except OSError:
-            return  # nobody reads, and the line is full: a serial line loses bytes then, too
 
 
 def serve_tcp(robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, spoil: Spoil = whole) -> RobotServer:

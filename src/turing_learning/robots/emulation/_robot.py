@@ -95,9 +95,18 @@ class Firmware:
         if self._robot.alone_s > ALONE_S:
             self._stood |= self._robot.state == "R5"
             return STILL
-        if self._robot.state == "R2":
-            return self._disperse(time_s, proximity)
-        return self._execute(sight, proximity) if self._robot.state == "R5" else STILL
+        if (
+            self._robot.state == "R2"
+        ):  # turn to a random direction; then drive straight, and turn a while where anything is in the way
+            if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
+                self._turn(time_s, _AWAY_S)
+            return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
+        model = self._robot.executing
+        table = self._controller or (model.parameters if model is not None else ())
+        wheels = table[2 * sight : 2 * sight + 2]
+        if self._robot.state != "R5" or len(wheels) < 2:
+            return STILL
+        return avoid_walls((wheels[0], wheels[1]), proximity)
 
     def _enter(self, state: str, time_s: float) -> None:
         self._robot.enter(state)
@@ -112,18 +121,6 @@ class Firmware:
         """Turn in place from now on, to either side."""
         self._turn_until = time_s + self._rng.uniform(*lasting_s)
         self._side = float(self._rng.choice((-1.0, 1.0)))
-
-    def _disperse(self, time_s: float, proximity: Sequence[int]) -> Wheels:
-        """Turn to a random direction; then drive straight, and turn a while where anything is in the way."""
-        if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
-            self._turn(time_s, _AWAY_S)
-        return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
-
-    def _execute(self, sight: int, proximity: Sequence[int]) -> Wheels:
-        model = self._robot.executing
-        table = self._controller or (model.parameters if model is not None else ())
-        wheels = table[2 * sight : 2 * sight + 2]
-        return avoid_walls((wheels[0], wheels[1]), proximity) if len(wheels) == 2 else STILL
 
 
 FULL_SPEED = 1000
@@ -140,12 +137,11 @@ class ArenaRobot:
 
     def __init__(
         self, name: str, controller: tuple[float, ...] | None, *, clock: Callable[[], float], drift: float,
-        battery_s: float, rng: np.random.Generator,
+        battery_s: float, rng: np.random.Generator, make_line: Callable[[EmulatedRobot, str], Line],
     ) -> None:  # fmt: skip
-        self.name = name
         self._clock, self._rate, self._battery_s = clock, 1 + drift, battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time)
-        self.line: Line | None = None
+        self.line = make_line(self.emulated, name)
         self.silent = False
         self.charge = 1.0
         self._firmware = Firmware(self.emulated, rng, controller=controller, signal=self._signal)
@@ -173,9 +169,8 @@ class ArenaRobot:
         """Switch off and on: state, models and silence are forgotten, the connection is lost."""
         self.silent, self._manual = False, STILL
         self.emulated.restart()
-        if self.line is not None:
-            self.line.drop()
-            self.line.restore()
+        self.line.drop()
+        self.line.restore()
 
     def replace_battery(self) -> None:
         """Put a full battery in."""
@@ -189,7 +184,7 @@ class ArenaRobot:
         self._readings = proximity
         self.charge = max(self.charge - interval_s / self._battery_s, 0.0)
         self.emulated.lights[BATTERY_LIGHT] = int(not self.battery_ok())
-        if self.charge == 0.0 and self.line is not None:
+        if self.charge == 0.0:
             self.line.drop()
         return self._firmware.step(self._own_time(), sight, proximity, self._manual)
 
@@ -197,7 +192,7 @@ class ArenaRobot:
         return self._clock() * self._rate
 
     def _signal(self, kind: str) -> None:
-        if not self.silent and self.line is not None:
+        if not self.silent:
             self.line.signal(kind)
 
 

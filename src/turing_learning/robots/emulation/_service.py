@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any, Self
@@ -10,14 +10,14 @@ from typing import Any, Self
 import numpy as np
 
 from turing_learning._files import whole
+from turing_learning.config._toml import toml_table
 from turing_learning.errors import choice, number
-from turing_learning.robots.tracking._camera import vision
+from turing_learning.robots.tracking._camera import refuse_taken, vision
 from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions
-from ._emulated_robot import EmulatedRobot
 from ._laboratory import EmulatedLaboratory
-from ._lines import Line, serve_tcp, serve_terminal
+from ._lines import serve_tcp, serve_terminal
 from ._robot import LOOP
 
 _POLL_S = 0.005
@@ -56,12 +56,10 @@ class ArenaService:
         lines: str = "terminal", speed: float = 1.0,
     ) -> None:  # fmt: skip
         serve = _SERVERS[choice("lines", lines, _SERVERS)]
-
-        def make_line(robot: EmulatedRobot, _: str) -> Line:
-            return serve(robot)
-
         self._speed, self._done = number("speed", speed, above=0), threading.Event()
-        self.laboratory = EmulatedLaboratory(scenario, conditions=conditions, seed=seed, make_line=make_line)
+        self.laboratory = EmulatedLaboratory(
+            scenario, conditions=conditions, seed=seed, make_line=lambda robot, _: serve(robot)
+        )
         self.laboratory.camera.take()  # renders the first image, which takes longest, before anybody waits for it
         self._stream = CameraStream(self._next_image)
         self.camera_url = self._stream.url
@@ -95,18 +93,15 @@ class ArenaService:
         scenario = laboratory.scenario
         camera = {"source": self.camera_url, "fps": speed / laboratory.interval_s, "calibration": CALIBRATION_FILE}
         timing = {"wait_s": LOOP["R1"] / speed, "disperse_s": LOOP["R2"] / speed, "execute_s": LOOP["R5"] / speed}
-        sections = [_section("camera", camera), _section("timing", timing)]
+        sections: list[tuple[str, dict[str, Any]]] = [("camera", camera), ("timing", timing)]
         for name, label in zip(laboratory.names, laboratory.labels, strict=True):
             replica = laboratory.number(name) >= scenario.agents
             role = {"name": name, "role": "replica" if replica else "agent", "marker": label}
-            sections.append(_section("[robots]", role | ({"address": self.addresses[name]} if replica else {})))
-        width, height = laboratory.arena_cm
-        sections += [
-            _section("scenario.arena", {"width_cm": width, "height_cm": height}),
-            _section("scenario.robot", {"maximum_speed_cm_s": scenario.robot.maximum_speed_cm_s * speed}),
-            _section("scenario.trial", {"duration_s": scenario.trial.duration_s / speed}),
-        ]
-        return "\n".join(sections)
+            sections.append(("[robots]", role | ({"address": self.addresses[name]} if replica else {})))
+        sections.append(("scenario.arena", dict(zip(("width_cm", "height_cm"), laboratory.arena_cm, strict=True))))
+        sections.append(("scenario.robot", {"maximum_speed_cm_s": scenario.robot.maximum_speed_cm_s * speed}))
+        sections.append(("scenario.trial", {"duration_s": scenario.trial.duration_s / speed}))
+        return "\n".join(line for name, content in sections for line in toml_table(name, content))
 
     def write(self, folder: Path, *, force: bool = False) -> Path:
         """Write the laboratory's file and its camera's calibration into a folder; return the file's path.
@@ -115,10 +110,7 @@ class ArenaService:
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
         for each in (path, calibration):
-            if each.exists() and not force:
-                raise FileExistsError(
-                    f"`out` must not hold a laboratory already; got {each}. Take another folder, or force=True."
-                )
+            refuse_taken(each, name="out", force=force)
         folder.mkdir(parents=True, exist_ok=True)
         with whole(path) as described, whole(calibration) as calibrated:
             described.write_text(self.describe(), encoding="utf-8")
@@ -142,13 +134,6 @@ class ArenaService:
             return number, laboratory.camera.snapshot()
 
 
-def _section(name: str, content: Mapping[str, object]) -> str:
-    lines = [
-        f"{key} = {value!r}" if isinstance(value, float) else f'{key} = "{value}"' for key, value in content.items()
-    ]
-    return "\n".join([f"[{name}]", *lines, ""])
-
-
 class CameraStream:
     """Serve images as JPEG over HTTP, in threads, until closed: any program for network cameras can open it.
 
@@ -157,11 +142,8 @@ class CameraStream:
 
     def __init__(self, frames: Frames) -> None:
         self._closed = threading.Event()
-
-        class Handler(_Handler):
-            pass
-
-        Handler.frames, Handler.closed = staticmethod(frames), self._closed
+        given = {"frames": staticmethod(frames), "closed": self._closed}
+        Handler = type("Handler", (_Handler,), given)
         self._server = ThreadingHTTPServer((HOST, 0), Handler)
         self._server.daemon_threads = True
         self.url = f"http://{HOST}:{self._server.server_address[1]}{STREAM}"
@@ -177,8 +159,6 @@ class CameraStream:
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One viewer."""
-
     frames: Frames
     closed: threading.Event
     timeout = 10.0  # of a request that is not complete, and of a viewer that takes nothing

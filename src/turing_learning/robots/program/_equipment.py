@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib.metadata import entry_points
@@ -14,8 +15,7 @@ from turing_learning._files import whole
 from turing_learning.config import ConfigurationError, part_of
 from turing_learning.errors import refuse, refusing_as, require
 from turing_learning.robots._clock import Clock, RealClock
-from turing_learning.robots._epuck import EPuck
-from turing_learning.robots._link import Replica, open_link
+from turing_learning.robots._link import EPuck, Replica, open_link
 from turing_learning.robots.tracking._camera import (
     Calibration,
     CameraError,
@@ -85,22 +85,16 @@ class PunctualImages:
         while delays[-1] - min(delays) > interval_s / 2 and len(delays) < self._count + _MOST_MORE:
             delays.append(late(take_stamped(camera, clock)[1]))
             frame += 1
-        if found := _irregularity(np.array(delays), interval_s, lost):
+        late_s, third, found = np.array(delays), max(len(delays) // 3, 1), ""
+        before, after = np.minimum.accumulate(late_s), np.minimum.accumulate(late_s[::-1])[::-1]
+        sooner = np.median(late_s[-third:]) - np.median(late_s[:third]) < -interval_s / 2
+        if (after - before).max() > interval_s / 2:  # all images come later after one that was left out
+            found = f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
+        elif sooner or (lost and before[0] - before[-1] > interval_s / 2):  # or some were taken for lost that were not
+            found = "them faster"
+        if found:
             advice = "Check camera.fps, and that the PC has nothing else to do."
             self.fault = f"`camera` must give an image every {interval_s:.3g} s; got {found}. {advice}"
-
-
-def _irregularity(delays: np.ndarray, interval_s: float, lost: int) -> str:
-    """Return what is wrong: images came too fast, or one was left out, after which all come later; empty if nothing is.
-
-    If images were taken for lost that were not, all come earlier afterwards.
-    """
-    before, after = np.minimum.accumulate(delays), np.minimum.accumulate(delays[::-1])[::-1]
-    third = max(len(delays) // 3, 1)
-    if (after - before).max() > interval_s / 2:
-        return f"one left out before image {int(np.argmax(after - before > interval_s / 2))}, or more"
-    too_fast = np.median(delays[-third:]) - np.median(delays[:third]) < -interval_s / 2
-    return "them faster" if too_fast or (lost and before[0] - before[-1] > interval_s / 2) else ""
 
 
 def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
@@ -121,10 +115,6 @@ def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> float:
         if taken_s - (begun if stamped else asked) >= interval_s / 4:
             return taken_s
     raise CameraError(f"`camera` must give an image every {interval_s:.3g} s; got {_MOST_OLD} without a pause.")
-
-
-ENTRY_POINTS = "turing_learning.robots"
-"""Group of the entry points by whose names a file may call for an `open_replica` or a `tracker`."""
 
 
 class PoseSource(Protocol):
@@ -202,38 +192,30 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
     def open_epuck(address: str) -> EPuck:
         return EPuck(open_link(address, clock=clock, alive_s=alive_s))
 
+    def open_camera() -> CameraPoses:
+        assert tracker is not None
+        source, settings = setup.camera.source, {name: getattr(setup.camera, name) for name in CAMERA_SETTINGS}
+        if isinstance(source, str) and "://" not in source:
+            return CameraPoses(Capture(source), tracker, clock)
+        if any(value is not None for value in settings.values()):
+            settings["fps"] = setup.camera.fps
+        return CameraPoses(LiveCapture(source, settings, clock=clock), tracker, clock)
+
     open_replica = _part("open_replica", setup.open_replica) if setup.open_replica else open_epuck
-    open_tracker = (
-        partial(_part("tracker", str(setup.tracker)), setup)
-        if tracker is None
-        else lambda: CameraPoses(_camera(setup, clock), tracker, clock)
-    )
+    open_tracker = partial(_part("tracker", setup.tracker), setup) if setup.tracker else open_camera
     return Equipment(clock, open_replica, open_tracker, operator or TerminalOperator())
 
 
 def _part(argument: str, name: str) -> Any:
     """Return what a file names: an entry point of an installed package, "module:function", or an object that was given."""
-    found = list(entry_points(group=ENTRY_POINTS, name=name))
+    found = list(entry_points(group="turing_learning.robots", name=name))
     return found[0].load() if found else part_of(argument, name)
-
-
-def _camera(setup: LaboratorySetup, clock: Clock) -> Capture:
-    camera = setup.camera
-    if isinstance(camera.source, str) and "://" not in camera.source:
-        return Capture(camera.source)
-    settings = {name: getattr(camera, name) for name in CAMERA_SETTINGS}
-    if any(value is not None for value in settings.values()):
-        settings["fps"] = camera.fps
-    return LiveCapture(camera.source, settings, clock=clock)
 
 
 def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tracker:
     """Return a tracker of all robots, agents first, which move and turn no faster than the configured robot.
 
-    Raises
-    ------
-    ConfigurationError
-        If the calibration cannot be read, or a robot cannot wear its marker.
+    Raise ConfigurationError if the calibration cannot be read, or a robot cannot wear its marker.
     """
     camera, robot = setup.camera, robot or Robot()
     with refusing_as(ConfigurationError):
@@ -242,14 +224,11 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tr
         markers: Markers = TriangleMarkers(tip, base, half, disk, height)
         if camera.markers == "aruco":
             markers = ArucoMarkers(camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary)
+        calibration, speed, turn = laboratory_calibration(setup), robot.maximum_speed_cm_s, fastest_turn(robot)
         return Tracker(
-            markers,
-            laboratory_calibration(setup),
-            setup.labels,
-            interval_s=1 / camera.fps,
-            maximum_speed_cm_s=robot.maximum_speed_cm_s,
-            maximum_turn_rad_s=fastest_turn(robot),
-        )
+            markers, calibration, setup.labels, interval_s=1 / camera.fps,
+            maximum_speed_cm_s=speed, maximum_turn_rad_s=turn,
+        )  # fmt: skip
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
@@ -266,13 +245,6 @@ def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
 def fastest_turn(robot: Robot) -> float:
     """Return how fast a robot turns in place (rad/s)."""
     return 2 * robot.maximum_speed_cm_s / robot.wheel_distance_cm
-
-
-def impossible_motion(track: Track, scenario: Scenario) -> tuple[Fault, ...]:
-    """Return a fault for each robot that is not always seen, or moves as it cannot; see `impossible`."""
-    robot, sides = scenario.robot, (scenario.arena.width_cm, scenario.arena.height_cm)
-    arena_cm = None if sides[0] is None or sides[1] is None else (sides[0], sides[1])
-    return impossible(track, robot.maximum_speed_cm_s, fastest_turn(robot), robot.radius_cm, arena_cm)
 
 
 IMAGES = 20  #: Taken to measure the camera's rate
@@ -306,8 +278,16 @@ def inspect(
     picture
         File for an image from the camera, in which the markers that were found are circled.
     """
+
+    def look_at(robot: RobotSection) -> str:
+        with closing(equipment.open_replica(str(robot.address))) as opened:
+            version, status = opened.version(), opened.status()
+        if not status.battery_ok:
+            raise ValueError(f"the battery of {robot.name} must be charged; got a low one. Change it.")
+        return f"{version}; battery good; state {status.state}"
+
     for robot in setup.linked:
-        yield _look(f"{robot.role} {robot.name}", partial(_replica, robot, equipment))
+        yield _look(f"{robot.role} {robot.name}", partial(look_at, robot))
     try:
         poses = equipment.open_tracker()
     except OSError as error:
@@ -338,20 +318,9 @@ def _look(what: str, find: Callable[[], str]) -> Finding:
         return Finding(what, str(error), False)
 
 
-def _replica(replica: RobotSection, equipment: Equipment) -> str:
-    robot = equipment.open_replica(str(replica.address))
-    try:
-        version, status = robot.version(), robot.status()
-    finally:
-        robot.close()
-    if not status.battery_ok:
-        raise ValueError(f"the battery of {replica.name} must be charged; got a low one. Change it.")
-    return f"{version}; battery good; state {status.state}"
-
-
 def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
     track = poses.track(equipment.clock.now(), IMAGES)
-    wrong = [fault.text for fault in (*track.faults, *impossible_motion(track, scenario))]
+    wrong = [fault.text for fault in (*track.faults, *impossible(track, scenario.robot, scenario.arena))]
     require(not wrong, "tracker", "see all robots", "; ".join(wrong))
     return f"all {len(track.labels)} seen, {IMAGES} times"
 
@@ -372,9 +341,8 @@ def _rate(poses: CameraPoses, setup: LaboratorySetup) -> str:
     require(abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE, "camera.fps", "be the camera's rate", got)
     frozen = all(np.array_equal(first, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
-    granted = getattr(camera, "granted", "")
-    text = f"{expected[1]} x {expected[0]} pixels, {rate:.1f} images per second"
-    return f"{text}; granted {granted}" if granted else text
+    granted = f"; granted {granted}" if (granted := getattr(camera, "granted", "")) else ""
+    return f"{expected[1]} x {expected[0]} pixels, {rate:.1f} images per second{granted}"
 
 
 def _calibration(image: np.ndarray, setup: LaboratorySetup, scenario: Scenario, tracker: Tracker) -> str:
@@ -390,8 +358,7 @@ def _calibration(image: np.ndarray, setup: LaboratorySetup, scenario: Scenario, 
         return "all markers inside the arena; no landmarks to compare with"
     seen = find_landmarks(image, tracker.calibration)
     missing = sorted(landmarks.keys() - seen.keys())
-    clear = "Clear the sight, or leave them out."
-    require(not missing, "camera.landmarks", "be in sight", f"no sight of {missing}", clear)
+    require(not missing, "camera.landmarks", "be in sight", f"no sight of {missing}", "Clear it, or leave them out.")
     errors = {identity: float(np.hypot(*(seen[identity] - place))) for identity, place in landmarks.items()}
     worst = max(errors, key=lambda identity: errors[identity])
     rule = f"see landmark {worst} where it lies, to {LANDMARK_CM:g} cm"

@@ -3,15 +3,15 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from turing_learning.config import Configuration, ConfigurationError, Section, dotted, load_configuration, read_toml
-from turing_learning.config._toml import line_of
-from turing_learning.errors import Refusal, brief, nearest, refuse, require
+from turing_learning.config._load import Origins
+from turing_learning.errors import Refusal, brief, nearest, require
 from turing_learning.systems import SystemFailedError
 
 Positive = Annotated[float, Field(gt=0)]
@@ -193,24 +193,22 @@ class LaboratorySetup(Section):
     def _check_robots(self) -> "LaboratorySetup":
         for role, found in (("agent", self.agents), ("replica", self.replicas)):
             require(found, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
-        _require_different("name", [robot.name for robot in self.robots], "robots")
-        _require_different("address", [str(robot.address) for robot in self.linked], "robots")
-        name = "camera.calibration"
-        require(self.camera.calibration or self.tracker, name, "be given", "nothing", "Calibrate the camera first.")
+        unique = [("name", "robots"), ("address", "robots")]
+        if self.camera.markers == "aruco":
+            unique.append(("marker", "robots with ArUco markers"))
+            both = sorted(self.camera.landmarks.keys() & set(self.labels)) if self.camera.dictionary == "4X4_50" else []
+            require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
+        for name, whose in unique:
+            values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
+            for value in values:
+                require(values.count(value) == 1, name, f"be different for all {whose}", f"{value!r} twice")
+        calibrated = self.camera.calibration or self.tracker
+        require(calibrated, "camera.calibration", "be given", "nothing", "Calibrate the camera first.")
         for replica in self.replicas:
             others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
             got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
             require(not others, "marker", "be a replica's alone", got)
-        if self.camera.markers == "aruco":
-            _require_different("marker", [robot.marker for robot in self.robots], "robots with ArUco markers")
-            both = sorted(self.camera.landmarks.keys() & set(self.labels)) if self.camera.dictionary == "4X4_50" else []
-            require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
         return self
-
-
-def _require_different(field: str, values: list[str], whose: str) -> None:
-    for value in values:
-        require(values.count(value) == 1, field, f"be different for all {whose}", f"{value!r} twice")
 
 
 @dataclass(frozen=True)
@@ -222,29 +220,18 @@ class Laboratory:
 
 
 @dataclass(frozen=True)
-class _File:
-    """A laboratory's file: its text, what it says, and where each override comes from, for messages."""
-
-    path: Path
-    text: str
-    document: Mapping[str, Any]
-    labels: Mapping[str, str]
+class _File(Origins):
+    document: Mapping[str, Any] = field(default_factory=dict)
 
     def where(self, key: str) -> str:
-        """Return where a dotted key comes from."""
-        if key in self.labels:
-            return self.labels[key]
-        parts = key.split(".")
+        parts, robots = key.split("."), self.document.get("robots")
         if parts[0] == "robots" and len(parts) > 1:
-            robots = self.document.get("robots")
             robot = robots[int(parts[1])] if isinstance(robots, list) else {}
             name = robot.get("name", f"number {int(parts[1]) + 1}") if isinstance(robot, Mapping) else parts[1]
             return f"robot {name!r}, {self.path}"
-        line = line_of(self.text, key)
-        return f"{self.path}:{line}" if line else str(self.path)
+        return super().where(key) or str(self.path)
 
     def require(self, holds: object, key: str, rule: str, got: object, remedy: str = "") -> None:
-        """Reject the value of a dotted key unless `holds`."""
         require(holds, key, rule, got, remedy, place=self.where(key), error=ConfigurationError)
 
 
@@ -274,7 +261,7 @@ def load_laboratory(
     """
     path = Path(path)
     text, document = read_toml(path)
-    file = _File(path, text, document, labels or {})
+    file = _File(path, text, labels or {}, document)
     known = (*LaboratorySetup.model_fields, *RUN_SECTIONS)
     for key in document:
         file.require(key in known, key, "be a known section", "one", nearest(key, known))
@@ -287,9 +274,7 @@ def load_laboratory(
     if setup.camera.calibration:
         camera = {"calibration": str((path.parent / setup.camera.calibration).absolute())}
         setup = setup.model_copy(update={"camera": setup.camera.model_copy(update=camera)})
-    configuration = _configuration(setup, file, overrides or {})
-    _check_together(setup, configuration, file)
-    return Laboratory(setup, configuration)
+    return Laboratory(setup, _configuration(setup, file, overrides or {}))
 
 
 def read_setup(text: str) -> LaboratorySetup:
@@ -301,23 +286,20 @@ def read_setup(text: str) -> LaboratorySetup:
 
 
 def _complaint(error: ValidationError) -> tuple[str, Refusal]:
-    """Return the dotted key of pydantic's first complaint, and the complaint."""
     first = error.errors(include_url=False)[0]
     key, got = ".".join(map(str, first["loc"])), brief(first["input"])
-    match first["type"]:
-        case "value_error":
-            return key, first["ctx"]["error"].refusal
-        case "missing":
-            return key, Refusal(key, "be given", "nothing")
-        case "extra_forbidden":
-            kind: Any = LaboratorySetup
-            for part in first["loc"][:-1]:
-                if not isinstance(part, int):
-                    kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
-            advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
-            return key, Refusal(key, "be a known setting", got, remedy=advice)
-        case _:
-            return key, Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
+    if first["type"] == "value_error":
+        return key, first["ctx"]["error"].refusal
+    if first["type"] == "missing":
+        return key, Refusal(key, "be given", "nothing")
+    if first["type"] != "extra_forbidden":
+        return key, Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
+    kind: Any = LaboratorySetup
+    for part in first["loc"][:-1]:
+        if not isinstance(part, int):
+            kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
+    advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
+    return key, Refusal(key, "be a known setting", got, remedy=advice)
 
 
 def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, Any]) -> Configuration:
@@ -330,47 +312,22 @@ def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, 
     for key, source in _DERIVED.items():
         file.require(key not in given, key, f"be left out, as it follows from {source}", repr(given.get(key)))
     base = {key: value for key, value in _BASE.items() if key not in _SIZES or not _SIZES & given.keys()}
-    derived = {
-        "scenario.agents": len(setup.agents),
-        "scenario.replicas": len(setup.replicas),
-        "scenario.trial.control_interval_s": 1 / setup.camera.fps,
-    }
-    _refuse_part_of_an_image(setup, given, file)
-    preset = document.get("preset", "default")
-    of_generations = any(key.startswith(_OF_GENERATIONS) for key in given)
-    if preset == "default" and not of_generations:
-        base["run.trials"] = TRIALS
-    places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
-    return load_configuration(None, preset, base | derived | given, labels=places)
-
-
-def _refuse_part_of_an_image(setup: LaboratorySetup, given: Mapping[str, Any], file: _File) -> None:
-    """Reject a trial that ends between two images of the camera; name the nearest one that does not."""
+    derived = dict(zip(_DERIVED, (len(setup.agents), len(setup.replicas), 1 / setup.camera.fps), strict=True))
     key, fps = "scenario.trial.duration_s", setup.camera.fps
     duration_s = given.get(key, _BASE[key])
-    if isinstance(duration_s, bool) or not isinstance(duration_s, int | float) or not 0 < duration_s * fps < math.inf:
-        return  # rejected as in any run
-    images = round(duration_s * fps)
-    if images >= 1 and abs(duration_s * fps - images) < 1e-6:
-        return
-    images = max(1, min(images, math.floor(setup.timing.execute_s * fps)))
-    rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
-    got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
-    if key not in given:
-        refuse(key, rule, f"{got} by default", remedy, error=ConfigurationError)
-    file.require(False, key, rule, got, remedy)
-
-
-def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, place: str = "") -> None:
-    """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
-    run = configuration.run
-    fits = not setup.evaluation.repeats or run.history != "thin" or run.trials
-    rule, remedy = 'be "full" for a post-evaluation', "Or set evaluation.repeats = 0."
-    require(fits, "run.history", rule, '"thin"', remedy, place=place, error=ConfigurationError)
-
-
-def _check_together(setup: LaboratorySetup, configuration: Configuration, file: _File) -> None:
-    """Reject combinations of settings that are valid one by one."""
+    if isinstance(duration_s, int | float) and not isinstance(duration_s, bool) and 0 < duration_s * fps < math.inf:
+        images = max(1, min(round(duration_s * fps), math.floor(setup.timing.execute_s * fps)))
+        fits = round(duration_s * fps) >= 1 and abs(duration_s * fps - round(duration_s * fps)) < 1e-6
+        rule = f"be a whole number of images at camera.fps, {fps:g} per second [{file.where('camera.fps')}]"
+        got, remedy = f"{duration_s} s", f"Set {key} = {images / fps:.10g}."
+        if key not in given:
+            require(fits, key, rule, f"{got} by default", remedy, error=ConfigurationError)
+        file.require(fits, key, rule, got, remedy)
+    preset = document.get("preset", "default")
+    if preset == "default" and not any(key.startswith(_OF_GENERATIONS) for key in given):
+        base["run.trials"] = TRIALS
+    places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
+    configuration = load_configuration(None, preset, base | derived | given, labels=places)
     scenario, replicas = configuration.swarm, len(setup.replicas)
     models = configuration.models.parents + configuration.models.offspring
     rule = f"be a multiple of the {replicas} replicas, which execute them at the same time"
@@ -390,3 +347,12 @@ def _check_together(setup: LaboratorySetup, configuration: Configuration, file: 
         file.require(value == needed, key, rule, repr(value))
     speeds, rule = len(scenario.controller), "have 16 wheel speeds or fewer, which a replica takes"
     file.require(speeds <= 16, "scenario.controller", rule, speeds)
+    return configuration
+
+
+def refuse_without_history(setup: LaboratorySetup, configuration: Configuration, place: str = "") -> None:
+    """Raise ConfigurationError if the last models are to be observed again in a run that does not keep them."""
+    run = configuration.run
+    fits = not setup.evaluation.repeats or run.history != "thin" or run.trials
+    rule, remedy = 'be "full" for a post-evaluation', "Or set evaluation.repeats = 0."
+    require(fits, "run.history", rule, '"thin"', remedy, place=place, error=ConfigurationError)

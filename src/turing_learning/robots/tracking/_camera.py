@@ -70,14 +70,13 @@ class Capture:
     """
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
-        if not isinstance(source, int) and "://" not in str(source) and not Path(source).is_file():
+        numbered, served = isinstance(source, int), "://" in str(source)
+        if not numbered and not served and not Path(str(source)).is_file():
             raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {str(source)!r}.")
-        if isinstance(source, int):
-            self._name, self._remedy = f"camera {source}", "Check its cable, and that no other program uses it."
-        else:
-            served = "://" in str(source)
-            self._name = repr(str(source))
-            self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
+        self._name = f"camera {source}" if numbered else repr(str(source))
+        self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
+        if numbered:
+            self._remedy = "Check its cable, and that no other program uses it."
         self._device = vision().VideoCapture(source if isinstance(source, int) else str(source))
         if not self._device.isOpened():
             raise CameraError(f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}")
@@ -119,17 +118,11 @@ class Capture:
 
     def _configure(self, asked: Mapping[str, Any]) -> str:
         """Ask the camera for settings, first the format, on which others depend; return what it has granted."""
-        cv2 = vision()
-        known = {
-            "fourcc": cv2.CAP_PROP_FOURCC,
-            "width": cv2.CAP_PROP_FRAME_WIDTH,
-            "height": cv2.CAP_PROP_FRAME_HEIGHT,
-            "fps": cv2.CAP_PROP_FPS,
-            "exposure": cv2.CAP_PROP_EXPOSURE,
-            "white_balance": cv2.CAP_PROP_WB_TEMPERATURE,
-        }
+        cv2, names = vision(), ("fourcc", "width", "height", "fps", "exposure", "white_balance")
+        properties = ("FOURCC", "FRAME_WIDTH", "FRAME_HEIGHT", "FPS", "EXPOSURE", "WB_TEMPERATURE")
+        known = {name: getattr(cv2, f"CAP_PROP_{one}") for name, one in zip(names, properties, strict=True)}
         manual = {"exposure": (cv2.CAP_PROP_AUTO_EXPOSURE, 1), "white_balance": (cv2.CAP_PROP_AUTO_WB, 0)}
-        for name in [name for name in known if name in asked]:
+        for name in [name for name in names if name in asked]:
             if name in manual:
                 self._device.set(*manual[name])
             value = cv2.VideoWriter_fourcc(*asked[name]) if name == "fourcc" else asked[name]
@@ -320,17 +313,10 @@ class Calibration:
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write plain JSON, atomically; raise FileExistsError for a file that exists, unless `force`."""
         refuse_taken(Path(path), name="path", force=force)
-        content = {
-            "format": FORMAT,
-            "version": VERSION,
-            "image_size": list(self.lens.image_size),
-            "camera_matrix": self.lens.camera_matrix.tolist(),
-            "distortion": self.lens.distortion.tolist(),
-            "lens_error_px": self.lens.error_px,
-            "rotation": self.rotation.tolist(),
-            "translation": self.translation.tolist(),
-            "error_px": self.error_px,
-        }
+        content = {"format": FORMAT, "version": VERSION, "image_size": list(self.lens.image_size)}
+        content |= {name: getattr(self.lens, name).tolist() for name in ("camera_matrix", "distortion")}
+        content |= {"lens_error_px": self.lens.error_px, "rotation": self.rotation.tolist()}
+        content |= {"translation": self.translation.tolist(), "error_px": self.error_px}
         with whole(Path(path)) as temporary:
             temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
@@ -349,8 +335,8 @@ class Calibration:
             return array(name, content.get(name), shape, place=place)
 
         rotation = read("rotation", "3 3")
-        require(np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6), "rotation", "be a rotation", rotation.tolist(),
-                place=place)  # fmt: skip
+        orthogonal = np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
+        require(orthogonal, "rotation", "be a rotation", rotation.tolist(), place=place)
         size = content.get("image_size")
         require(isinstance(size, list) and len(size) == 2, "image_size", "be two integers", repr(size), place=place)
         width, height = (integer("image_size", side, 1, place=place) for side in size)

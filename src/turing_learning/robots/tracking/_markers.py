@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.errors import choice, require
+from turing_learning.trajectories._signals import wrap
 
 from ._camera import gray, vision
 
@@ -18,13 +19,7 @@ UNKNOWN = "unknown color"
 _LEAST_PIXELS = 8  # of a spot, at half the resolution
 Shapes = list[tuple[np.ndarray, tuple[int, int, int]]]
 """The print on the white disk: outlines (k, 2) in the robot's axes (cm, x ahead), and their colors (blue, green, red)."""
-_PAINTS = {
-    "blue": (200, 90, 20),
-    "orange": (30, 120, 235),
-    "purple": (190, 50, 150),
-    "green": (60, 170, 40),
-    "red": (40, 40, 210),
-}
+_PAINTS = dict(zip(HUES, [(200, 90, 20), (30, 120, 235), (190, 50, 150), (60, 170, 40), (40, 40, 210)], strict=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +86,6 @@ class _Spot:
         return angle if third > 0 else angle + math.pi, abs(third), longest / max(xx + yy - longest, 1e-9)
 
 
-def _name_of(color: np.ndarray) -> str:
-    """Return the name of the color nearest in hue to blue, green, red (3,), or `UNKNOWN`."""
-    blue, green, red = (float(value) for value in color)
-    hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
-    distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
-    nearest = min(distances, key=lambda name: distances[name])
-    return nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
-
-
 def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
     """Return the colored spots of about the expected area.
 
@@ -115,14 +101,11 @@ def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: 
     for left, top, width, height, _ in boxes[1:][boxes[1:, 4] >= _LEAST_PIXELS]:
         rows = slice(max(2 * top - 3, 0), 2 * (top + height) + 3)
         columns = slice(max(2 * left - 3, 0), 2 * (left + width) + 3)
-        spot = _measure(image[rows, columns], places[rows, columns], area_cm2, chroma)
-        if spot is not None:
-            spots.append(spot)
-    return spots
+        spots.append(_measure(image[rows, columns], places[rows, columns], area_cm2, chroma))
+    return [spot for spot in spots if spot is not None]
 
 
 def _chroma(image: np.ndarray) -> np.ndarray:
-    """Return the largest minus the smallest channel (H, W)."""
     cv2 = vision()
     blue, green, red = cv2.split(image)
     return np.asarray(cv2.subtract(cv2.max(cv2.max(blue, green), red), cv2.min(cv2.min(blue, green), red)))
@@ -137,16 +120,16 @@ def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: floa
     area = abs(float(across[0] * down[1] - across[1] * down[0])) * float(weights.mean())
     if not 0.75 * area_cm2 <= area <= 1.3 * area_cm2:
         return None
-    label = _name_of(image[weights > 0.7].mean(axis=0))
-    used = weights > 0
+    blue, green, red = (float(value) for value in image[weights > 0.7].mean(axis=0))
+    hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
+    distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
+    nearest = min(distances, key=lambda name: distances[name])
+    used, label = weights > 0, nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
     return _Spot(weights[used], places[used].astype(np.float64), label)
 
 
 class _ColoredMarkers:
-    """Markers whose labels are colors."""
-
     def check_label(self, label: str) -> None:
-        """Reject what is not a color."""
         choice("label", label, HUES)
 
 
@@ -190,24 +173,17 @@ class TriangleMarkers(_ColoredMarkers):
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all triangles in an image (H, W, 3); see `Markers`."""
-        found = _find_spots(image, places, (self.tip_cm + self.base_cm) * self.half_width_cm, self.chroma)
-        spots = [spot for spot in found if self._is_triangle(spot)]
+        length, width = self.tip_cm + self.base_cm, 2 * self.half_width_cm
+        # variance along over that across of a triangle, whose skewness is 0.57; blur and noise reduce both. What a cable or a hand
+        # leaves of one, and other colored things, have others
+        expected = length**2 / 18 / (width**2 / 24)
+        found = _find_spots(image, places, length * self.half_width_cm, self.chroma)
+        spots = [spot for spot in found if spot.taper[1] > 0.2 and 0.55 * expected < spot.taper[2] < 1.4 * expected]
         headings = np.array([spot.taper[0] + math.pi for spot in spots])
         offset = (2 * self.base_cm - self.tip_cm) / 3
         ahead = np.column_stack([np.cos(headings), np.sin(headings)])
         centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
-        wrapped = (headings + math.pi) % (2 * math.pi) - math.pi
-        return Detections(centers - offset * ahead, wrapped, tuple(spot.label for spot in spots))
-
-    def _is_triangle(self, spot: _Spot) -> bool:
-        """Return False for what a cable or a hand leaves of a triangle, and for other colored things.
-
-        A triangle's variance is 1/18 of its length squared along, 1/24 of its width squared across; its
-        skewness is 0.57. Blur and noise reduce both.
-        """
-        _, skewness, elongation = spot.taper
-        expected = (self.tip_cm + self.base_cm) ** 2 / 18 / ((2 * self.half_width_cm) ** 2 / 24)
-        return skewness > 0.2 and 0.55 * expected < elongation < 1.4 * expected
+        return Detections(centers - offset * ahead, wrap(headings), tuple(spot.label for spot in spots))
 
 
 @dataclass(frozen=True)
@@ -255,9 +231,8 @@ class ArucoMarkers:
     def _words(self) -> Any:
         aruco = vision().aruco
         known = [name.removeprefix("DICT_") for name in dir(aruco) if name.startswith("DICT_")]
-        return aruco.getPredefinedDictionary(
-            getattr(aruco, f"DICT_{choice('camera.dictionary', self.dictionary, known, noun='dictionary')}")
-        )
+        name = choice("camera.dictionary", self.dictionary, known, noun="dictionary")
+        return aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{name}"))
 
     def shapes(self, label: str) -> Shapes:
         """Return the black square and its white cells; see `Markers`."""

@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from turing_learning._files import whole
 from turing_learning.arrays import array
 from turing_learning.errors import integer, number, require
+from turing_learning.swarm import Arena, Robot
 from turing_learning.trajectories import compute_signals
 from turing_learning.trajectories._signals import wrap
 
@@ -22,9 +23,10 @@ from ._markers import Detections, Markers
 FROZEN, MISSING, LOST, CARRIED, SURPLUS = "frozen camera", "marker missing", "lost", "carried away", "surplus marker"
 IRREGULAR = "irregular images"
 """Kinds of faults."""
-SIDE_CM, WHEEL_CM, PUSH_CM, SCATTER = 0.3, 0.4, 0.7, 10.0
+SIDE_CM, WHEEL_CM, PUSH_CM, SCATTER, LATE = 0.2, 0.2, 0.7, 10.0, 0.5
 """How much farther than it can drive a robot, and each of its wheels, may be seen to move sideways, and along, between two images;
-how much more where others, or walls, push it; how often more what is usually seen sideways: experiments/laboratory/carried.py."""
+how much more where others, or walls, push it; how often more what is usually seen sideways: experiments/laboratory/carried.py.
+And how late an image may be (intervals), as for a camera."""
 
 
 @dataclass(frozen=True)
@@ -98,14 +100,11 @@ class Track:
         return signed_speeds(self.bridged().poses, self.interval_s)
 
 
-def impossible(
-    track: Track, speed_cm_s: float, turn_rad_s: float, radius_cm: float = math.inf,
-    arena_cm: tuple[float, float] | None = None,
-) -> tuple[Fault, ...]:  # fmt: skip
+def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[Fault, ...]:
     """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two wheels cannot.
 
-    A wheel turns no faster than at `speed_cm_s`, two turn a robot in place at `turn_rad_s`; and nobody moves sideways, but for
-    turns between two images. Without a radius all may push each other all the time.
+    Its wheels turn no faster than they can, and it moves sideways only by turns between two images. Without an
+    arena all may push each other all the time.
     """
     places, everybody = track.poses[..., :2], range(len(track.labels))
     names = [f"individual {who} ({label})" for who, label in enumerate(track.labels)]
@@ -114,17 +113,19 @@ def impossible(
         Fault(int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it.")
         for who in np.nonzero(gaps.any(axis=0))[0].tolist()
     ]
-    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1) - 2 * radius_cm
+    apart = np.linalg.norm(places[:, :, None] - places[:, None], axis=-1) - 2 * robot.radius_cm
     apart[:, everybody, everybody] = math.inf
-    room = apart.min(axis=-1)  # to what is nearest
-    if arena_cm is not None:
-        room = np.minimum(room, np.minimum(places, np.array(arena_cm) - places).min(axis=-1) - radius_cm)
+    room = apart.min(axis=-1) if arena else np.full(places.shape[:2], -math.inf)  # to what is nearest
+    if arena and arena.width_cm and arena.height_cm:
+        sides = np.array([arena.width_cm, arena.height_cm])
+        room = np.minimum(room, np.minimum(places, sides - places).min(axis=-1) - robot.radius_cm)
     sights = [(who, *pair) for who in everybody for pair in pairwise(np.nonzero(track.present[:, who])[0])]
     if not sights:
         return tuple(faults)
     who, before, after = np.array(sights).T
     steps, times = track.poses[after, who] - track.poses[before, who], (after - before) * track.interval_s
-    turned, way = wrap(steps[:, 2]), speed_cm_s * times
+    turned, from_middle = wrap(steps[:, 2]), robot.wheel_distance_cm / 2
+    way = robot.maximum_speed_cm_s * (times + LATE * track.interval_s)
     middle = track.poses[before, who, 2] + turned / 2
     if not track.has_headings:
         middle = np.arctan2(steps[:, 1], steps[:, 0])
@@ -132,8 +133,8 @@ def impossible(
     along = np.abs(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle)) / np.sinc(turned / (2 * np.pi))
     pushed = np.minimum(room[before, who], room[after, who]) <= way
     more = PUSH_CM * pushed + (SCATTER * np.median(aside[~pushed]) if not pushed.all() else 0.0)
-    sideways = aside > way * turn_rad_s * times / 8 + SIDE_CM + more  # as far as turns between the images let it
-    wrong = sideways | (along + np.abs(turned) * speed_cm_s / turn_rad_s > way + WHEEL_CM + more)
+    sideways = aside > way * way / from_middle / 8 + SIDE_CM + more  # as far as turns between the images let it
+    wrong = sideways | (along + np.abs(turned) * from_middle > way + WHEEL_CM + more)
     for step in sorted({int(np.argmax(wrong & (who == one))) for one in who[wrong]}):
         how = f"{np.hypot(*steps[step, :2]):.1f} cm and turned {np.degrees(turned[step]):.0f} degrees like this"
         text = f"{names[who[step]]} cannot have moved {how}: it was carried, or turned by hand. Repeat the trial."
@@ -142,23 +143,12 @@ def impossible(
 
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
-    """Compute signed linear and angular speeds, as of recorded motion with headings; see `trajectories.compute_signals`.
+    """Return the samples (A, T, 2) of poses (T + 1, A, 3), x, y (cm), heading (rad, anticlockwise): linear
+    (cm/s), angular speed (rad/s).
 
-    Parameters
-    ----------
-    poses : (T + 1, A, 3)
-        x, y (cm), heading (rad, anticlockwise), T >= 1.
-    interval_s
-        Time between poses (s), > 0.
-
-    Returns
-    -------
-    (A, T, 2)
-        Linear speed (cm/s), the length of the displacement over the interval, negative when the displacement is
-        more than pi / 2 away from the heading at its start; angular speed (rad/s), of the turn that is shorter
-        than pi.
-
-    Source: paper, the footnote of section 3.2.3 on the sign.
+    The linear speed is negative when the displacement is more than pi / 2 away from the heading at its start;
+    turns are those shorter than pi. Source: paper, the footnote of section 3.2.3 on the sign; see
+    `trajectories.compute_signals`.
     """
     poses = array("poses", poses, "T+1 A 3")
     require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
@@ -168,19 +158,10 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
 
 
 def write_table(track: Track, path: Path, *, force: bool = False) -> None:
-    """Write a table with a header: frame, x, y (cm), id, and heading (rad) where markers show it.
+    """Write a table with a header: frame, x, y (cm), id from 1, agents first, and heading (rad) where markers show it.
 
-    A robot that was not seen in a frame has no row there. Read it with
-    ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``.
-
-    Parameters
-    ----------
-    track
-        Individuals are numbered from 1, agents first.
-    path
-        The file, in a folder that exists.
-    force
-        Whether a file that exists may be replaced; FileExistsError otherwise.
+    A robot that was not seen in a frame has no row there. Read it with ``load_trajectories(path, fps=...,
+    pixels_per_cm=1, y_axis="up")``. Raise FileExistsError for a file that exists, unless `force`.
     """
     refuse_taken(path, name="out", force=force)
     with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
@@ -232,8 +213,9 @@ class Tracker:
             markers.check_label(label)
         self.markers, self.calibration, self.labels = markers, calibration, tuple(labels)
         self.interval_s = number("interval_s", interval_s, above=0)
-        self._speed = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0)
-        self._turn = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
+        speed = number("maximum_speed_cm_s", maximum_speed_cm_s, above=0)
+        turn = number("maximum_turn_rad_s", maximum_turn_rad_s, above=0)
+        self._robot = Robot(maximum_speed_cm_s=speed, wheel_distance_cm=2 * speed / turn)
         self._maximum_gap = integer("maximum_gap", maximum_gap)
         self._places = calibration.map_pixels(markers.height_cm)
         self.start()
@@ -262,15 +244,13 @@ class Tracker:
     def follow(self, image: np.ndarray | None) -> Sighting:
         """Find everybody in the next image (H, W, 3); in one that was lost, None, is nobody."""
         self._frame += 1
-        if image is None:
-            self._gap[self._gap >= 0] += 1
-            return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), ())
-        require_image("image", image, self.image_size)
-        if self._last_image is not None and np.array_equal(image, self._last_image):
+        if image is not None:
+            require_image("image", image, self.image_size)
+        if image is None or (self._last_image is not None and np.array_equal(image, self._last_image)):
             self._gap[self._gap >= 0] += 1
             text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
-            frozen = () if self._frozen else (Fault(self._frame, FROZEN, text),)
-            self._frozen = True
+            new, self._frozen = image is not None and not self._frozen, self._frozen or image is not None
+            frozen = (Fault(self._frame, FROZEN, text),) if new else ()
             return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), frozen)
         self._frozen, self._last_image = False, image
         detections = self.markers.detect(image, self._places)
@@ -288,7 +268,7 @@ class Tracker:
         poses, present = (np.array([getattr(one, name) for one in sightings]) for name in ("poses", "present"))
         faults = [fault for sighting in sightings for fault in sighting.faults]
         track = Track(poses, present, self.labels, self.interval_s, has_headings=self.markers.has_heading)
-        faults += [fault for fault in impossible(track, self._speed, self._turn) if fault.kind == CARRIED]
+        faults += [fault for fault in impossible(track, self._robot) if fault.kind == CARRIED]
         return replace(track, faults=tuple(sorted(faults, key=lambda fault: fault.frame)))
 
     def _assign(self, detections: Detections) -> tuple[np.ndarray, np.ndarray]:
@@ -299,7 +279,12 @@ class Tracker:
             (found,) = np.nonzero(seen == label)
             (known,) = np.nonzero((worn == label) & (self._gap >= 0) & (self._gap <= self._maximum_gap))
             (new,) = np.nonzero((worn == label) & (self._gap < 0))
-            pairs = [(who, found[which]) for who, which in self._nearest(known, detections.positions[found])]
+            apart = self._poses[known, None, :2] - detections.positions[None, found]
+            distance = np.hypot(apart[..., 0], apart[..., 1])
+            way = self._robot.maximum_speed_cm_s * self.interval_s * (self._gap[known] + 1 + LATE)
+            near = distance <= (way + WHEEL_CM + PUSH_CM)[:, None]
+            rows, columns = linear_sum_assignment(np.where(near, distance, 1e6))
+            pairs = [(known[i], found[j]) for i, j in zip(rows, columns, strict=True) if near[i, j]]
             left = np.delete(found, np.searchsorted(found, [which for _, which in pairs]))
             order = left[np.lexsort((detections.positions[left, 1], detections.positions[left, 0]))]
             for who, which in [*pairs, *zip(new.tolist(), order.tolist(), strict=False)]:
@@ -309,23 +294,14 @@ class Tracker:
                 self._gap[who], present[who], free[which] = 0, True, False
         return present, free
 
-    def _nearest(self, individuals: np.ndarray, positions: np.ndarray) -> list[tuple[int, int]]:
-        """Return pairs of individual and row of `positions` (n, 2) with the smallest sum of distances, within reach."""
-        distance = np.hypot(*(self._poses[individuals, None, :2] - positions[None]).transpose(2, 0, 1))
-        way = self._speed * self.interval_s * (self._gap[individuals] + 1)
-        reach = (way + WHEEL_CM + PUSH_CM)[:, None]
-        rows, columns = linear_sum_assignment(np.where(distance <= reach, distance, 1e6))
-        return [(individuals[i], j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= reach[i]]
-
     def _report(self, detections: Detections, present: np.ndarray, free: np.ndarray) -> tuple[Fault, ...]:
-        """Return the faults that begin with this image."""
         gone = np.nonzero(~present & self._was_present)[0]
         faults = [self._explain(individual, detections, free) for individual in gone.tolist()]
         lost = ~present & (self._gap >= self._maximum_gap) & ~self._lost
         self._lost |= lost
         for individual in np.nonzero(lost)[0].tolist():
             text = f"{self._name(individual)} was out of sight for more than {self._maximum_gap} images"
-            faults.append(Fault(self._frame, LOST, text + ". Repeat the trial."))
+            faults.append(Fault(self._frame, LOST, f"{text}. Repeat the trial."))
         counts = Counter(label for label, left in zip(detections.labels, free, strict=True) if left)
         for label in sorted(counts):
             if counts[label] > self._surplus.get(label, 0):
