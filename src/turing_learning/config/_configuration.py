@@ -107,9 +107,10 @@ class Configuration(Section):
     def _check_trials(self) -> "Configuration":
         trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
         require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
-        require(not (trials and self.models.hidden), "run.trials", rule, trials)
+        instead = "Give run.generations instead of trials."
+        require(not (trials and self.models.hidden), "run.trials", rule, trials, instead)
         rule, name = f"be {OPTIMIZERS[0]!r} with run.trials, which has a search of its own", self.models.optimizer
-        require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name))
+        require(not trials or name == OPTIMIZERS[0], "models.optimizer", rule, repr(name), instead)
         require(trials > 0 or not self.run.tolerance, "run.tolerance", "be 0 without `run.trials`", self.run.tolerance)
         if trials:
             self.system.require_trials()
