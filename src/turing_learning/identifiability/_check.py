@@ -169,11 +169,16 @@ class Check(Tabular):
 
     @property
     def fault(self) -> str | None:
-        """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None."""
+        """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None.
+
+        None, too, if the samples are told from the model better than in any recovery, but recoveries are too few to say more.
+        """
         tested = [(each.accuracy, each.attainable) for each in self.recoveries if each.accuracy is not None]
         if len(tested) < 2:
             return None
-        return fault(self.test.accuracy, *np.array(tested, dtype=float).T)
+        recovered, attainable = np.array(tested, dtype=float).T
+        found = fault(self.test.accuracy, recovered, attainable)
+        return None if found == FINE and self.test.told_apart and self.test.accuracy > recovered.max() else found
 
     @property
     def not_pinned_down(self) -> tuple[str, ...]:
@@ -185,7 +190,7 @@ class Check(Tabular):
         """All of it in two sentences, and a third if the run was not finished."""
         can = "can" if self.test.told_apart else "cannot"
         first = (
-            f"Fresh classifiers {can} tell held-out samples from the model "
+            f"Fresh classifiers {can} tell kept-out samples from the model "
             f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
         )
         first = {

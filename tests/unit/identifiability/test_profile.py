@@ -125,6 +125,16 @@ def test_nothing_is_pinned_down_at_a_bound_or_of_a_model_that_is_rejected():
 
 
 @pytest.mark.parametrize(
+    ("accuracy", "p_value", "said"),
+    [(0.99, 0.001, None), (0.60, 0.001, "fine"), (0.99, 0.4, "fine")],
+)
+def test_an_estimate_that_is_told_better_than_any_recovery_is_not_called_fine(accuracy, p_value, said):
+    recoveries = tuple(Recovery(k, 3, {}, {}, {}, {}, *each) for k, each in enumerate(((0.45, 0.4), (0.65, 0.6))))
+    found = Check(TwoSampleTest(accuracy, p_value, 0.55, 40, 40, 200, 200, "samples"), (), (), recoveries, ())
+    assert found.fault == said
+
+
+@pytest.mark.parametrize(
     ("value", "bound"), [(6.0, "6 rad/s"), (5.95, "6 rad/s"), (5.8, ""), (0.0, "0 rad/s"), (3.0, "")]
 )
 def test_an_estimate_within_a_hundredth_of_the_range_is_at_its_bound(value, bound):
@@ -137,7 +147,7 @@ def test_the_verdict_names_what_is_not_pinned_down():
     parameters = (PinnedDown("a", 0.1, 0.2, 0.0), PinnedDown("b", 0.9, 0.2, 0.0))
     found = Check(test, parameters, (), (), ())
     assert found.verdict == (
-        "Fresh classifiers can tell held-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
+        "Fresh classifiers can tell kept-out samples from the model (accuracy 0.610, p = 0.012). Not pinned down: b."
     )
     assert "its interval is 90% of the initial range" in next(
         line for line in str(found).splitlines() if line.startswith("b ")
