@@ -159,8 +159,8 @@ class Carry:
 
     def __call__(self, laboratory: EmulatedLaboratory) -> None:
         """Choose a robot and a moment."""
-        self.first = laboratory.clock.now() + 2.0  # of the images, to 0.1 s
-        moment = self.first + self.rng.uniform(0.1, 4.8 - 0.1 * self.images)
+        self.first = laboratory.clock.now() + 2.0  # of the images, to 0.2 s
+        moment = self.first + self.rng.uniform(0.3, 4.8 - 0.1 * self.images)
         laboratory.clock.call_at(moment, lambda: self.carry(laboratory, int(self.rng.integers(10)), moment))
 
     def carry(self, laboratory: EmulatedLaboratory, who: int, moment: float) -> None:
@@ -232,7 +232,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clean", type=int, default=3600)
-    parser.add_argument("--carried", type=int, default=250)
+    parser.add_argument("--carried", type=int, default=100)
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
     trials: list[np.ndarray] = []
