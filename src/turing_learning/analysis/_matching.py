@@ -136,7 +136,8 @@ def match(
     draws
         How many of them, D.
     size
-        How many of the nearest counterfeit samples the regression is fitted to.
+        How many of the nearest counterfeit samples the regression is fitted to; a third of them all where that is more,
+        since the nearest of very many are too much alike to tell anything apart.
 
     Notes
     -----
@@ -175,7 +176,7 @@ def match(
     fold, inert = _folds(z, rng)
     z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
     x, g = _standardized(x, g)
-    size = min(size, max(len(z) // 2, 250))
+    size = min(max(size, len(z) // 3), max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
         broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)

@@ -37,6 +37,8 @@ _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estim
 
 _WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
 
+_LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
+
 BESIDE = ("check/check.json", "pool.json")
 """Files of a run folder in which others than the run itself say whether to believe it."""
 
@@ -274,7 +276,7 @@ class Result(Tabular):
         RuntimeError
             If the run has none: it is one of generations, or has not settled.
         """
-        if (found := self._there().draws()) is None:
+        if self.covariance is None or (found := self._there().draws()) is None:
             remedy = "Give `trials`, or more of them."
             raise RuntimeError(f"`draws` must be of a run of trials that has settled; got none. {remedy}")
         if count is None:
@@ -437,16 +439,17 @@ def summarize(
     window, hidden = configuration.run.estimated_from(traces.completed), configuration.models.hidden
     best = configuration.described(traces["best_model"][-1])
     typical = configuration.described(traces["typical_model"][-window:])
-    inferred, draws = estimate(typical, window), readout.get("draws")
-    covariance = networks = wandering = None
+    inferred, covariance, networks, wandering = estimate(typical, window), None, None, None
     trials = configuration.trials_after(traces.completed)
     if not configuration.run.trials and origin.folder is not None and origin.folder.laboratory_path.exists():
         trials //= configuration.swarm.replicas  # each executes a model of its own
     if configuration.run.trials:
+        judged = traces["classifier_fitness_quantiles"][-_LAST_BATCHES:, 2].mean()
+        tells = float(readout.get("p_value", 1.0)) < LEAST_P or judged > _TELLING
+        readout = {} if tells else readout
         inferred = readout.get("estimate", typical[-1])
         low, high = readout.get("interval", np.full((2, len(names)), np.nan))
         between = {name: [float(a), float(b)] for name, a, b in zip(names, low, high, strict=True)}
-        tells = float(readout.get("p_value", 1.0)) < LEAST_P
         said = [] if "interval" in readout else [Verdict.TOLD if tells else Verdict.MOVING]
     else:
         pairs = configuration.system.on_scales(typical, partial(interval, window=window))
@@ -463,8 +466,8 @@ def summarize(
     else:
         known = zip(configuration.system.parameters.values(), inferred.tolist(), strict=True)
         said += [Verdict.BOUND for parameter, value in known if parameter.bound_at(value)]
-    if draws is not None:
-        rows = zip(names, np.atleast_2d(np.cov(draws.T)), strict=True)
+    if "draws" in readout:
+        rows = zip(names, np.atleast_2d(np.cov(readout["draws"].T)), strict=True)
         covariance = {name: named(names, row) for name, row in rows}
     return Result(
         scenario=scenario.name,

@@ -52,6 +52,22 @@ def test_a_run_spends_its_trials_and_states_them(whole):
     assert (whole.path / "report.html").exists()
 
 
+def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monkeypatch):
+    monkeypatch.setattr("turing_learning.runs._result.LEAST_P", 0.0)  # matching has nothing against the model
+    still = 8 + 0.01 * np.random.default_rng(1).standard_normal((60, 12, 1))  # the model's speed is never so steady
+    result = tl.infer(
+        genuine=still,
+        simulate=drift,
+        parameters={"speed": (0, 20), "inert": (0, 20)},
+        trials=200,
+        seed=1,
+        settings={"run.threads": 1},
+    )
+    assert result.verdict == "classifiers can still tell"
+    assert np.isnan(list(result.interval.values())).all()
+    assert result.covariance is None
+
+
 def test_the_history_has_a_row_for_each_batch(whole):
     history = whole.history
     assert history["trials"].to_numpy()[-1] == 90
