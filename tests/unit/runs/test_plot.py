@@ -59,7 +59,7 @@ def test_a_swarm_moves_and_its_distributions_are_those_of_a_check(swarm):
     ways = [
         np.array([line.get_xydata() for line in axes.lines if len(line.get_xdata()) > 2]) for axes in (agents, replicas)
     ]
-    assert ways[0].shape == ways[1].shape == (25, 901, 2)
+    assert ways[0].shape == ways[1].shape == (11, 901, 2)  # ten agents and a replica
     np.testing.assert_array_equal(ways[0][:, 0], ways[1][:, 0])  # the same start
     assert (ways[0][:, -1] != ways[1][:, -1]).all()
     shown = swarm.plot.distributions(Figure().subplots(2, 2))
