@@ -10,7 +10,10 @@ from ..errors import integer, number, require
 from ._checks import Seed, check_seed, generation_rng
 
 Density = Callable[..., np.ndarray]
-"""Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too."""
+"""Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too.
+
+Explorers ask for a `power` of it, from 0 to 1.
+"""
 
 WALKERS = 150
 _NEAREST = 2  # a walker's companions are the nearest 1 / 2 of all
