@@ -44,12 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 class _Said(logging.Handler):
     """Write what is compiled to standard error at once, also where that is a file or a pipe."""
 
-    said = ""
-
     def emit(self, record: logging.LogRecord) -> None:
-        text = record.getMessage()
-        sys.stderr.write(f"{text.replace('this', 'another', 1) if text == self.said else text}\n")
-        self.said = text
+        sys.stderr.write(f"{record.getMessage()}\n")
         sys.stderr.flush()
 
 

@@ -395,7 +395,10 @@ def batch_schedule(trials: int, dimension: int, extended: Sequence[tuple[int, in
 
 
 class _Density:
-    """The density of the right model: where it is by the nearest trials, as far as a map of all trials does not exclude it."""
+    """The density of the right model: where it is by the nearest trials, as far as a map of all trials does not exclude it.
+
+    Explorers ask for a power of it below 1. For them the map of all trials counts in full, not only where it excludes models.
+    """
 
     def __init__(self, near: MomentField | None, wide: MomentField | None = None, reference: float = 0.0) -> None:
         self.near, self.wide, self._reference = near, wide, reference

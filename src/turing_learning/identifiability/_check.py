@@ -171,7 +171,7 @@ class Check(Tabular):
     def fault(self) -> str | None:
         """For a run of trials with two recoveries or more: "fine", "failed search" or "wrong model", see `fault`; else None.
 
-        None, too, if the samples are told from the model better than in any recovery, but recoveries are too few to say more.
+        None, too, if classifiers tell the samples from the model better than in any recovery, and more cannot be said.
         """
         tested = [(each.accuracy, each.attainable) for each in self.recoveries if each.accuracy is not None]
         if len(tested) < 2:

@@ -79,7 +79,7 @@ class _KernelCache(FunctionCache):
 
     def __init__(self, function: Callable, notice: str) -> None:
         super().__init__(function)
-        self._notice = notice
+        self._notice, self._which = notice, "this"
         given = self._cache_file
         base = f"{given._index_name.removesuffix('.nbi')}-sealed"  # earlier versions find files of their own
         self._cache_file = _SealedCacheFile(given._cache_path, base, given._source_stamp)
@@ -90,7 +90,8 @@ class _KernelCache(FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         found = super().load_overload(sig, target_context)
         if found is None and self._notice:
-            _LOGGER.info("Compiling %s, once on this machine.", self._notice)
+            _LOGGER.info("Compiling %s, once on this machine.", self._notice.format(self._which))
+            self._which = "another"
         return found
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -101,7 +102,8 @@ class _KernelCache(FunctionCache):
 def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> Any:
     """Compile `function` without the interpreter lock and keep the machine code on disk where that is possible.
 
-    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet.
+    With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}" in it is
+    "this" the first time, and "another" after that.
     """
     common: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
     dispatcher = njit(**common, **options)(function)

@@ -135,7 +135,7 @@ def _advance_trials(
                 write_speeds(speeds[block + w], cycle, w, world, state)
 
 
-_advance = compile_cached(_advance_trials, notice="the simulator for this kind of trials (10 to 20 s)")
+_advance = compile_cached(_advance_trials, notice="the simulator for {} kind of trials (10 to 20 s)")
 
 
 def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:

@@ -444,8 +444,8 @@ def summarize(
     if not configuration.run.trials and origin.folder is not None and origin.folder.laboratory_path.exists():
         trials //= configuration.swarm.replicas  # each executes a model of its own
     if configuration.run.trials:
-        judged = traces["classifier_fitness_quantiles"][-_LAST_BATCHES:, 2].mean()
-        tells = float(readout.get("p_value", 1.0)) < LEAST_P or judged > _TELLING
+        certain = told(traces["classifier_fitness_quantiles"][:, 2], _LAST_BATCHES, above=_TELLING)
+        tells = certain or float(readout.get("p_value", 1.0)) < LEAST_P
         readout = {} if tells else readout
         inferred = readout.get("estimate", typical[-1])
         low, high = readout.get("interval", np.full((2, len(names)), np.nan))

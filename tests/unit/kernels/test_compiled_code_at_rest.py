@@ -64,6 +64,15 @@ def test_the_log_says_when_something_is_compiled(kernel, caplog):
     assert len(caplog.messages) == 1
 
 
+def test_the_log_calls_what_is_compiled_anew_for_other_arguments_another(kernel, tmp_path, caplog):
+    (tmp_path / "small_kernel.py").write_text(KERNEL.replace("a double", "{} double"))
+    caplog.set_level("INFO", "turing_learning.kernels")
+    double = kernel()
+    double(1.0)
+    double(1)
+    assert [each.split()[1] for each in caplog.messages] == ["this", "another"]
+
+
 def test_no_temporary_files_are_left(kernel, tmp_path):
     kernel()(1.0)
     assert not list((tmp_path / "__pycache__").glob("*.tmp.*"))

@@ -95,9 +95,8 @@ class Firmware:
         if self._robot.alone_s > ALONE_S:
             self._stood |= self._robot.state == "R5"
             return STILL
-        if (
-            self._robot.state == "R2"
-        ):  # turn to a random direction; then drive straight, and turn a while where anything is in the way
+        # Dispersal: turn to a random direction, then drive straight, and turn a while where anything is in the way.
+        if self._robot.state == "R2":
             if time_s >= self._turn_until and is_in_the_way(proximity, OBSTACLE, _AHEAD):
                 self._turn(time_s, _AWAY_S)
             return (-self._side, self._side) if time_s < self._turn_until else (1.0, 1.0)
