@@ -98,7 +98,7 @@ def advance_involved(
     All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the trials are then
     advanced one by one, and one trial with larger margins, in the end with every pair.
     """
-    w, end, attempt = first, stop, 0
+    w, end, attempt = first, stop, np.int64(0)  # a literal would be compiled as a kind of its own
     while w < stop:
         margin = list_involved(w, end, attempt, world, state, pairs, tiles)
         robots, members = gather_party(w, end, margin, world, state, pairs, party)

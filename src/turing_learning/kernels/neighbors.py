@@ -73,7 +73,7 @@ def sort_partners(start: int, count: int, partner: np.ndarray) -> None:
 def find_pairs_in_tiles(bodies: int, margin: float, pairs: np.ndarray, tiles: Tiles) -> int:
     """List the near pairs (pairs, 2) in the order of the physics; return their number, -1 if there is no room for them."""
     used = -(-bodies // TILE)
-    total = 0
+    total = np.int64(0)  # a literal would be compiled as a kind of its own
     for tile in range(used):
         closes = find_close_tiles(tile, used, margin, tiles)
         for home in range(tile * TILE, min(tile * TILE + TILE, bodies)):

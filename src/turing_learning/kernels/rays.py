@@ -81,8 +81,8 @@ def first_in_sight(i: int, c: float, s: float, tiles: Tiles) -> int:
     x, y = tiles.member[0, home], tiles.member[1, home]
     own = home // (TILE * TILE)
     of_block, of_tile = tiles.bound[0], tiles.bound[1]
-    bound_entries(tiles.block, 0, tiles.block.shape[1], x, y, c, s, of_block)
-    nearest, first = FARTHEST, -1
+    bound_entries(tiles.block, np.int64(0), tiles.block.shape[1], x, y, c, s, of_block)
+    nearest, first = FARTHEST, np.int64(-1)  # literals would be compiled as kinds of their own
     for n in range(tiles.block.shape[1]):
         block = own if n == 0 else n - 1 if n <= own else n
         if of_block[block] <= nearest:

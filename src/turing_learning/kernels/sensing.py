@@ -51,12 +51,13 @@ def first_reading(i: int, w: int, world: World, state: State) -> int:
 
 
 @inlined
-def sense(world: World, state: State) -> None:
+def sense(sectors: np.ndarray | None, world: World, state: State) -> None:
     """Read the sensor of every robot in every slot, and count the pairs within reach (`state.crowd`).
 
-    Two bodies are within reach if their distance is below the sum of their reaches.
+    Two bodies are within reach if their distance is below the sum of their reaches. `sectors` are those of the world: what an
+    argument that is None leaves out is not compiled.
     """
-    if world.sectors is None:
+    if sectors is None:
         sense_on_rays(world, state)
     else:
         sense_in_sectors(world, state)

@@ -101,7 +101,7 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
         longest = max(longest, pairs.number[g])
     astray = 0
     for k in range(longest):
-        hits = 0
+        hits = np.int64(0)  # a literal would be compiled as a kind of its own
         for g in range(trials):
             if k < pairs.number[g]:
                 i, j = np.uint64(pairs.near[g, k, 0]), np.uint64(pairs.near[g, k, 1])

@@ -38,13 +38,13 @@ def start_trial(poses: np.ndarray, controllers: np.ndarray, w: int, world: World
 
 
 @inlined
-def sense_in_tiles(cycle: int, world: World, state: State, tiles: Tiles) -> None:
+def sense_in_tiles(cycle: int, sectors: np.ndarray | None, world: World, state: State, tiles: Tiles) -> None:
     """Read the sensors of the only trial, one of many bodies, and bring its tiles up to date."""
     x, y = state.x[:, 0], state.y[:, 0]
     if cycle % REORDER_CYCLES == 0:
         renew_order(x, y, tiles)
     renew_boxes(x, y, world.sight_radius, state.reach[:, 0], tiles)
-    if world.sectors is None:
+    if sectors is None:
         read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
     else:
         sense_one_trial(world, state)
@@ -59,9 +59,9 @@ def look(cycle: int, world: World, state: State, tiles: Tiles | None) -> None:
         for w in range(state.crowd.shape[0]):
             set_object_reach(w, world, state)
     if tiles is None:
-        sense(world, state)
+        sense(world.sectors, world, state)
     else:
-        sense_in_tiles(cycle, world, state, tiles)
+        sense_in_tiles(cycle, world.sectors, world, state, tiles)
 
 
 @inlined
