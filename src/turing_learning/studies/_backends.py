@@ -6,7 +6,7 @@ import shlex
 import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import Future
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 CONNECT_S = 4.0  # that a scheduler has to answer
+WORKER_S = 10.0  # that a first worker has to arrive
 SCHEMES = ("tcp", "tls", "ws", "wss")
 
 MINUTES = 60  # asked for each run; the script says where to change it
@@ -94,6 +95,8 @@ def dask_cluster(address: str) -> Iterator["Client"]:
                 f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
             ) from error
         try:
+            with suppress(TimeoutError):  # workers that were started just before
+                client.wait_for_workers(1, timeout=WORKER_S)
             require(client.ncores(), "cluster", "have at least one worker", f"{address!r} with none",
                     f"Start one: dask worker {address} --nthreads 1", error=ConfigurationError)  # fmt: skip
             yield client
