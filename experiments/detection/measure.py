@@ -1,7 +1,8 @@
 """Measure detection: simulated swarms, planted individuals, recorded animals, and false alarms.
 
 ``python experiments/detection/measure.py WHAT --work FOLDER`` (swarm, grid, families, ...) appends rows to a table beside
-this file, and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out.
+this file, and leaves out what the table has already; runs are stored in FOLDER. Decision 0031 says what came out. With
+``--trials N`` runs are by trials, as by default, in place of generations, and the tables end in -trials.
 """
 
 import argparse
@@ -65,9 +66,12 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("what", choices=MEASURED)
     parser.add_argument("--work", type=Path, default=Path("runs/detection"))
+    parser.add_argument("--trials", type=int)
     asked = parser.parse_args()
+    if asked.trials:
+        BUDGET["trials"] = asked.trials
     columns, measure = MEASURED[asked.what]
-    path = HERE / f"{asked.what}.csv"
+    path = HERE / f"{asked.what}{'-trials' * bool(BUDGET)}.csv"
     rows = list(csv.DictReader(path.open())) if path.exists() else []
     known = {tuple(row.values())[:2] for row in rows}
     with path.open("a", newline="") as file:
@@ -83,9 +87,15 @@ def main() -> None:
 Measured = Iterator[tuple[tuple[str, str], Callable[[], list[list[object]]]]]
 
 
-def run_on(path: Path, **system: object) -> tl.runs.Result:
+BUDGET: dict[str, int] = {}  # of runs by trials
+
+
+def run_on(path: Path, generations: int, **system: object) -> tl.runs.Result:
     """Return the run in a folder, made if it is not there."""
-    return tl.load_run(path) if path.exists() else tl.infer(**system, out=path, threads=1)
+    if BUDGET:
+        path = path.with_name(f"{path.name}-{BUDGET['trials']}-trials")
+    effort = BUDGET or {"generations": generations}
+    return tl.load_run(path) if path.exists() else tl.infer(**system, **effort, out=path, threads=1)
 
 
 def swarm(work: Path) -> Measured:
@@ -97,7 +107,7 @@ def swarm(work: Path) -> Measured:
 
 def unlike(path: Path, name: str, seed: int) -> list[list[object]]:
     """Return rows (way, difference, area)."""
-    result = run_on(path, scenario=name, generations=1000, seed=seed)
+    result = run_on(path, 1000, scenario=name, seed=seed)
     run, rng = run_classifiers(result), np.random.default_rng((31, seed))
     scenario = run.simulated_scenario()
     truth, agents = np.asarray(scenario.controller), scenario.agents
@@ -138,7 +148,7 @@ def grid(work: Path) -> Measured:
 
 def over_grid(path: Path, name: str, seed: int) -> list[list[object]]:
     """Return rows (way, samples, level, decision accuracy, sensitivity, specificity)."""
-    result = run_on(path, scenario=name, generations=1000, seed=seed)
+    result = run_on(path, 1000, scenario=name, seed=seed)
     run, rng = run_classifiers(result), np.random.default_rng((33, seed))
     scenario = run.simulated_scenario()
     models, agents = grid_models(scenario, 11 if len(scenario.controller) == 4 else 5), scenario.agents
@@ -211,7 +221,7 @@ def learned(
         signals=windows.names, tank_cm=tank,
     )  # fmt: skip
     given = {"genuine": windows, "simulate": family, "parameters": family.parameters, "name": model}
-    return run_on(work / f"{label}-{model}-{signals}-{seed}", **given, generations=500, seed=seed)
+    return run_on(work / f"{label}-{model}-{signals}-{seed}", 500, **given, seed=seed)
 
 
 def planted(

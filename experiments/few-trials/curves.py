@@ -67,10 +67,12 @@ def summary() -> None:
         path = HERE / f"{name}.csv"
         if path.exists():
             rows = pd.read_csv(path).assign(given=lambda one: one.held_90.notna(), below=lambda one: one.mae < 0.05)
+            good = rows[rows.mae < 2 * rows.groupby("trials").mae.transform("median")]
             table = rows.groupby("trials").agg(
                 runs=("mae", "size"), median=("mae", "median"), worst=("mae", "max"), below_005=("below", "mean"),
                 given=("given", "mean"), held=("held_90", "mean"), cpu_s=("cpu_s", "median"),
             )  # fmt: skip
+            table["good_called_converged"] = (good.verdict == "converged").groupby(good.trials).mean()
             sys.stdout.write(f"{name}\n{table.to_string(float_format='{:.4f}'.format)}\n")
 
 
