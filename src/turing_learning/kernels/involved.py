@@ -104,7 +104,7 @@ def advance_involved(
         robots, members = gather_party(w, end, margin, world, state, pairs, party)
         if step_cycle(end - w, robots, members, margin == np.inf, pairs, world, party, tiles):
             scatter_party(w, members, world, state, party)
-            w, end, attempt = end, end + 1, 0
+            w, end, attempt = end, end + 1, np.int64(0)
         elif end - w > 1:
             end = w + 1
         else:

@@ -90,7 +90,7 @@ def first_in_sight(i: int, c: float, s: float, tiles: Tiles) -> int:
             for tile in range(block * TILE, block * TILE + TILE):
                 if of_tile[tile] <= nearest and meets_any(tiles.member, tile * TILE, x, y, c, s):
                     nearest, first = first_of_tile(tile * TILE, x, y, c, s, nearest, first, tiles)
-    return first
+    return int(first)
 
 
 @inlined

@@ -3,6 +3,7 @@
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -48,10 +49,10 @@ def short_number(value: float, decimals: int = 3) -> str:
     return f"{value:.{decimals}f}"
 
 
-def aligned(values: Sequence[float | None], nothing: str = "-") -> list[str]:
+def aligned(values: Sequence[float | None], nothing: str = "-", least: int = 4) -> list[str]:
     """Return the numbers of a column, all with the same number of places after the point, or all with an exponent.
 
-    Beside larger numbers the least one may have a single digit.
+    These are `least` or more. Beside larger numbers the smallest one may have a single digit.
 
     Examples
     --------
@@ -64,8 +65,8 @@ def aligned(values: Sequence[float | None], nothing: str = "-") -> list[str]:
     """
     sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
     first = -math.floor(math.log10(min(sizes))) if sizes else 0  # place of the first digit of the least
-    decimals, largest = max(4, min(first + 1, MOST_DECIMALS)), max(sizes, default=0.0)
-    fixed = first + (largest < 1e-3) <= MOST_DECIMALS and largest < LARGEST_FIXED
+    decimals, largest = max(least, min(first + 1, MOST_DECIMALS)), max(sizes, default=0.0)
+    fixed = first + (largest < 1e-4) <= MOST_DECIMALS and largest < LARGEST_FIXED
     return [shown(value, f"{{:.{decimals}f}}".format if fixed else "{:.3e}".format, nothing) for value in values]
 
 
@@ -200,16 +201,18 @@ def parameter_rows(
 ) -> tuple[list[str], list[list[str]]]:
     """Return headings and rows of a table from columns heading -> name -> number, two ends, or word; None is left out."""
 
-    def text(value: Any) -> str:
-        if isinstance(value, str):
-            return value
-        if isinstance(value, Sequence):
-            decimals = 4 if value[1] - value[0] < 0.01 else 3
-            return shown(value[0], lambda low: " to ".join(short_number(end, decimals) for end in (low, value[1])))
-        return shown(value)
+    def cells(values: Sequence[Any]) -> list[str]:
+        if any(isinstance(value, str) for value in values):
+            return [value if isinstance(value, str) else shown(value) for value in values]
+        if not any(isinstance(value, Sequence) for value in values):
+            return aligned(values, least=3)
+        decimals = 4 if any(high - low < 0.01 for low, high in values) else 3
+        both = [[shown(end, partial(short_number, decimals=decimals)) for end in ends] for ends in values]
+        return [" to ".join(ends) if "-" not in ends else "-" for ends in both]
 
     known = {heading: column for heading, column in columns.items() if column is not None}
-    rows = [[label, *(text(column[name]) for column in known.values())] for name, label in labels.items()]
+    texts = [cells([column[name] for name in labels]) for column in known.values()]
+    rows = [list(row) for row in zip(labels.values(), *texts, strict=True)]
     return ["parameter", *known], rows
 
 
