@@ -361,7 +361,10 @@ def check(
         system = {"genuine": windows, "simulate": family, "recording": motion}
     stages, console = plain_console(stderr=True), plain_console()
     repeated = {"recoveries": recoveries, "recovery_generations": recovery_generations}
-    found = result.check(**system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print)
+    try:
+        found = result.check(**system, **repeated, effort=effort, seed=seed, force=force, stage=stages.print)
+    except KeyboardInterrupt as error:
+        raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(found)
     console.print(judged(result.verdicts))
     if (report := RunFolder(run).report_path).exists():
