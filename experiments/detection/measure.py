@@ -76,7 +76,7 @@ def main() -> None:
     known = {tuple(row.values())[:2] for row in rows}
     with path.open("a", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        if not rows:
+        if file.tell() == 0:
             writer.writerow(columns)
         for key, found in measure(asked.work):
             if key not in known:

@@ -9,7 +9,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "detection.md").read_text(encoding=
 BLOCK = next(block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "def record" in block)
 FAST = {
     "frames=3000": "frames=1500",
-    "generations=300,": 'generations=60, settings={"models.population": 40, "classifiers.population": 40, "run.threads": 1},',
+    'out="runs/fish")': 'out="runs/fish", trials=300, settings={"run.threads": 1})',
 }
 
 
