@@ -28,7 +28,8 @@ All that a file may say in `[models]`, `[classifiers]`, `[coevolution]` and `[ru
 tl.infer("aggregation", settings={"models.population": 60, "classifiers.hidden": 8})
 ```
 
-`--preset paper` keeps to the text of the paper; where nothing stands below, it is as the default. What the settings are for:
+`--preset paper` keeps to the text of the paper; where nothing stands below, it is as the default. `--preset
+authors` adds `start = "middle"` and `minimum_step_size = 0.01`, as in the authors' published settings. What the settings are for:
 [How it works](method.md). What moves, and where: [A scenario of your own](scenarios.md). This page is written by
 `python docs/settings.py`.
 """

@@ -60,7 +60,7 @@ def infer(
     config
         TOML file with any setting, see `turing-learning docs scenarios`.
     preset
-        "default", or "paper" to keep to the text of the paper.
+        "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
     generations
         Number of generations instead of a budget in trials.
     trials

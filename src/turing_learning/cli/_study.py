@@ -59,7 +59,7 @@ def study(
     config
         TOML file with any setting, and a [grid] or [[list]] of settings.
     preset
-        "default", or "paper" to keep to the text of the paper.
+        "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
     generations
         Number of generations of each run, as in `infer`.
     trials

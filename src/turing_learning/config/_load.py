@@ -20,23 +20,31 @@ from ._configuration import Configuration, scenario_type
 from ._sections import ConfigurationError, PopulationSection
 from ._toml import UNBOUNDED, line_of, read_toml
 
+_PAPER: dict[str, dict[str, Any]] = {
+    "models": {
+        "minimum_step_size": 0.0,
+        "recombination": 1.0,
+        "redraw": 0.0,
+        "exchange": 0.0,
+        "intermediate": False,
+        "memory": 0.0,
+    },
+    "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
+    "coevolution": {"archive": 0},
+}
+_PUBLISHED = {"minimum_step_size": 0.01, "start": "middle"}
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
-    "paper": {
-        "models": {
-            "minimum_step_size": 0.0,
-            "recombination": 1.0,
-            "redraw": 0.0,
-            "exchange": 0.0,
-            "intermediate": False,
-            "memory": 0.0,
-        },
-        "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
-        "coevolution": {"archive": 0},
+    "paper": _PAPER,
+    "authors": {
+        "models": _PAPER["models"] | _PUBLISHED,
+        "classifiers": _PAPER["classifiers"] | _PUBLISHED,
+        "coevolution": _PAPER["coevolution"],
     },
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
-past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness."""
+past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness;
+"authors" adds what the authors' published settings have: a floor under the step sizes, and a start from 0."""
 
 SCENARIOS: dict[str, Scenario | StimulatedSystem] = {**SWARMS, **STIMULATED}
 """Every system that has a name: swarms, and systems with stimuli."""

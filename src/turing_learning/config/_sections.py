@@ -61,6 +61,10 @@ class PopulationSection(Section):
         "networks; for a custom system -1 and 1 are the ends of the first models' range of each parameter",
     )
     initial_high: Start = Field(default=1.0, description="upper end of that range")
+    start: Literal["range", "middle"] = Field(
+        default="range",
+        description='"range": the first individuals are drawn from it; "middle": they begin in its middle',
+    )
     initial_step_size: Positive = Field(
         default=1.0, description="standard deviation of the first mutations; 0.3 if models are networks"
     )

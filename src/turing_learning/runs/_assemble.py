@@ -34,6 +34,8 @@ from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem, Source
 
+_APART = 1e-9  # of the range: individuals that begin in its middle
+
 
 class Generations(Coevolution):
     """A coevolution as the loop of a run, as `TrialsLoop`: its history is all that is stored and read off."""
@@ -90,7 +92,10 @@ def optimizer_of(
 ) -> Optimizer:
     """Return the optimizer that a section describes; `argument` names it in messages, `parts` are those of the built-in one."""
     name, size = section.optimizer, section.parents + section.offspring
-    begin = {"seed": seed, "initial_low": section.initial_low, "initial_high": section.initial_high}
+    low, high = section.initial_low, section.initial_high
+    if section.start == "middle":
+        low, high = (0.5 * (low + high) + side * _APART * (high - low) for side in (-1, 1))
+    begin = {"seed": seed, "initial_low": low, "initial_high": high}
     if name == OPTIMIZERS[0]:
         return EvolutionStrategy(
             dimension,

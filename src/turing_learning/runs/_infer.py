@@ -83,7 +83,7 @@ def infer(
     seed
         Seed of all random numbers, >= 0. The same seed gives the same result for any number of threads.
     preset
-        "default", or "paper" to keep to the text of the paper.
+        "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
     config
         A TOML file, or a resolved configuration. The other arguments come before it.
     settings

@@ -494,7 +494,8 @@ def summarize(
 
 def _said(configuration: Configuration, traces: Traces, window: int) -> list[Verdict]:
     """Return what speaks against a run of generations by itself; that classifiers tell its models counts once they have settled."""
-    spreads = traces["model_spread"]
+    alike = configuration.models.start == "middle"  # the first models, which have no spread to begin with
+    spreads = traces["model_spread"][int(alike) :]
     known = not configuration.models.hidden and bool(np.isfinite(spreads).all())
     if not settled(configuration.described(traces["typical_model"]), window, spreads if known else None).all():
         return [Verdict.MOVING]

@@ -309,8 +309,16 @@ def test_numbers_of_numpy_are_numbers():
     assert (configuration.run.seed, configuration.models.initial_low) == (5, -0.5)
 
 
+def test_the_authors_start_from_zero_with_a_floor_under_the_step_sizes():
+    paper, authors = (load_configuration(preset=name) for name in ("paper", "authors"))
+    for section in ("models", "classifiers"):
+        changed = getattr(paper, section).model_copy(update={"minimum_step_size": 0.01, "start": "middle"})
+        assert getattr(authors, section) == changed
+    assert authors.coevolution == paper.coevolution
+
+
 def test_a_preset_that_is_no_text_is_refused():
-    assert refused(preset=None) == "`preset` must be a known preset; got None. Choose from: default, paper."
+    assert refused(preset=None) == "`preset` must be a known preset; got None. Choose from: authors, default, paper."
 
 
 def test_a_scenario_of_another_name_is_refused_with_its_place():
