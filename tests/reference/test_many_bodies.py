@@ -77,7 +77,7 @@ def renew(world, state, tiles):
 
 
 def assert_equal_to_the_plain_loops(world, state, tiles):
-    sense(world, state)
+    sense(world.sectors, world, state)
     expected = state.reading[:, 0].copy()
     state.reading[:] = 0
     read_sensors(state.cosine[:, 0], state.sine[:, 0], state.reading[:, 0], world, tiles)
