@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from .compile import inlined
-from .party import LANES, Party
+from .party import LANES, Lanes, Party
 from .world import World
 
 RESTITUTION = 0.9
@@ -91,11 +91,11 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
 
 
 @inlined
-def push_all_apart(hits: int, party: Party) -> None:
-    """Resolve the contacts of the first `hits` pairs in `party.hit`, each of another trial, side by side."""
-    lane = party.lane
+def push_all_apart(hits: int, party: Party, lanes: Lanes) -> None:
+    """Resolve the contacts of the first `hits` pairs in `lanes.hit`, each of another trial, side by side."""
+    lane = lanes.number
     for c in range(hits):
-        i, j = np.uint64(party.hit[c, 0]), np.uint64(party.hit[c, 1])
+        i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
         lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c] = party.x[i], party.y[i], party.vx[i], party.vy[i]
         lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c] = party.x[j], party.y[j], party.vx[j], party.vy[j]
         lane[TURN_A + c], lane[TURN_B + c] = party.turn[i], party.turn[j]
@@ -112,7 +112,7 @@ def push_all_apart(hits: int, party: Party) -> None:
         lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c], lane[TURN_A + c] = a
         lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c], lane[TURN_B + c] = b
     for c in range(hits):
-        i, j = np.uint64(party.hit[c, 0]), np.uint64(party.hit[c, 1])
+        i, j = np.uint64(lanes.hit[c, 0]), np.uint64(lanes.hit[c, 1])
         party.x[i], party.y[i], party.vx[i], party.vy[i] = lane[X_A + c], lane[Y_A + c], lane[VX_A + c], lane[VY_A + c]
         party.x[j], party.y[j], party.vx[j], party.vy[j] = lane[X_B + c], lane[Y_B + c], lane[VX_B + c], lane[VY_B + c]
         party.turn[i], party.turn[j] = lane[TURN_A + c], lane[TURN_B + c]

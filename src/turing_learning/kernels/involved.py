@@ -9,7 +9,7 @@ import numpy as np
 
 from .compile import inlined
 from .neighbors import find_pairs_in_tiles
-from .party import ALL_PAIRS, Pairs, Party, gather_party, scatter_party
+from .party import ALL_PAIRS, Lanes, Pairs, Party, gather_party, scatter_party
 from .stepping import step_cycle
 from .tiles import Tiles
 from .world import State, World
@@ -82,16 +82,15 @@ def may_touch(w: int, world: World, state: State) -> bool:
 
 
 @inlined
-def list_pairs(w: int, margin: float, world: World, state: State, pairs: np.ndarray, tiles: Tiles | None) -> int:
-    """List the near pairs of a trial, through its tiles if it has any; return their number."""
-    if tiles is None:
-        return find_near_pairs(w, margin, world, state, pairs)
-    return find_pairs_in_tiles(world.bodies, margin, pairs, tiles)
-
-
-@inlined
 def advance_involved(
-    first: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, tiles: Tiles | None
+    first: int,
+    stop: int,
+    world: World,
+    state: State,
+    pairs: Pairs,
+    party: Party,
+    lanes: Lanes | None,
+    tiles: Tiles | None,
 ) -> None:
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
 
@@ -100,9 +99,9 @@ def advance_involved(
     """
     w, end, attempt = first, stop, np.int64(0)  # a literal would be compiled as a kind of its own
     while w < stop:
-        margin = list_involved(w, end, attempt, world, state, pairs, tiles)
+        margin = list_involved(w, end, attempt, world, state, pairs, lanes, tiles)
         robots, members = gather_party(w, end, margin, world, state, pairs, party)
-        if step_cycle(end - w, robots, members, margin == np.inf, pairs, world, party, tiles):
+        if step_cycle(end - w, robots, members, margin == np.inf, pairs, world, party, lanes, tiles):
             scatter_party(w, members, world, state, party)
             w, end, attempt = end, end + 1, np.int64(0)
         elif end - w > 1:
@@ -113,7 +112,14 @@ def advance_involved(
 
 @inlined
 def list_involved(
-    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, tiles: Tiles | None
+    first: int,
+    stop: int,
+    attempt: int,
+    world: World,
+    state: State,
+    pairs: Pairs,
+    lanes: Lanes | None,
+    tiles: Tiles | None,
 ) -> float:
     """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
 
@@ -127,7 +133,10 @@ def list_involved(
             mark_near_walls(w, world, state)
         near, listed = pairs.near[w - first], 0
         if attempt > 0 or may_touch(w, world, state):
-            listed = list_pairs(w, MARGINS[attempt], world, state, near, tiles)
+            if lanes is not None:
+                listed = find_near_pairs(w, MARGINS[attempt], world, state, near)
+            if tiles is not None:
+                listed = find_pairs_in_tiles(world.bodies, MARGINS[attempt], near, tiles)
         mark_pairs(listed, w, state, near)
         pairs.number[w - first] = listed
         if listed == ALL_PAIRS:

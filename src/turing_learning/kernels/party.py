@@ -38,6 +38,18 @@ LANES = 16
 """Contacts that are resolved side by side, each of another trial."""
 
 
+class Lanes(NamedTuple):
+    """Room for the contacts that are resolved side by side. One trial of many bodies has none, but `Tiles`."""
+
+    hit: np.ndarray  # (LANES + 1, 2) int64, members that overlap; the last row is never read
+    number: np.ndarray  # (16 * LANES,) their motion and disks
+
+
+def new_lanes() -> Lanes:
+    """Allocate lanes."""
+    return Lanes(hit=np.zeros((LANES + 1, 2), np.int64), number=np.ones(16 * LANES))
+
+
 class Party(NamedTuple):
     """Members of the party; arrays are (trials * bodies,) and filled up to the number of members."""
 
@@ -57,8 +69,6 @@ class Party(NamedTuple):
     start_x: np.ndarray  # at the start of the cycle, cm
     start_y: np.ndarray
     travel: np.ndarray  # square of the distance from the start that is allowed, cm^2
-    hit: np.ndarray  # (LANES + 1, 2) int64, members that overlap; the last row is never read
-    lane: np.ndarray  # (16 * LANES,) their motion and disks
     work: np.ndarray  # (3, trials * bodies) angles, sines and cosines
 
 
@@ -82,8 +92,6 @@ def new_party(bodies: int) -> Party:
         start_x=next(row),
         start_y=next(row),
         travel=next(row),
-        hit=np.zeros((LANES + 1, 2), np.int64),
-        lane=np.ones(16 * LANES),
         work=np.zeros((3, bodies)),
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 from .compile import inlined
 from .contacts import keep_inside, overlap, push_all_apart, push_apart
 from .geometry import sines_and_cosines, wrapped
-from .party import ALL_PAIRS, Pairs, Party
+from .party import ALL_PAIRS, Lanes, Pairs, Party
 from .tiles import Tiles
 from .world import World
 
@@ -91,7 +91,7 @@ def resolve_one_by_one(members: int, listed: int, pairs: np.ndarray, party: Part
 
 
 @inlined
-def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
+def resolve_side_by_side(trials: int, pairs: Pairs, party: Party, lanes: Lanes) -> int:
     """Resolve the contacts of trials whose pairs are all listed: the first pair of each, the second of each, and so on.
 
     Returns how often a member was pushed astray. A contact alone is faster without vectors.
@@ -105,16 +105,16 @@ def resolve_side_by_side(trials: int, pairs: Pairs, party: Party) -> int:
         for g in range(trials):
             if k < pairs.number[g]:
                 i, j = np.uint64(pairs.near[g, k, 0]), np.uint64(pairs.near[g, k, 1])
-                party.hit[hits, 0], party.hit[hits, 1] = i, j
+                lanes.hit[hits, 0], lanes.hit[hits, 1] = i, j
                 hits += overlap(i, j, party)
         if hits == 0:
             continue
         if hits == 1:
-            push_apart(np.uint64(party.hit[0, 0]), np.uint64(party.hit[0, 1]), party)
+            push_apart(np.uint64(lanes.hit[0, 0]), np.uint64(lanes.hit[0, 1]), party)
         else:
-            push_all_apart(hits, party)
+            push_all_apart(hits, party, lanes)
         for c in range(hits):
-            astray += strays(np.uint64(party.hit[c, 0]), party) + strays(np.uint64(party.hit[c, 1]), party)
+            astray += strays(np.uint64(lanes.hit[c, 0]), party) + strays(np.uint64(lanes.hit[c, 1]), party)
     return astray
 
 
@@ -133,7 +133,15 @@ def finish_step(members: int, world: World, party: Party) -> int:
 
 @inlined
 def step_cycle(
-    trials: int, robots: int, members: int, every: bool, pairs: Pairs, world: World, party: Party, tiles: Tiles | None
+    trials: int,
+    robots: int,
+    members: int,
+    every: bool,
+    pairs: Pairs,
+    world: World,
+    party: Party,
+    lanes: Lanes | None,
+    tiles: Tiles | None,
 ) -> bool:
     """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members.
 
@@ -145,9 +153,9 @@ def step_cycle(
         set_object_velocities(robots, members, dt, world.deceleration, party)
         astray = advance_positions(members, dt, party)
         if astray == 0 or every:
-            if tiles is None:
-                astray = resolve_side_by_side(trials, pairs, party)
-            else:
+            if lanes is not None:
+                astray = resolve_side_by_side(trials, pairs, party, lanes)
+            if tiles is not None:
                 astray = resolve_one_by_one(members, pairs.number[0], pairs.near[0], party)
         astray += finish_step(members, world, party)
         if astray > 0 and not every:

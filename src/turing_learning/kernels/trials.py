@@ -9,7 +9,7 @@ from .geometry import sines_and_cosines
 from .involved import advance_involved, clear_marks
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
 from .networks import Networks, drive, forget, with_memory
-from .party import LANES, Pairs, Party, new_pairs, new_party
+from .party import LANES, Lanes, Pairs, Party, new_lanes, new_pairs, new_party
 from .rays import read_sensors
 from .sectors import open_view, sense_one_trial
 from .sensing import sense
@@ -52,15 +52,15 @@ def sense_in_tiles(cycle: int, sectors: np.ndarray | None, world: World, state: 
 
 
 @inlined
-def look(cycle: int, world: World, state: State, tiles: Tiles | None) -> None:
+def look(cycle: int, world: World, state: State, lanes: Lanes | None, tiles: Tiles | None) -> None:
     """Bring the headings' sines, the reaches and the sensor readings up to date."""
     sines_and_cosines(state.heading.reshape(-1), state.sine.reshape(-1), state.cosine.reshape(-1))
     if world.bodies > world.robots:
         for w in range(state.crowd.shape[0]):
             set_object_reach(w, world, state)
-    if tiles is None:
+    if lanes is not None:
         sense(world.sectors, world, state)
-    else:
+    if tiles is not None:
         sense_in_tiles(cycle, world.sectors, world, state, tiles)
 
 
@@ -99,13 +99,15 @@ def _advance_trials(
     state: State,
     pairs: Pairs,
     party: Party,
+    lanes: Lanes | None,
     tiles: Tiles | None,
     networks: Networks | None,
 ) -> None:
     """Run the trials from `block` on, one in each slot of the state.
 
     initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are empty also poses (R, T + 1, B, 3)
-    and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`. Networks write to the controllers.
+    and sensors (R, T + 1, A). Trials of many bodies come one at a time, with `tiles`, others
+    with `lanes`; the other is None and not compiled. Networks write to the controllers.
     """
     recorded = poses.shape[0] > 0
     slots = state.crowd.shape[0]
@@ -115,7 +117,7 @@ def _advance_trials(
     if networks is not None:
         forget(networks)
     for cycle in range(speeds.shape[2] + recorded):
-        look(cycle, world, state, tiles)
+        look(cycle, world, state, lanes, tiles)
         if recorded:
             for w in range(slots):
                 record(poses[block + w, cycle], sensors[block + w, cycle], w, world, state)
@@ -129,7 +131,7 @@ def _advance_trials(
                 command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
             clear_marks(state)
             for first in range(0, slots, LANES):
-                advance_involved(first, min(first + LANES, slots), world, state, pairs, party, tiles)
+                advance_involved(first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles)
             glide_free_robots(world, state)
             for w in range(slots):
                 write_speeds(speeds[block + w], cycle, w, world, state)
@@ -147,12 +149,13 @@ def record_trials(start: int, stop: int, *arrays: np.ndarray, world: World, netw
     state = new_state(min(side_by_side, stop - start), world.bodies)
     together = min(LANES, side_by_side)
     pairs, party = new_pairs(together, world.bodies), new_party(together * world.bodies)
+    lanes = new_lanes() if world.bodies <= MANY else None
     tiles = new_tiles(world.bodies, pairs.near.shape[1]) if world.bodies > MANY else None
     remembering = None if networks is None else with_memory(networks, len(state.crowd))
     for block in range(start, stop, side_by_side):
         if stop - block < len(state.crowd):
             state = new_state(stop - block, world.bodies)
-        _advance(block, *arrays, world, state, pairs, party, tiles, remembering)
+        _advance(block, *arrays, world, state, pairs, party, lanes, tiles, remembering)
 
 
 def observe_trials(start: int, stop: int, *arrays: np.ndarray, world: World, networks: Networks | None = None) -> None:

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from turing_learning.kernels.contacts import push_all_apart
-from turing_learning.kernels.party import LANES, new_party
+from turing_learning.kernels.party import LANES, new_lanes, new_party
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_60, OBJECT_CLUSTERING, Arena, initial_poses, observe
 
 SCENARIOS = {
@@ -46,10 +46,10 @@ def test_contacts_of_several_trials_are_resolved_by_vector_instructions():
         pytest.skip("this processor has no AVX registers")
 
     @njit(error_model="numpy")
-    def resolve(hits, party):
-        push_all_apart(hits, party)
+    def resolve(hits, party, lanes):
+        push_all_apart(hits, party, lanes)
 
-    resolve(2, new_party(22))
+    resolve(2, new_party(22), new_lanes())
     assembly = "\n".join(resolve.inspect_asm().values())
     assert re.search(r"vdivpd\b.*%[yz]mm", assembly)
     assert not re.search(r"\bv?divsd\b", assembly)
