@@ -37,14 +37,14 @@ LATE_S = np.arange(-0.2, 0.4, 0.005)  # of the images after the middle of the tr
 
 
 def errors(trial: Path, truth: np.ndarray, wait_s: float, execute_s: float) -> tuple[float, float]:
-    """Return the largest error (cm, degrees) of a trial's poses, the camera's delay being that which fits best."""
+    """Return the largest error (cm, degrees) of a trial's poses, the camera's delay being that with the least mean distance."""
     with np.load(trial) as stored:
         poses, started_s, interval_s = stored["poses"], float(stored["started_s"]), float(stored["interval_s"])
     begin_s = started_s + wait_s + (execute_s - interval_s * (len(poses) - 1)) / 2
     around = truth[np.abs(truth[:, 0] - started_s) < 30]
     there = around[:, 1:].reshape(len(around), -1, 3)
     there[..., 2] = np.unwrap(there[..., 2], axis=0)
-    best = (np.inf, np.inf)
+    best = (np.inf, np.inf, np.inf)
     start = np.array([np.interp(begin_s, around[:, 0], there[:, k, 0]) for k in range(there.shape[1])])
     order = slice(0, poses.shape[1])
     for late_s in LATE_S:
@@ -58,8 +58,9 @@ def errors(trial: Path, truth: np.ndarray, wait_s: float, execute_s: float) -> t
         ]  # agents wear the same marker: numbered anew in each trial
         apart = poses - at[:, who][:, order]
         turned = np.degrees(np.abs((apart[..., 2] + np.pi) % (2 * np.pi) - np.pi))
-        best = min(best, (float(np.hypot(apart[..., 0], apart[..., 1]).max()), float(turned.max())))
-    return best
+        distance = np.hypot(apart[..., 0], apart[..., 1])
+        best = min(best, (float(distance.mean()), float(distance.max()), float(turned.max())))
+    return best[1:]
 
 
 def main() -> None:
