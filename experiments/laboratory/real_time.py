@@ -29,9 +29,11 @@ with ArenaService(seed=1, lines="tcp") as service:
     truth, lab = [], service.laboratory
     while not (folder / "stop").exists():
         with lab.lock:
-            truth.append(np.r_[time.monotonic(), lab.poses().ravel()])
+            truth.append(np.r_[time.monotonic(), lab.clock.now(), lab.poses().ravel()])
         time.sleep(0.04)
-    np.save(folder / "truth.npy", np.array(truth))
+    truth = np.array(truth)
+    truth[:, 0] = truth[:, 1] + (truth[:, 0] - truth[:, 1]).min()  # when the arena's time was due
+    np.save(folder / "truth.npy", np.delete(truth, 1, axis=1))
 """
 LATE_S = np.arange(-0.2, 0.4, 0.005)  # of the images after the middle of the trial began: the camera is not synchronous
 

@@ -180,6 +180,17 @@ def test_images_come_ten_times_a_second_and_none_twice(laboratory):
     assert times[0] == pytest.approx(3.337)
 
 
+def test_an_image_that_is_rendered_late_shows_where_the_robots_were_when_it_was_due(laboratory):
+    laboratory.operator.press_remote()
+    laboratory.clock.sleep(11.037)
+    due, poses = laboratory.clock.now(), laboratory.poses()
+    laboratory.clock.sleep(0.18)
+    assert np.abs(laboratory.poses() - poses).max() > 0.5
+    np.testing.assert_array_equal(laboratory.poses(due), poses)
+    laboratory._eye.render = lambda shown, _: shown
+    np.testing.assert_array_equal(laboratory.camera.snapshot(due), poses)
+
+
 def test_the_tracker_finds_the_robots_where_they_are(laboratory, tracker):
     laboratory.operator.press_remote()
     laboratory.clock.sleep(11.0)

@@ -316,12 +316,15 @@ class Conditions:
 
 
 class ArenaCamera:
-    """Take images as `Capture` does: each waits, by the laboratory's clock, for the next, and is rendered when it is taken.
+    """Take images as `Capture` does: each waits, by the laboratory's clock, for the next.
 
-    The first image is taken at `lag_s`. A `frozen` camera gives the same image again and again, an `unplugged` one none.
+    An image shows where the robots were when it was due, even if it is rendered late. The first is taken at `lag_s`. A `frozen`
+    camera gives the same image again and again, an `unplugged` one none.
     """
 
-    def __init__(self, clock: VirtualClock, render: Callable[[], np.ndarray], interval_s: float, lag_s: float) -> None:
+    def __init__(
+        self, clock: VirtualClock, render: Callable[[float | None], np.ndarray], interval_s: float, lag_s: float
+    ) -> None:
         self._clock, self._render, self._interval_s, self._lag_s = clock, render, interval_s, lag_s
         self._last: np.ndarray | None = None
         self._number, self.taken_s = -1, 0.0
@@ -332,14 +335,18 @@ class ArenaCamera:
         if self.unplugged:
             raise CameraError("`source` must give images; got none more from the emulated camera. Check its cable.")
         self._number = max(self._number + 1, math.ceil((self._clock.now() - self._lag_s) / self._interval_s - 1e-6))
-        self._clock.sleep_until(self._lag_s + self._number * self._interval_s)
+        self._clock.sleep_until(self.due_s(self._number))
         self.taken_s = self._clock.now()
-        return self.snapshot()
+        return self.snapshot(self.due_s(self._number))
 
-    def snapshot(self) -> np.ndarray:
-        """Return the image (H, W, 3) of this moment, or the last one if the camera is frozen."""
+    def due_s(self, number: int) -> float:
+        """Return when an image is due."""
+        return self._lag_s + number * self._interval_s
+
+    def snapshot(self, at_s: float | None = None) -> np.ndarray:
+        """Return the image (H, W, 3) of this moment, or of `at_s`, or the last one if the camera is frozen."""
         if self._last is None or not self.frozen:
-            self._last = self._render()
+            self._last = self._render(at_s)
         return self._last.copy()
 
     def close(self) -> None:

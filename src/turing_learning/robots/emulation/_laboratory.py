@@ -2,6 +2,7 @@
 
 import inspect
 import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -45,6 +46,7 @@ GARBAGE = b"\x9a\xff\x01x,START,9"
 """Noise on a line: bytes that are no text, and the beginning of a line that never ends."""
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
+_CYCLES = 4  # for which it is known where the robots were: an image may be rendered late
 _OTHER_NAMES = {"press-remote": "remote", "put-in-order": "repair"}
 
 
@@ -243,7 +245,7 @@ class EmulatedLaboratory:
         ]
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
-        self._before = self._after = initial_poses(scenario, 1, places)[0]
+        self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=_CYCLES)
         self._sight = np.zeros(scenario.individuals, int)
         self._cycle = 0
         self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
@@ -276,19 +278,22 @@ class EmulatedLaboratory:
         worn, optics, arena = (self.markers, self.labels), self.conditions.optics, self.arena_cm
         return EmulatedCamera(self.calibration, *worn, arena_cm=arena, optics=optics, seed=self._seed)
 
-    def _render(self) -> np.ndarray:
-        return self._eye.render(self.poses(), tuple(self.covered))
+    def _render(self, at_s: float | None) -> np.ndarray:
+        return self._eye.render(self.poses(at_s), tuple(self.covered))
 
     def link(self, name: str) -> Link:
         """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
         return self.line(name).link()
 
-    def poses(self) -> np.ndarray:
-        """Return where the robots are now (A, 3): x, y (cm), heading (rad)."""
-        share = np.clip((self.clock.now() - (self._cycle - 1) * self.interval_s) / self.interval_s, 0, 1)
-        way = self._after - self._before
+    def poses(self, at_s: float | None = None) -> np.ndarray:
+        """Return where the robots are now (A, 3), or were at a time of the last cycles: x, y (cm), heading (rad)."""
+        at_s, cycle = self.clock.now() if at_s is None else at_s, self._cycle
+        while at_s < (cycle - 1) * self.interval_s and self._cycle - cycle < len(self._places) - 2:
+            cycle -= 1
+        before, after = (self._places[cycle - self._cycle - end] for end in (2, 1))
+        way = after - before
         way[:, 2] = wrap(way[:, 2])
-        return np.asarray(self._before + share * way)
+        return np.asarray(before + np.clip((at_s - (cycle - 1) * self.interval_s) / self.interval_s, 0, 1) * way)
 
     def put(self, name: str, pose: tuple[float, float, float]) -> None:
         """Put a robot at a place inside the arena: x, y (cm), heading (rad)."""
@@ -296,8 +301,9 @@ class EmulatedLaboratory:
         if not (radius <= pose[0] <= width - radius and radius <= pose[1] <= height - radius):
             refuse("pose", f"be inside the arena of {width} x {height} cm", f"{pose} for {name!r}")
         number = self.number(name)
-        self._before, self._after = self._before.copy(), self._after.copy()
-        self._before[number] = self._after[number] = pose
+        for k, places in enumerate(self._places):
+            self._places[k] = places.copy()
+            self._places[k][number] = pose
 
     def number(self, name: str) -> int:
         """Return a robot's number."""
@@ -318,7 +324,7 @@ class EmulatedLaboratory:
 
     def _advance(self) -> None:
         """Let everybody sense, decide and move for a control cycle; schedule the next one."""
-        before = self._after
+        before = self._places[-1]
         proximity = read_infrared(before, self.arena_cm, self.scenario.robot.radius_cm, self._air).tolist()
         sensed = zip(self._robots, self._sight, proximity, strict=True)
         wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
@@ -326,7 +332,8 @@ class EmulatedLaboratory:
         wheels[stuck] = 0.0
         after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
         after[stuck] = before[stuck]
-        self._before, self._after, self._sight = before, after, sight
+        self._places.append(after)
+        self._sight = sight
         self._cycle += 1
         self.clock.call_at(self._cycle * self.interval_s, self._advance)
 

@@ -131,7 +131,7 @@ class ArenaService:
             number = int((laboratory.clock.now() - laboratory.conditions.camera_lag_s) / laboratory.interval_s)
             if number == last or laboratory.camera.unplugged:
                 return last, None
-            return number, laboratory.camera.snapshot()
+            return number, laboratory.camera.snapshot(laboratory.camera.due_s(number))
 
 
 class CameraStream:
