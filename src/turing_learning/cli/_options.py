@@ -1,23 +1,21 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
-import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
-from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
     from turing_learning.families import Family, Replicates
+    from turing_learning.families._recorded import RecordedMotion
     from turing_learning.interaction import StimulatedSystem
     from turing_learning.trajectories import Trajectories, Windows
 
-WINDOW_S = 4.0
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
 
@@ -75,27 +73,9 @@ class Tracks:
 
     def read(self, path: Path, name: str) -> "Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
-        from turing_learning.trajectories import load_trajectories
+        from turing_learning.families._recorded import TrackerFile
 
-        options = {"fps": self.fps, "pixels_per_cm": self.scale, "y_axis": self.y_axis, "format": self.format}
-        try:
-            with refusing_as(RefusedError):
-                recording = load_trajectories(path, keypoint=self.keypoint, **options)
-                if self.every is not None:
-                    rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                    fits = self.every < 1 or self.every % recording.every == 0
-                    require(fits, "every", rule, str(self.every), place=str(path))
-                    recording = recording.thinned(self.every)
-                return recording if self.bridge is None else recording.bridged(self.bridge)
-        except RefusedError as error:
-            if error.refusal is None or error.refusal.name != "path":
-                raise
-            raise RefusedError(replace(error.refusal, name=name)) from error
-        except OSError as error:
-            got = f"{path} ({error.strerror or error})"
-            refuse(name, "be a readable file", got)
-        except ImportError as error:
-            raise RefusedError(str(error)) from error
+        return TrackerFile(**{each.name: getattr(self, each.name) for each in fields(Tracks)}).read(path, name)
 
 
 @Parameter(name="*", group=RECORDED)
@@ -120,15 +100,10 @@ class Recording(Tracks):
     hold_out_recordings: str | None = None
     """Numbers, from 1 and separated by commas, of the recordings that are for testing alone."""
 
-    def opened(
-        self, steps: int | None = None, signals: Sequence[str] | None = None
-    ) -> tuple["Windows", "Family | Replicates", "tuple[Trajectories, ...]"]:
-        """Open the recordings, cut them into windows, by default of `steps` and `signals`, and fit the family of models to them.
-
-        Headings are not measured if the individuals of the family have none.
-        """
-        from turing_learning.families import FAMILIES, Particles, as_recorded
-        from turing_learning.trajectories import pooled_windows
+    def motion(self) -> "RecordedMotion":
+        """Return what the options name; reject them where they do not name recordings and a family."""
+        from turing_learning.families import FAMILIES
+        from turing_learning.families._recorded import RecordedMotion
 
         example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
         if not self.trajectories:
@@ -137,33 +112,7 @@ class Recording(Tracks):
             refuse("--model", "be given for recorded motion", "none", (example, *self._also(self.trajectories[0])))
         if self.model not in FAMILIES:
             refuse("--model", f"be one of {', '.join(FAMILIES)}", repr(self.model), nearest(self.model, FAMILIES))
-        apart = _listed(self.hold_out_individuals, "--hold-out-individuals", "names")
-        numbers = _listed(self.hold_out_recordings, "--hold-out-recordings", "numbers")
-        count, chosen = len(self.trajectories), FAMILIES[self.model]
-        fits = all(each.isdecimal() and 1 <= int(each) <= count for each in numbers) and len(set(numbers)) < count
-        rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
-        require(fits, "--hold-out-recordings", rule, repr(self.hold_out_recordings))
-        motion = tuple(self.read(path, "--trajectories") for path in self.trajectories)
-        if not chosen.headings:
-            motion = tuple(replace(each, headings=None) for each in motion)
-        length: dict[str, Any] = {"length_s": WINDOW_S if self.window is None else self.window}
-        if self.window is None and steps is not None:
-            length = {"steps": steps}
-        with refusing_as(RefusedError):
-            windows = pooled_windows(
-                motion,
-                **length,
-                signals=_listed(self.signals, "--signals", "names") or signals or _usual(chosen, motion),
-                smooth_frames=1 if self.smooth is None else self.smooth,
-                hold_out_individuals=apart,
-                hold_out_recordings=[int(number) - 1 for number in numbers],
-            )
-            near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
-            asked = self.tank or (["recorded"] if near else [])
-            asked = asked * count if asked in (["recorded"], ["none"]) else asked
-            tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(asked)]
-            family = as_recorded(chosen, motion, windows, tanks=tanks)
-        return windows, family, motion
+        return RecordedMotion(**vars(self))
 
     def _also(self, path: Path) -> tuple[Any, ...]:
         """Return what else has to be given to read a file."""
@@ -175,6 +124,12 @@ class Recording(Tracks):
                 more = error.refusal.remedy if isinstance(error.refusal.remedy, tuple) else (error.refusal.remedy,)
                 return (". Give ", Setting(error.refusal.name), ", too. ", *more)
         return ()
+
+    def opened(
+        self, steps: int | None = None, signals: Sequence[str] | None = None
+    ) -> tuple["Windows", "Family | Replicates", "tuple[Trajectories, ...]"]:
+        """Open the recordings; see `RecordedMotion.opened`."""
+        return self.motion().opened(steps, signals)
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
@@ -193,71 +148,24 @@ class Recording(Tracks):
             print(f"there is one individual: what {self.model} says of neighbors cannot be inferred")
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
         given = {"genuine": windows, "simulate": family, "parameters": family.parameters}
-        options = self.given | {"trajectories": [str(path.absolute()) for path in paths]}
-        kept = {"options": options, "sha256": [_digest(path) for path in paths]}
         named = {"name": self.model, "title": f"{titled(paths[0])}{more}, as {self.model}"}
-        return {**given, **named, "provenance": {"recording": kept}}
+        return {**given, **named, "provenance": {"recording": self.motion().entry}}
 
     def remembered(self, run: Path) -> "Recording":
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
+        from turing_learning.families._recorded import RecordedMotion
         from turing_learning.runs import RunFolder
 
         stored = RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):
             return self
-        paths = [Path(path) for path in stored["options"]["trajectories"]]
-        known = replace(Recording(**stored["options"]), trajectories=paths)
-        for path, digest in zip(paths, stored["sha256"], strict=True) if not self.trajectories else ():
-            found = _digest(path)
-            got = f"{path}, which {'has changed since' if found else 'is not there any more'}"
-            remedy = "Give its path with --trajectories."
-            require(found == digest, "--trajectories", "be the recording that the run began with", got, remedy)
-        return replace(known, **self.given)
-
-
-def _digest(path: Path) -> str:
-    """Return the SHA-256 of a file, or of all files in a folder; nothing where there is none."""
-    files = sorted(each for each in path.rglob("*") if each.is_file()) if path.is_dir() else [path]
-    try:
-        digests = [file_digest(file) for file in files]
-    except OSError:
-        return ""
-    return digests[0] if path.is_file() else digest_of("".join(digests).encode())
+        remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
+        return Recording(**vars(RecordedMotion.remembered(stored, remedy, elsewhere=elsewhere)) | self.given)
 
 
 def titled(path: Path) -> str:
     """Return the name of a file with its folder, since trackers give all files one name."""
     return f"{path.absolute().parent.name}/{path.name}".lstrip("/")
-
-
-def _usual(family: "type[Family]", motion: "Sequence[Trajectories]") -> tuple[str, ...]:
-    """Return the signals that say most: those of neighbors, too, of groups whose models take notice of each other."""
-    from turing_learning.trajectories import SIGNALS
-
-    together = family.social and all(len(each.individuals) > 1 for each in motion)
-    return tuple(SIGNALS) if together else ("speed", "turn")
-
-
-def _listed(text: str | None, option: str, what: str) -> list[str]:
-    """Return the parts of a text between commas."""
-    parts = [] if text is None else [part.strip() for part in text.split(",")]
-    require("" not in parts, option, f"be {what}, separated by commas", f"{text!r}, where one is empty")
-    return parts
-
-
-def _tank(text: str, recording: "Trajectories") -> tuple[float, float] | None:
-    """Return width and height of a tank (cm), those of the places where individuals have been if that is asked for."""
-    if text == "none":
-        return None
-    if text == "recorded":
-        where = recording.positions[recording.present]
-        width, height = (where.max(axis=0) - where.min(axis=0)).tolist()
-        return width, height
-    sides = re.fullmatch(r"([0-9.]+)x([0-9.]+)", text)
-    try:
-        return float(sides[1]), float(sides[2])  # type: ignore[index]
-    except (TypeError, ValueError):
-        refuse("--tank", "be width x height in cm, recorded, or none", repr(text), "For example: --tank 40x30")
 
 
 def settings_of(settings: list[str] | None, options: Mapping[str, str | None]) -> tuple[dict[str, Any], dict[str, str]]:

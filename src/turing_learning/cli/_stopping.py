@@ -13,7 +13,18 @@ DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
-_ALIKE = ("fps", "y_axis", "format", "keypoint", "every", "hold_out_individuals", "hold_out_recordings", "signals")
+_ALIKE = (
+    "fps",
+    "y_axis",
+    "format",
+    "keypoint",
+    "every",
+    "hold_out_individuals",
+    "hold_out_recordings",
+    "signals",
+    "tank",
+    "trajectories",
+)
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
     "pixels_per_cm": "--scale",
     "length_s": "--window",

@@ -161,9 +161,14 @@ class RunFolder(Store):
             raise RunFolderError(error.refusal or str(error)) from error
 
     def extend(self, trials: int, tolerance: float | None) -> None:
-        """Give a finished run more trials; the caller holds the lock. One write does it: config.toml says how the run began."""
+        """Give a finished run more trials; the caller holds the lock. One write does it: config.toml says how the run began.
+
+        A run that has been given them and is not finished again stays as it is, so that the same call resumes it.
+        """
         manifest, configuration = self.manifest(), self.configuration()
         run, needed = configuration.run, partial(require, error=RunFolderError)
+        if manifest["state"] != FINISHED and (trials, tolerance or run.tolerance) == (run.trials, run.tolerance):
+            return
         needed(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
         remedy = "Resume it without more trials first."
         needed(manifest["state"] == FINISHED, "run", "be finished, to get more trials", f"{self.path}", remedy)
@@ -202,8 +207,17 @@ class RunFolder(Store):
         return {"genuine", "simulate"} & (manifest.keys() if RECORDING not in manifest else {"genuine", "simulate"})
 
     def remembered(self, given: Given) -> Given:
-        """Return what is given of a custom system; what is not is imported by the name that the manifest has of it."""
+        """Return what is given of a custom system; what is not is imported or read as the manifest says.
+
+        Raises RefusedError if a recording is gone or has changed.
+        """
         manifest, found = self.manifest(), dict[str, Any]()
+        if given.genuine is None and given.simulate is None and RECORDING in manifest:
+            from turing_learning.families._recorded import RecordedMotion
+
+            system = self.configuration().system
+            motion = RecordedMotion.remembered(manifest[RECORDING], "Put it back, or give `genuine` and `simulate`.")
+            found["genuine"], found["simulate"], _ = motion.opened(system.steps, system.signals)
         for name in ("genuine", "simulate"):
             stored = manifest.get(name)
             if getattr(given, name) is None and isinstance(stored, str):

@@ -5,6 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
+
+import turing_learning as tl
+from turing_learning.config import ConfigurationError
 
 pytestmark = pytest.mark.usefixtures("wide")
 
@@ -496,7 +500,10 @@ def test_a_run_knows_its_recording_and_says_where_it_was(call):
         "fps": 25.0, "scale": 20.0, "model": "burst-and-coast", "window": 2.0, "trajectories": [str(motion.absolute())]
     }  # fmt: skip
     quick = ["--samples", "10", "--points", "0", "--recoveries", "0"]
+    assert len(tl.load_run("run").plot.distributions(Figure().subplots(1, 2))) == 2  # Python knows it, too
     motion.rename("moved.txt")
+    with pytest.raises(ConfigurationError, match="not there any more"):
+        tl.load_run("run").check()
     code, _, err = call("check", "run", *quick)
     where = f"got {motion.absolute()}, which is not there any more. Give its path with --trajectories.\n"
     assert (code, err) == (2, f"error: `--trajectories` must be the recording that the run began with; {where}")

@@ -120,8 +120,8 @@ def test_a_finished_run_is_extended_to_the_bits_of_its_definition(whole, extende
 
     shutil.copytree(whole.path, tmp_path / "run")
     result = tl.resume(tmp_path / "run", trials=100, should_stop=lambda: True)
-    while not result.complete:  # stopped after each batch
-        result = tl.resume(tmp_path / "run", should_stop=lambda: True)
+    while not result.complete:  # stopped after each batch, and resumed by the same call
+        result = tl.resume(tmp_path / "run", trials=100, should_stop=lambda: True)
     assert (result.estimate, result.covariance) == (extended.estimate, extended.covariance)
     assert result.trials == 100
 
