@@ -41,6 +41,9 @@ from . import (
     reproduction as reproduction,
 )
 from . import (
+    results as results,
+)
+from . import (
     robots as robots,
 )
 from . import (
@@ -65,11 +68,11 @@ from . import (
     trajectories as trajectories,
 )
 from .models import Parameter as Parameter
-from .runs import Pooled as Pooled
-from .runs import Result as Result
+from .results import Pooled as Pooled
+from .results import Result as Result
+from .results import pool as pool
 from .runs import infer as infer
 from .runs import load_run as load_run
-from .runs import pool as pool
 from .runs import resume as resume
 from .studies import StudyResult as StudyResult
 from .studies import load_study as load_study

@@ -30,7 +30,7 @@ from matplotlib.figure import Figure
 import turing_learning as tl
 from turing_learning.cli import main
 from turing_learning.errors import RefusedError
-from turing_learning.runs import _folder
+from turing_learning.results import _folder
 from turing_learning.studies import study
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 3}

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-from turing_learning.runs import TIMINGS
+from turing_learning.results import TIMINGS
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 

@@ -1,4 +1,4 @@
-"""What the tests of commands share."""
+"""What the tests of commands and runs share."""
 
 from pathlib import Path
 
@@ -6,12 +6,24 @@ import pytest
 from matplotlib.figure import Figure
 
 from turing_learning.cli import main
+from turing_learning.config import load_configuration
 
 BLANK = ("cli", "robots")
 """Rooms whose tests end many runs and look at no picture, where drawing would be two thirds of the time."""
 
 LOOKED_AT = ("test_detect_recording_command.py",)
 """Files in them whose tests look at a picture after all."""
+
+
+SMALL = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "scenario.agents": 2,
+    "scenario.trial.duration_s": 1.0,
+    "run.generations": 7,
+    "run.checkpoint_every": 3,
+    "run.threads": 1,
+}
 
 
 @pytest.fixture(autouse=True)
@@ -40,3 +52,24 @@ def call(capsys, tmp_path, monkeypatch):
 def wide(monkeypatch):
     """Let tables have room."""
     monkeypatch.setenv("COLUMNS", "200")
+
+
+@pytest.fixture(scope="session")
+def small():
+    """A configuration whose generations take about a millisecond."""
+
+    def configure(**changes):
+        return load_configuration(overrides=SMALL | {f"run.{name}": value for name, value in changes.items()})
+
+    return configure
+
+
+@pytest.fixture
+def stop_after():
+    """Return a should_stop that stops a run after some generations."""
+
+    def make(generations):
+        asked = iter([False] * (generations - 1))
+        return lambda: next(asked, True)
+
+    return make

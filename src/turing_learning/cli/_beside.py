@@ -36,7 +36,7 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
         Replace a file that exists.
     """
     from turing_learning._files import write_atomically
-    from turing_learning.runs._folder import refuse_target
+    from turing_learning.results._folder import refuse_target
 
     choice("sample", what, ("fish", "swarm"))
     path = out or Path("fish.txt" if what == "fish" else "swarm.csv")

@@ -165,7 +165,7 @@ def _samples(path: Path, option: str, learned: "RunClassifiers") -> "Motion":
 
 def _refuse_taken(out: Path, force: bool) -> None:
     """Reject a table that exists or has no folder, before anything runs."""
-    from turing_learning.runs._folder import refuse_target
+    from turing_learning.results._folder import refuse_target
 
     refuse_target(out, name="out", suffixes=(".csv",), force=force)
     for path in _written(out)[1:]:
@@ -259,7 +259,7 @@ def _write(
     from turing_learning.detection._present import detection_page, timeline_of, window_table
     from turing_learning.figures import save_figure
     from turing_learning.report import write_page
-    from turing_learning.runs import RunStorageError
+    from turing_learning.results import RunStorageError
     from turing_learning.store import told
 
     name = titled(Path(motion.recording.source)) if motion.recording else out.stem

@@ -96,8 +96,8 @@ def _say(text: str, code: int) -> int:
 
 def _failure(error: Exception) -> str:
     """Return what to say of an error that ends a run; others are bugs, and are raised again."""
+    from turing_learning.results import RunStorageError
     from turing_learning.robots import LaboratoryError
-    from turing_learning.runs import RunStorageError
     from turing_learning.studies import ExecutorError
     from turing_learning.systems import CustomSystemError
 

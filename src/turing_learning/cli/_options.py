@@ -154,7 +154,7 @@ class Recording(Tracks):
     def remembered(self, run: Path) -> "Recording":
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
         from turing_learning.families._recorded import RecordedMotion
-        from turing_learning.runs import RunFolder
+        from turing_learning.results import RunFolder
 
         stored = RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):

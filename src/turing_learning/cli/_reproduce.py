@@ -49,7 +49,7 @@ def reproduce(
 
     from turing_learning.reproduction import Stopped, default_folder, refuse_page_path, standings, write_page
     from turing_learning.reproduction import reproduce as conduct
-    from turing_learning.runs import RunFolderError
+    from turing_learning.results import RunFolderError
     from turing_learning.store import told
 
     from ._tables import plain_console, print_table

@@ -20,8 +20,9 @@ from ._stopping import REFUSED, Interrupted, stopping
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from turing_learning.results import Result
     from turing_learning.robots import EmulatedLaboratory, Equipment, Event, Laboratory
-    from turing_learning.runs import Progress, Result
+    from turing_learning.runs import Progress
 
 LABORATORY_FILE = Path("lab.toml")
 
@@ -105,8 +106,9 @@ def run(
     settings
         Any setting, for example models.parents=20. Repeatable.
     """
+    from turing_learning.results import RunFolder
     from turing_learning.robots import load_laboratory
-    from turing_learning.runs import RunFolder, new_run_path, start_laboratory
+    from turing_learning.runs import new_run_path, start_laboratory
 
     lengths = {"run.generations": generations, "run.trials": trials}
     overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
@@ -128,7 +130,8 @@ def resume_run(
     path: Path, *, emulated: bool = False, trials: int | None = None, tolerance: float | None = None
 ) -> int | None:
     """Resume a run in a laboratory, or give it more trials; a rehearsal is resumed with emulated robots."""
-    from turing_learning.runs import RunFolder, awaits_robots, resume_laboratory, stored_laboratory
+    from turing_learning.results import RunFolder
+    from turing_learning.runs import awaits_robots, resume_laboratory, stored_laboratory
 
     stored = stored_laboratory(path)
     real = not stored.setup.emulated
@@ -314,7 +317,8 @@ def _execute(
 
     Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
-    from turing_learning.runs import read_post_evaluation, resume_command
+    from turing_learning.results import resume_command
+    from turing_learning.runs import read_post_evaluation
 
     from ._tables import named_numbers, plain_console, print_post_evaluation, print_result
 

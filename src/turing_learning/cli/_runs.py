@@ -15,7 +15,7 @@ from ._stopping import Interrupted, stopping
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from turing_learning.runs import Result
+    from turing_learning.results import Result
 
 
 def infer(
@@ -143,9 +143,10 @@ def resume(
     cluster
         Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     """
-    from turing_learning.runs import RunFolder, is_laboratory_run
+    from turing_learning.results import RunFolder
+    from turing_learning.results._folder import FINISHED
+    from turing_learning.runs import is_laboratory_run
     from turing_learning.runs import resume as resume_run
-    from turing_learning.runs._folder import FINISHED
     from turing_learning.studies import is_study
 
     of_study = is_study(run)
@@ -293,7 +294,7 @@ def pool(runs: list[Path], /) -> None:
     runs
         Run folders, two or more.
     """
-    from turing_learning.runs import pool as pool_runs
+    from turing_learning.results import pool as pool_runs
     from turing_learning.studies import is_study
 
     from ._tables import plain_console
@@ -346,7 +347,7 @@ def check(
     """
     from turing_learning.identifiability import Effort
     from turing_learning.report._tabular import judged
-    from turing_learning.runs import RunFolder
+    from turing_learning.results import RunFolder
 
     from ._tables import plain_console
 
@@ -373,14 +374,15 @@ def check(
 
 def opened(run: Path) -> "Result":
     """Open a run; messages name its folder as it was given."""
-    from turing_learning.runs import RunFolder, load_run
+    from turing_learning.results import RunFolder
+    from turing_learning.runs import load_run
 
     return replace(load_run(run), path=RunFolder(run).path)
 
 
 def _measured(run: Path, recording: Recording) -> tuple[int, tuple[str, ...]]:
     """Return length and signals of the samples of a run; reject the options of recordings for one on simulated robots."""
-    from turing_learning.runs import RunFolder
+    from turing_learning.results import RunFolder
 
     system = RunFolder(run).configuration().system
     if not system.resuming:
@@ -391,7 +393,7 @@ def _measured(run: Path, recording: Recording) -> tuple[int, tuple[str, ...]]:
 def _refuse_other_simulator(run: Path, call: str) -> None:
     """Reject a run on a custom system whose simulator only Python has; `call` is what Python does with it."""
     from turing_learning.families import FAMILIES
-    from turing_learning.runs import RunFolder
+    from turing_learning.results import RunFolder
 
     system = RunFolder(run).configuration().system
     needed = {each.name for each in system.resuming} if system.name not in FAMILIES else set()
@@ -403,7 +405,7 @@ def _refuse_other_simulator(run: Path, call: str) -> None:
 
 def _execute(run: "Callable[..., Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to resume."""
-    from turing_learning.runs import RunFolder, resume_command
+    from turing_learning.results import RunFolder, resume_command
 
     from ._live import watching
     from ._tables import plain_console, print_result

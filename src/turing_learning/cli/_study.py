@@ -171,7 +171,7 @@ def study_collect(study: Path, /) -> None:
 
 def _execute(execute: "Callable[..., StudyResult]", path: Path) -> int | None:
     from turing_learning.report import counted
-    from turing_learning.runs import resume_command
+    from turing_learning.results import resume_command
 
     from ._live import print_study, watching_study
     from ._tables import plain_console

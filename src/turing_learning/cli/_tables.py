@@ -14,7 +14,8 @@ from turing_learning.report._tabular import tables
 if TYPE_CHECKING:
     from turing_learning.detection import Detection, Detector, Motion, SampleVerdict, TimedVerdict
     from turing_learning.interaction import StimulatedSystem
-    from turing_learning.runs import ModelEvaluation, Result
+    from turing_learning.results import Result
+    from turing_learning.runs import ModelEvaluation
     from turing_learning.swarm import Scenario
 
 MOST_SPELLS = 3  # in a cell
@@ -28,7 +29,7 @@ def print_table(console: Console, headings: Sequence[str], rows: Sequence[Sequen
 
 def print_result(console: Console, result: "Result", path: Path) -> None:
     """Print what a run has inferred, and where its files are, by the path of its folder as it was given."""
-    from turing_learning.runs import RunFolder
+    from turing_learning.results import RunFolder
 
     console.print(result)
     if (report := RunFolder(path).report_path).exists():

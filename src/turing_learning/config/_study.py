@@ -1,4 +1,4 @@
-"""The configurations of a study: one, a grid, or a list of them."""
+"""Configurations with single settings changed, and those of a study: one, a grid, or a list of them."""
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,12 +7,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from turing_learning.errors import Setting, Text, brief, refuse, require
+from turing_learning.errors import Setting, Text, brief, nearest, refuse, require
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration
-from ._load import Origins, merged, opened, preset_named, resolve
+from ._load import Origins, load_configuration, merged, opened, preset_named, resolve
 from ._sections import ConfigurationError
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
@@ -219,3 +219,31 @@ def _refuse_reserved(settings: Mapping[str, Any], table: str, origins: Origins) 
     for key, advice in _RESERVED.items():
         if key in settings:
             origins.refuse(key, f"be left out of a study's {table}", brief(settings[key]), advice, at=f"{table}.{key}")
+
+
+def resolved(
+    scenario: str | Scenario | CustomSystem | None,
+    preset: str,
+    config: str | Path | Configuration | None,
+    overrides: Mapping[str, Any],
+) -> Configuration:
+    """Return a configuration from a file, or from another one, with what comes before it."""
+    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
+    if not isinstance(config, str | Path | Configuration | None):
+        remedy = "Give single settings to `turing_learning.config.load_configuration`, and its result here."
+        got = type(config).__name__
+        refuse("config", "be a TOML file or a Configuration", got, remedy, error=ConfigurationError)
+    if isinstance(config, Configuration):
+        flat = dotted(config.model_dump())
+        known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
+        if scenario is not None and config.system.resuming:  # other data has scales of its own
+            known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
+        return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
+    return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
+
+
+def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
+    """Reject an option that is none of the known arguments of a call."""
+    for name, value in options.items():
+        shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
+        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)

@@ -136,7 +136,7 @@ def _emulated(
     should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: tuple[int, ...]
 ) -> dict[str, np.ndarray] | None:
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
-    from turing_learning import runs
+    from turing_learning import results, runs
     from turing_learning.robots import load_laboratory, rehearse
 
     laboratory = load_laboratory(path, overrides)
@@ -145,7 +145,10 @@ def _emulated(
             laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop
         )
     else:
-        entropy = (laboratory.configuration.run.seed, 1 + runs.stored_generations(runs.RunFolder(out).checkpoints_path))
+        entropy = (
+            laboratory.configuration.run.seed,
+            1 + results.stored_generations(results.RunFolder(out).checkpoints_path),
+        )
         seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
         result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
     evaluation = runs.read_post_evaluation(out)

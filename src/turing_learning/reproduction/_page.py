@@ -11,7 +11,7 @@ from typing import Any
 
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
-from turing_learning.runs._folder import refuse_target
+from turing_learning.results._folder import refuse_target
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
 from ._experiment import PIECES, Experiment, Findings
@@ -85,7 +85,7 @@ class ExperimentFolder:
 
     def write(self, findings: Findings, *, fast: bool, seconds: float) -> None:
         """Write tables, figures, and the results, in this order; the pieces of work took so many seconds."""
-        from turing_learning.runs._folder import new_manifest
+        from turing_learning.results._folder import new_manifest
 
         for name in ("tables", "figures"):
             (self.path / name).mkdir(exist_ok=True)

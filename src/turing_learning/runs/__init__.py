@@ -1,4 +1,4 @@
-"""Runs: execute a configuration, store what happens, and open it again.
+"""Runs: execute a configuration, and open what was stored again; what they have inferred is in `results`.
 
 `infer`
     One run from Python or the command line, in memory or in a run folder.
@@ -12,22 +12,18 @@
     Its trials as they were observed; what its last models are worth when they are observed again.
 `simulate_laboratory`, `SimulatedRun`
     The same setup in plain simulation.
-`Result`, `TIMINGS`
-    What a run has inferred, with its history and report; what of its file differs between equal runs.
-`pool`, `Pooled`
-    Several runs of one configuration, combined.
-`check_run`
-    Whether its estimate can be believed; `Result.check` calls it.
 `trial_replay`, `write_trial`
     One trial of a scenario, as page or film.
-`RunFolder`, `resume_command`
-    The files of a run: configuration, manifest, result, history, checkpoints, figures, report, lock; how to resume it.
-`stored_generations`
-    What the last checkpoint of a run holds, without the rest of it.
-`RunFolderError`, `RunStorageError`
-    A folder that is refused before anything runs, such as one of a later version; a run that cannot be written any further.
 """
+
+from typing import Any
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+_attached, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+
+def __getattr__(name: str) -> Any:
+    from turing_learning import results
+
+    return getattr(results, name) if name in results.__all__ else _attached(name)  # names that were here in 0.1.0

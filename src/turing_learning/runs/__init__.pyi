@@ -1,9 +1,3 @@
-from ._check import check_run as check_run
-from ._checkpoints import stored_generations as stored_generations
-from ._folder import RunFolder as RunFolder
-from ._folder import RunFolderError as RunFolderError
-from ._folder import RunStorageError as RunStorageError
-from ._folder import resume_command as resume_command
 from ._infer import infer as infer
 from ._infer import new_run_path as new_run_path
 from ._infer import resume as resume
@@ -15,11 +9,7 @@ from ._laboratory import resume_laboratory as resume_laboratory
 from ._laboratory import simulate_laboratory as simulate_laboratory
 from ._laboratory import start_laboratory as start_laboratory
 from ._laboratory import stored_laboratory as stored_laboratory
-from ._pool import Pooled as Pooled
-from ._pool import pool as pool
 from ._progress import Progress as Progress
-from ._result import TIMINGS as TIMINGS
-from ._result import Result as Result
 from ._run import Run as Run
 from ._run import load_run as load_run
 from ._trial import trial_replay as trial_replay

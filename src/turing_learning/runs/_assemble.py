@@ -1,8 +1,6 @@
 """From arguments to a configuration, and from a configuration to the loop that it describes."""
 
-from collections.abc import Iterable, Mapping
 from copy import deepcopy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +14,9 @@ from turing_learning.config import (
     PopulationSection,
     built,
     classifier_of,
-    dotted,
-    load_configuration,
     part_of,
 )
-from turing_learning.errors import brief, nearest, refuse, refusing_as, require
+from turing_learning.errors import refusing_as, require
 from turing_learning.evolution import (
     CMAEvolutionStrategy,
     EvolutionStrategy,
@@ -31,8 +27,7 @@ from turing_learning.evolution import (
     RenewedOptimizer,
 )
 from turing_learning.purposes import ARCHIVE, CLASSIFIERS, INTERROGATION, MODELS
-from turing_learning.swarm import Scenario
-from turing_learning.systems import CustomSystem, Source
+from turing_learning.systems import Source
 
 _APART = 1e-9  # of the range: individuals that begin in its middle
 
@@ -147,31 +142,3 @@ class _Guarded:
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
         return self._array("tell()", self._optimizer.tell(fitness.copy()), "M")
-
-
-def resolved(
-    scenario: str | Scenario | CustomSystem | None,
-    preset: str,
-    config: str | Path | Configuration | None,
-    overrides: Mapping[str, Any],
-) -> Configuration:
-    """Return a configuration from a file, or from another one, with what comes before it."""
-    labels = {key: f"argument {key.rpartition('.')[2]}" for key in overrides if key.startswith("run.")}
-    if not isinstance(config, str | Path | Configuration | None):
-        remedy = "Give single settings to `turing_learning.config.load_configuration`, and its result here."
-        got = type(config).__name__
-        refuse("config", "be a TOML file or a Configuration", got, remedy, error=ConfigurationError)
-    if isinstance(config, Configuration):
-        flat = dotted(config.model_dump())
-        known = {key: value for key, value in flat.items() if not key.startswith("scenario.")} | dict(overrides)
-        if scenario is not None and config.system.resuming:  # other data has scales of its own
-            known = {key: value for key, value in known.items() if key != "classifiers.input_scale" or key in overrides}
-        return load_configuration(None, preset, known, scenario=scenario or config.scenario, labels=labels)
-    return load_configuration(config, preset, overrides, scenario=scenario, labels=labels)
-
-
-def refuse_unknown(options: Mapping[str, Any], known: Iterable[str]) -> None:
-    """Reject an option that is none of the known arguments of a call."""
-    for name, value in options.items():
-        shown = brief(value) if isinstance(value, str | int | float) else type(value).__name__
-        require(name in known, name, "be a known option", shown, nearest(name, known), error=ConfigurationError)

@@ -10,18 +10,17 @@ from typing import Any, Unpack
 
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import part_named, require_seen
-from turing_learning.config._study import single_settings
+from turing_learning.config._study import refuse_unknown, resolved, single_settings
 from turing_learning.errors import brief, refusing_as, require
 from turing_learning.interaction import describe_stimulated
+from turing_learning.results._folder import RunFolder, resume_command
+from turing_learning.results._result import Result
 from turing_learning.store import RunFolderError
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Given, Range, Simulator, Source, describe, imported
 from turing_learning.systems._calls import importable_name
 
-from ._assemble import refuse_unknown, resolved
-from ._folder import RunFolder, resume_command
 from ._progress import Observer, watched
-from ._result import Result
 from ._run import Origin, Run, conduct, give_parts, refuse_given_source
 
 RUNS = Path("runs")

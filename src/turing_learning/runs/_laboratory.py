@@ -11,6 +11,9 @@ import numpy as np
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import give_again, part_named
 from turing_learning.errors import refuse
+from turing_learning.results._checkpoints import stored_generations
+from turing_learning.results._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
+from turing_learning.results._result import Result
 from turing_learning.robots import (
     Equipment,
     Event,
@@ -26,11 +29,8 @@ from turing_learning.robots.program._equipment import laboratory_calibration
 from turing_learning.robots.program._setup import read_setup, refuse_without_history
 from turing_learning.store import RunFolderError, told
 
-from ._checkpoints import stored_generations
-from ._folder import CALIBRATION, CAMERA, FINISHED, LABORATORY, RunFolder, resume_command
 from ._infer import start
 from ._progress import Observer, Progress
-from ._result import Result
 from ._run import Run, conduct
 from ._trials import (
     POST_EVALUATION,

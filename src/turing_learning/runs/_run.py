@@ -15,15 +15,11 @@ from turing_learning.analysis import Verdict
 from turing_learning.coevolution import Generation
 from turing_learning.config import Configuration, ConfigurationError, classifier_of, to_toml
 from turing_learning.config._configuration import give_again
+from turing_learning.config._study import resolved
 from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
-from turing_learning.store import RunFolderError, storage, writable
-from turing_learning.systems import Given, Source, SystemFailedError
-from turing_learning.systems._system import FailureLog
-
-from ._assemble import Generations, generations_of, resolved
-from ._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
-from ._folder import (
+from turing_learning.results._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
+from turing_learning.results._folder import (
     BLOCK,
     CALIBRATION,
     DIALOGUES,
@@ -40,7 +36,7 @@ from ._folder import (
     piece,
     resumed,
 )
-from ._history import (
+from turing_learning.results._history import (
     FULL,
     THIN,
     HistoryRecorder,
@@ -56,16 +52,20 @@ from ._history import (
     require_sound,
     with_units,
 )
+from turing_learning.results._result import Jury, Result, result_from_json, summarize, units_of
+from turing_learning.store import RunFolderError, storage, writable
+from turing_learning.systems import Given, Source, SystemFailedError
+from turing_learning.systems._system import FailureLog
+
+from ._assemble import Generations, generations_of
 from ._progress import Observer, Progress
-from ._result import Jury, Result, result_from_json, summarize, units_of
 from ._trials_loop import TrialsLoop, jury_of
 
 if TYPE_CHECKING:
     import xarray
 
     from turing_learning.identifiability import Check
-
-    from ._plots import Plots
+    from turing_learning.results._plots import Plots
 
 Loop = Generations | TrialsLoop
 _LOGGER = logging.getLogger("turing_learning")
@@ -394,7 +394,7 @@ class Run:
 
     def _finish(self) -> None:
         """Save, and write the result; of a complete run everything. The state comes last: a run killed here does it again."""
-        from ._present import write_report
+        from turing_learning.results._present import write_report
 
         if self._saved != self.completed:
             self._save()
@@ -632,8 +632,8 @@ class Origin:
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
-        from ._check import complete_check
-        from ._present import write_report
+        from turing_learning.results._check import complete_check
+        from turing_learning.results._present import write_report
 
         folder, check, motion = self.folder, complete_check(result.path), self._motion(result)
         manifest, held = self.stored, self.spoken
@@ -654,7 +654,7 @@ class Origin:
 
     def plot(self, result: Result) -> "Plots":
         """Return what draws pictures of the run."""
-        from ._plots import Plots
+        from turing_learning.results._plots import Plots
 
         def opened(given: Given) -> Source:
             given = self._known(given.genuine, given.simulate)
@@ -675,7 +675,7 @@ class Origin:
 
     def check(self, result: Result, /, **options: Any) -> "Check":
         """Check the estimate of the run, with the samples and simulator that are known in this process."""
-        from ._check import check_run, refuse_unknown_part
+        from turing_learning.results._check import check_run, refuse_unknown_part
 
         refuse_unknown_part(options)
         found = self._known(options.get("genuine"), options.get("simulate"))

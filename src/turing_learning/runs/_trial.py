@@ -9,10 +9,9 @@ import numpy as np
 from turing_learning.config import ConfigurationError, require_whole_cycles
 from turing_learning.errors import brief, choice, integer, number, require
 from turing_learning.models import ReactiveModel
+from turing_learning.results._folder import refuse_target, writing
 from turing_learning.swarm import SCENARIOS, Scenario, initial_poses
 from turing_learning.swarm._trials import Execution
-
-from ._folder import refuse_target, writing
 
 if TYPE_CHECKING:
     from turing_learning.report import Replay
@@ -55,7 +54,7 @@ def trial_replay(
     threads
         Number of threads, None for all.
     """
-    from ._present import swarm_replay
+    from turing_learning.results._present import swarm_replay
 
     states, count = ReactiveModel(scenario.sensor.states), len(scenario.controller)
     try:

@@ -17,10 +17,9 @@ from turing_learning.coevolution import Judgments, Samples, model_reward
 from turing_learning.config import Configuration, classifier_of
 from turing_learning.detection._simulated import keep_observed
 from turing_learning.errors import require
+from turing_learning.results._folder import CALIBRATION, RunFolder, now
+from turing_learning.results._result import Result, named
 from turing_learning.store import RunFolderError
-
-from ._folder import CALIBRATION, RunFolder, now
-from ._result import Result, named
 
 if TYPE_CHECKING:
     from turing_learning.robots import Event, LaboratorySource

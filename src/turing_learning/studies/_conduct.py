@@ -10,7 +10,7 @@ from pathlib import Path
 from uuid import uuid4
 
 from turing_learning._files import PARTIAL
-from turing_learning.runs import resume_command, stored_generations
+from turing_learning.results import resume_command, stored_generations
 
 from ._execute import FAILED, Outcome, Task, note_failure
 from ._folder import ExecutorError, StudyFolder

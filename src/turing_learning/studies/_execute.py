@@ -14,7 +14,7 @@ from ._folder import FAILURE, SAMPLES, StudyFolder
 
 if TYPE_CHECKING:
     from turing_learning.config import Configuration
-    from turing_learning.runs import Result
+    from turing_learning.results import Result
 
     from ._plan import Plan
 
@@ -71,7 +71,8 @@ def execute(task: Task, should_stop: Callable[[], bool] | None = None) -> Outcom
     should_stop
         Called after every generation, beside the look for the task's file.
     """
-    from turing_learning.runs import RunFolder, RunFolderError, resume
+    from turing_learning.results import RunFolder, RunFolderError
+    from turing_learning.runs import resume
 
     asked = _StopFile(task.stop, should_stop)
     if asked():
@@ -144,7 +145,7 @@ def note_failure(folder: Path, error: BaseException) -> str:
 
 
 def _await_lock(run: object) -> None:
-    from turing_learning.runs import RunFolder, RunFolderError
+    from turing_learning.results import RunFolder, RunFolderError
 
     assert isinstance(run, RunFolder)
     deadline = time.monotonic() + LONGEST_WAIT_S

@@ -108,7 +108,7 @@ class StudyFolder(Store):
 
     def refuse_if_taken(self, plan: "Plan", *, force: bool) -> None:
         """Raise RunFolderError if something else is here, or a study of other settings that may not be replaced."""
-        from turing_learning.runs import resume_command
+        from turing_learning.results import resume_command
 
         if self.exists():
             if not force and (difference := _difference(self.plan(), plan)):

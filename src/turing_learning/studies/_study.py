@@ -14,7 +14,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.config._study import single_settings
 from turing_learning.errors import integer, nearest, require
 from turing_learning.kernels.parallel import default_threads
-from turing_learning.runs import resume_command
+from turing_learning.results import resume_command
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported

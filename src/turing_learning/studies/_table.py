@@ -14,8 +14,8 @@ from turing_learning.analysis import absolute_error, name_failure
 from turing_learning.config import to_toml
 from turing_learning.errors import require
 from turing_learning.report import Tabular, shown
-from turing_learning.runs import TIMINGS, RunFolder
-from turing_learning.runs._folder import FINISHED, RUNNING
+from turing_learning.results import TIMINGS, RunFolder
+from turing_learning.results._folder import FINISHED, RUNNING
 from turing_learning.store import RunFolderError, digest_of
 
 from ._execute import COMPLETE, FAILED, STOPPED, WAITING

@@ -2,7 +2,8 @@
 
 import pytest
 
-from turing_learning.runs import infer, load_run, pool
+from turing_learning.results import pool
+from turing_learning.runs import infer, load_run
 
 SMALL = {
     "models.population": 8,

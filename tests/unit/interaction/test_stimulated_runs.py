@@ -14,7 +14,7 @@ from turing_learning.identifiability import Effort
 from turing_learning.interaction import STIMULATED as BUILT_IN
 from turing_learning.interaction import describe_stimulated
 from turing_learning.interaction._system import StimulatedSource
-from turing_learning.runs import TIMINGS, RunFolderError
+from turing_learning.results import TIMINGS, RunFolderError
 from turing_learning.systems import CustomSystemError
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.checkpoint_every": 3, "scenario.opponents": 3}

@@ -15,10 +15,9 @@ from program_laboratory import CALIBRATION, FILE, NAMES, ScriptedLaboratory
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import Detector, run_classifiers
 from turing_learning.detection._run import calibration_motion
+from turing_learning.results import RunFolder, RunFolderError
 from turing_learning.robots import load_laboratory
 from turing_learning.runs import (
-    RunFolder,
-    RunFolderError,
     awaits_robots,
     is_laboratory_run,
     load_run,
@@ -128,7 +127,7 @@ def test_a_run_killed_while_its_folder_is_made_is_none_yet_and_begins_there(fold
 
     path = folder / "unborn"
     with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.runs._folder.new_manifest", kill)
+        patch.setattr("turing_learning.results._folder.new_manifest", kill)
         with pytest.raises(KeyboardInterrupt):
             begin(folder, path)
     assert (path / "laboratory.json").exists()

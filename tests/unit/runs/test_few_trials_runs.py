@@ -14,7 +14,7 @@ import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
-from turing_learning.runs._pool import _mixed
+from turing_learning.results._pool import _mixed
 from turing_learning.runs._trials_loop import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
@@ -53,7 +53,7 @@ def test_a_run_spends_its_trials_and_states_them(whole):
 
 
 def test_where_classifiers_tell_the_models_at_the_end_no_interval_is_stated(monkeypatch):
-    monkeypatch.setattr("turing_learning.runs._result.LEAST_P", 0.0)  # matching has nothing against the model
+    monkeypatch.setattr("turing_learning.results._result.LEAST_P", 0.0)  # matching has nothing against the model
     still = 8 + 0.01 * np.random.default_rng(1).standard_normal((60, 12, 1))  # the model's speed is never so steady
     result = tl.infer(
         genuine=still,

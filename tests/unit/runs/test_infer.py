@@ -15,22 +15,19 @@ import turing_learning as tl
 from turing_learning.analysis import Verdict, interval
 from turing_learning.config import ConfigurationError, load_configuration
 from turing_learning.identifiability import Effort
-from turing_learning.robots import LABORATORY
-from turing_learning.runs import (
+from turing_learning.results import (
     TIMINGS,
-    Run,
     RunFolder,
     RunFolderError,
     RunStorageError,
-    new_run_path,
-    resume,
     resume_command,
-    start,
     stored_generations,
 )
-from turing_learning.runs._history import Traces
-from turing_learning.runs._paper import paper_absolute_errors
-from turing_learning.runs._result import summarize
+from turing_learning.results._history import Traces
+from turing_learning.results._paper import paper_absolute_errors
+from turing_learning.results._result import summarize
+from turing_learning.robots import LABORATORY
+from turing_learning.runs import Run, new_run_path, resume, start
 from turing_learning.runs._run import Origin
 from turing_learning.systems import Given
 
@@ -544,7 +541,7 @@ def test_a_folder_in_use_is_refused_and_names_who_uses_it(stopped, small):
 
 
 def test_a_full_disk_ends_with_a_message_and_a_run_that_can_be_resumed(small, whole, tmp_path, monkeypatch):
-    from turing_learning.runs import _checkpoints
+    from turing_learning.results import _checkpoints
 
     written = _checkpoints.write_atomically
     calls = []

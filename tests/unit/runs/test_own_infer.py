@@ -15,7 +15,8 @@ from turing_learning.config._study import load_variants
 from turing_learning.errors import RefusedError
 from turing_learning.families import BurstAndCoast
 from turing_learning.identifiability import Effort
-from turing_learning.runs import TIMINGS, RunFolder, RunFolderError, RunStorageError, start
+from turing_learning.results import TIMINGS, RunFolder, RunFolderError, RunStorageError
+from turing_learning.runs import start
 from turing_learning.systems import CustomSystem, CustomSystemError
 
 SMALL = {

@@ -14,7 +14,7 @@ from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
 from turing_learning.figures._swarms import snapshots_figure
 from turing_learning.purposes import EMERGENCE_STARTS
-from turing_learning.runs import RunFolder
+from turing_learning.results import RunFolder
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .._experiment import (

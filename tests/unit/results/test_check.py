@@ -13,8 +13,9 @@ import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.purposes import CHECK, INTERROGATION
-from turing_learning.runs import Run, RunFolder, RunFolderError, RunStorageError
-from turing_learning.runs._present import check_listing, draw_check
+from turing_learning.results import RunFolder, RunFolderError, RunStorageError
+from turing_learning.results._present import check_listing, draw_check
+from turing_learning.runs import Run
 from turing_learning.runs._run import Origin
 from turing_learning.systems import CustomSystemError
 
@@ -141,9 +142,9 @@ def no_room(*arguments, **options):
     "writer",
     [
         "store.write_atomically",
-        "runs._present.save_figures",
-        "runs._checkpoints.write_atomically",
-        "runs._folder.write_atomically",
+        "results._present.save_figures",
+        "results._checkpoints.write_atomically",
+        "results._folder.write_atomically",
     ],
 )
 def test_a_check_without_room_says_so_and_goes_on_with_the_same_result(stored, tmp_path, monkeypatch, writer):
@@ -281,7 +282,7 @@ def test_labels_group_the_held_out_samples():
 
 
 def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few():
-    from turing_learning.runs._check import held_out_groups
+    from turing_learning.results._check import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 
@@ -298,7 +299,7 @@ def test_windows_are_grouped_by_individual_or_also_by_time_where_there_are_few()
 
 
 def test_held_out_individuals_are_groups_however_few_they_are():
-    from turing_learning.runs._check import held_out_groups
+    from turing_learning.results._check import held_out_groups
     from turing_learning.systems import Genuine
     from turing_learning.trajectories import Trajectories
 

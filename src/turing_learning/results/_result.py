@@ -339,7 +339,7 @@ class Result(Tabular):
         ----------
         **options
             `effort`, `recoveries`, `recovery_generations`, `seed`, `force`, `stage`; of a custom system also `genuine`,
-            `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see `turing_learning.runs.check_run`.
+            `simulate`, `recording`, `groups`, `workers` and `timeout_s`: see `turing_learning.results.check_run`.
 
         Raises
         ------

@@ -10,7 +10,8 @@ from turing_learning.analysis import UNKNOWN, pooled_estimate, pooled_interval, 
 from turing_learning.analysis._estimate import WHY_UNKNOWN
 from turing_learning.config import ConfigurationError, with_settings
 from turing_learning.report import short_number
-from turing_learning.runs import RunFolderError, simulate_laboratory, start
+from turing_learning.results import RunFolderError
+from turing_learning.runs import simulate_laboratory, start
 
 SMALL = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 LENGTH = 20

@@ -13,6 +13,7 @@ import numpy as np
 
 from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
+from turing_learning.config._study import refuse_unknown, resolved
 from turing_learning.errors import brief, integer, refuse, refusing_as, require
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.systems import (
@@ -30,7 +31,6 @@ from turing_learning.systems._custom import same_time_step
 from turing_learning.systems._genuine import cut_samples
 from turing_learning.trajectories import Trajectories
 
-from ._assemble import refuse_unknown, resolved
 from ._folder import RunFolder
 from ._result import Result
 

@@ -6,7 +6,7 @@ import pytest
 import turing_learning as tl
 from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import WHY_UNKNOWN
-from turing_learning.runs._present import replay, run_table, summary
+from turing_learning.results._present import replay, run_table, summary
 
 
 @pytest.fixture(scope="module")
