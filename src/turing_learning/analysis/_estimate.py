@@ -31,8 +31,6 @@ FEWEST = 2.0
 CONTRACTED = 0.3
 """Share of the spread of the first models below which a population has settled on a value."""
 
-COMPARABLE = 20
-"""Generations whose halves say something where no spread is known."""
 GUESSING = 0.51
 """Median fitness of the classifiers, over the last generations, up to which they guess; 0.5 is chance."""
 
@@ -306,8 +304,7 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     window
         Number of generations that make the estimate, as for `estimate`.
     spreads : (G, P)
-        Standard deviation of the models of each generation, in the same units; None where that is not known: then at least
-        20 generations must make the estimate.
+        Standard deviation of the models of each generation, in the same units; None where that is not known.
 
     Returns
     -------
@@ -323,7 +320,7 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     middles = [np.median(part, axis=0) for part in np.array_split(last, 2) if len(part)]
     still = ~(np.abs(middles[-1] - middles[0]) > half)
     if spreads is None:
-        return still & (len(last) >= COMPARABLE)
+        return still & ~np.isnan(half)
     now, first = spreads[-window:].mean(axis=0), np.where(spreads[0] > 0, spreads[0], spreads.max(axis=0))
     quiet: np.ndarray = still & ((now < CONTRACTED * first) | (half >= now))
     return quiet

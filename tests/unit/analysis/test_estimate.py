@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.analysis import estimate, interval, settled
+from turing_learning.analysis import estimate, interval
 
 
 def test_the_estimate_is_the_median_over_the_last_generations():
@@ -82,9 +82,3 @@ def test_the_interval_holds_the_estimate():
     typical = np.random.default_rng(2).normal(size=(400, 3))
     middle, ends = estimate(typical, 300), interval(typical, 300)
     assert ((ends[:, 0] < middle) & (middle < ends[:, 1])).all()
-
-
-@pytest.mark.parametrize(("generations", "said"), [(12, False), (200, True)])
-def test_where_no_spread_is_known_a_few_generations_have_not_settled(generations, said):
-    typical = np.random.default_rng(1).normal(size=(generations, 2))
-    assert settled(typical, generations).tolist() == [said, said]

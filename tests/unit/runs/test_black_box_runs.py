@@ -67,6 +67,13 @@ def test_the_report_shows_outputs_and_not_weights(whole):
     assert names == {"parameters", "error", "fitness", "step-sizes"}
 
 
+def test_networks_have_not_settled_after_a_few_generations(small):
+    result = tl.infer(
+        config=configured(small, run__generations=30, run__seed=2)
+    )  # whose last nine wander about a place
+    assert result.verdict == "still moving"
+
+
 def test_a_run_of_networks_that_was_stopped_ends_as_one_that_was_not(whole, small, tmp_path, stop_after):
     start(configured(small, run__history="thin"), tmp_path / "run", should_stop=stop_after(5))
     resume(tmp_path / "run")
