@@ -145,11 +145,8 @@ def _emulated(
             laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop
         )
     else:
-        entropy = (
-            laboratory.configuration.run.seed,
-            1 + results.stored_generations(results.RunFolder(out).checkpoints_path),
-        )
-        seed = int(np.random.SeedSequence(entropy).generate_state(1)[0])
+        begun = results.stored_generations(results.RunFolder(out).checkpoints_path)
+        seed = int(np.random.SeedSequence((laboratory.configuration.run.seed, 1 + begun)).generate_state(1)[0])
         result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
     evaluation = runs.read_post_evaluation(out)
     if evaluation is None or not evaluation.complete:

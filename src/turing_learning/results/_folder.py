@@ -167,7 +167,8 @@ class RunFolder(Store):
         """
         manifest, configuration = self.manifest(), self.configuration()
         run, needed = configuration.run, partial(require, error=RunFolderError)
-        if manifest["state"] != FINISHED and (trials, tolerance or run.tolerance) == (run.trials, run.tolerance):
+        tolerance = run.tolerance if tolerance is None else tolerance
+        if manifest["state"] != FINISHED and (trials, tolerance) == (run.trials, run.tolerance):
             return
         needed(run.trials > 0, "run", "be one of trials, to get more of them", f"{self.path}, one of generations")
         remedy = "Resume it without more trials first."
@@ -179,7 +180,7 @@ class RunFolder(Store):
         needed(trials > spent, "trials", f"be more than the {spent} that the run has spent", trials)
         extension = {
             "run.trials": trials,
-            "run.tolerance": run.tolerance if tolerance is None else tolerance,
+            "run.tolerance": tolerance,
             "run.extended": [*map(list, run.extended), [run.trials, spent]],
         }
         with refusing_as(RunFolderError):

@@ -38,7 +38,7 @@ _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estim
 _WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
 
 _LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
-COMPARABLE = 20  # generations of networks, of which halves say something
+_COMPARABLE = 20  # fewest generations of networks whose halves can be compared
 
 BESIDE = ("check/check.json", "pool.json")
 """Files of a run folder in which others than the run itself say whether to believe it."""
@@ -495,11 +495,11 @@ def summarize(
 
 def _said(configuration: Configuration, traces: Traces, window: int) -> list[Verdict]:
     """Return what speaks against a run of generations by itself; that classifiers tell its models counts once they have settled."""
-    alike = configuration.models.start == "middle"  # the first models, which have no spread to begin with
+    alike = configuration.models.start == "middle"  # then the first models have no spread
     spreads = traces["model_spread"][int(alike) :]
     networks = bool(configuration.models.hidden)  # the spread of their weights says nothing
     known = not networks and bool(np.isfinite(spreads).all())
-    few = networks and min(window, traces.completed) < COMPARABLE
+    few = networks and min(window, traces.completed) < _COMPARABLE
     if few or not settled(configuration.described(traces["typical_model"]), window, spreads if known else None).all():
         return [Verdict.MOVING]
     return [Verdict.TOLD] if told(traces["classifier_fitness_quantiles"][:, 2], window) else []

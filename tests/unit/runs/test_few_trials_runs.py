@@ -126,6 +126,13 @@ def test_a_finished_run_is_extended_to_the_bits_of_its_definition(whole, extende
     assert result.trials == 100
 
 
+def test_another_tolerance_is_not_taken_for_that_of_the_call_before(whole, tmp_path):
+    shutil.copytree(whole.path, tmp_path / "run")
+    tl.resume(tmp_path / "run", trials=100, tolerance=0.001, should_stop=lambda: True)
+    with pytest.raises(RunFolderError, match="`run` must be finished, to get more trials; got"):
+        tl.resume(tmp_path / "run", trials=100, tolerance=0.0)
+
+
 def test_a_run_is_extended_more_than_once(extended):
     again = tl.resume(extended.path, trials=110)
     assert again.configuration.run.extended == ((90, 90), (100, 100))

@@ -46,7 +46,7 @@ GARBAGE = b"\x9a\xff\x01x,START,9"
 """Noise on a line: bytes that are no text, and the beginning of a line that never ends."""
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
-_CYCLES = 4  # for which it is known where the robots were: an image may be rendered late
+_CYCLES = 4  # whose poses are kept, because an image may be rendered late
 _OTHER_NAMES = {"press-remote": "remote", "put-in-order": "repair"}
 
 
