@@ -47,6 +47,9 @@ LEAST_P, MOST_MOVED, LEAST_CANARY = 0.005, 3.0, 0.6
 ROUNDS = 4
 """How often samples near the solution are chosen anew."""
 
+REACHES = 0.0, 0.14, 0.01
+"""Weights, relative to the largest, down to which the samples of a fine fit are taken; 0 takes the nearest alone."""
+
 
 @dataclass(frozen=True)
 class Matched:
@@ -136,8 +139,7 @@ def match(
     draws
         How many of them, D.
     size
-        How many of the nearest counterfeit samples the regression is fitted to; a third of them all where that is more,
-        since the nearest of very many are too much alike to tell anything apart.
+        How many of the nearest counterfeit samples the regression is fitted to; a third of them all where that is more.
 
     Notes
     -----
@@ -149,6 +151,9 @@ def match(
        the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it.
     4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
        the fit before, which knows samples from anywhere, does not rule out.
+    5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. So where a third of
+       all is more than `size`, as many are also taken evenly from farther out, twice, and the fit with the narrowest draws
+       counts among those that pass the checks of `settled`.
 
     Source
     ------
@@ -176,7 +181,7 @@ def match(
     fold, inert = _folds(z, rng)
     z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
     x, g = _standardized(x, g)
-    size = min(max(size, len(z) // 3), max(len(z) // 2, 250))
+    many, size = len(z) // 3 > size, min(max(size, len(z) // 3), max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
         broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)
@@ -186,19 +191,24 @@ def match(
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
     proposals = _sample(broad, draws, rng, PROPOSED)
-    local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0)
-    local = replace(local, region=broad)
-    if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
-        local = broad
-    points = _sample(local, draws, rng)
-    middle = np.median(points, axis=0)
-    low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
-    canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
+    fits = []
+    for reach in REACHES if many else REACHES[:1]:
+        local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0, reach)
+        local = replace(local, region=broad)
+        if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
+            local = broad
+        points = _sample(local, draws, rng)
+        low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
+        canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
+        doubtful = moved > MOST_MOVED or canary < LEAST_CANARY
+        fits.append((doubtful, np.log((high_z - low_z)[:-1]).sum(), len(fits), local, points, canary, moved))
+    doubtful, _, _, local, points, canary, moved = min(fits)
+    middle, (low_z, high_z) = np.median(points, axis=0), np.quantile(points, [TAIL, 1 - TAIL], axis=0)
     middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
     known = high_z - low_z < WHOLE
     leverage = float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
     distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, averaged, rng)
-    settled = p_value >= LEAST_P and moved <= MOST_MOVED and canary >= LEAST_CANARY
+    settled = p_value >= LEAST_P and not doubtful
     return Matched(
         estimate=low + units * (middle + 1),
         covariance=np.atleast_2d(np.cov(points.T)) * np.outer(units, units),
@@ -293,6 +303,7 @@ def _fit(
     logs: np.ndarray | None,
     size: int,
     far: float,
+    reach: float = 0.0,
 ) -> tuple[_Local, np.ndarray]:
     broad = np.sqrt(weights)
     t, target_samples = np.zeros_like(z), np.zeros((len(g), z.shape[1]))
@@ -304,7 +315,11 @@ def _fit(
     t, target_samples = t[:, :-1], target_samples[:, :-1]
     order = np.argsort(-weights, kind="stable")
     few = round(size * (1 - far))
-    chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
+    if reach:
+        inside = max(few, np.count_nonzero(weights > reach * weights.max()))
+        chosen = order[np.linspace(0, inside - 1, few).astype(int)]
+    else:
+        chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
     z, t, weights = z[chosen], t[chosen], weights[chosen] / weights.max()
     expected = _linear(z, t, weights)
     misses = t - expected

@@ -73,6 +73,27 @@ def test_samples_of_one_trial_say_no_more_than_the_trial(alike):
     assert 0.2 < np.median(widths) < 0.35  # of the mean of 25 samples: 0.2
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_say(seed):
+    """Three quarters of 4,500 samples lie within two standard errors of the truth, the others within one of a sample."""
+    rng = np.random.default_rng([5, seed])
+    reach = np.where(np.arange(4500) < 1100, 10.0 ** -rng.uniform(0, 1, 4500), 0.1)
+    parameters = np.clip(TRUTH[:2] + reach[:, None] * rng.normal(size=(4500, 2)), LOW[:2], HIGH[:2])
+    solution = match(
+        parameters,
+        outputs(parameters, rng),
+        outputs(np.tile(TRUTH[:2], (400, 1)), rng),
+        low=LOW[:2],
+        high=HIGH[:2],
+        start=TRUTH[:2],
+        spread=np.full(2, 0.02),
+        rng=rng,
+    )
+    exact = 1.645 / np.sqrt(400)
+    assert solution.settled
+    assert (solution.interval_high - solution.interval_low) / 2 / exact == pytest.approx(1.0, rel=0.6)
+
+
 def test_proposals_are_wider_than_draws():
     solution = matched(6)
     assert solution.proposals[:, 0].std() > 1.3 * solution.draws[:, 0].std()
