@@ -6,6 +6,7 @@ from those of normal individuals; the same is done with window statistics instea
 one-class support vector machine, as baselines. Source: docs/decisions/0031-judged-alike.md.
 """
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -40,6 +41,8 @@ Windows = Sequence[np.ndarray]
 """What is known of the individuals of one recording: of each its windows (W, T, D), in order of time."""
 Seen = list[np.ndarray]
 """The same as features (W, F)."""
+Who = Sequence[Sequence[int]]
+"""Who of the individuals of each recording counts."""
 Planted = Sequence[tuple[int, int, str, np.ndarray]]
 """Individuals that behave otherwise: number of the recording, place in it, kind, and features (W, F)."""
 
@@ -54,6 +57,11 @@ class Scorer(Protocol):
         """
 
 
+def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
+    """Cut what was found of all windows, one individual after the other, into parts as long as the individuals'."""
+    return np.split(values, np.cumsum([len(each) for each in like])[:-1])
+
+
 @dataclass(frozen=True, eq=False)
 class Eye:
     """A way to look at windows, and to learn from normal individuals what is usual.
@@ -65,13 +73,12 @@ class Eye:
 
     name: str
     describe: Callable[[np.ndarray], np.ndarray]
-    learn: Callable[[Sequence[Seen], Sequence[Sequence[int]], bool, Planted], Scorer]
+    learn: Callable[[Sequence[Seen], Who, bool, Planted], Scorer]
     columns: slice = field(default_factory=lambda: slice(None))
 
     def see(self, windows: Windows) -> Seen:
         """Return the features of the windows of each individual."""
-        counts = [len(each) for each in windows]
-        return np.split(self.describe(np.concatenate(windows)[..., self.columns]), np.cumsum(counts)[:-1])
+        return split(self.describe(np.concatenate(windows)[..., self.columns]), windows)
 
 
 def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
@@ -111,10 +118,9 @@ def window_statistics(windows: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _scaled(recordings: Sequence[Seen], who: Sequence[Sequence[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and standard deviation (F,) of all windows of those who count."""
-    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
-    return windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
+def _windows_of(recordings: Sequence[Seen], who: Who) -> Seen:
+    """Return the windows of those who count, one individual after the other."""
+    return [seen[k] for seen, some in zip(recordings, who, strict=True) for k in some]
 
 
 def _fellows(seen: Seen, relative: bool) -> np.ndarray | float:
@@ -122,9 +128,7 @@ def _fellows(seen: Seen, relative: bool) -> np.ndarray | float:
     return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
 
 
-def _distance(
-    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted = ()
-) -> Scorer:
+def _distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
     """Learn the covariance of the deviations of normal individuals; score by the Mahalanobis distance, whose square is a sum.
 
     Features are in units of the standard deviations of windows.
@@ -134,7 +138,7 @@ def _distance(
     return _scorer(spread, center, relative, lambda without: inverse)
 
 
-def _trained(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted) -> Scorer:
+def _trained(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted) -> Scorer:
     """Learn for each kind of planted individual the direction in which it differs most from what is usual; score by all of them.
 
     Directions are those of Fisher's linear discriminant. In either sense of each, an individual is as unlike.
@@ -146,8 +150,7 @@ def _trained(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative:
         changes.setdefault(kind, []).append((features.mean(axis=0) - before.mean(axis=0)) / spread)
     if not changes:
         return _distance(recordings, who, relative)
-    each = [(seen[k] - seen[k].mean(axis=0)) / spread for seen, some in zip(recordings, who, strict=True) for k in some]
-    windows = np.concatenate(each)
+    windows = np.concatenate([(own - own.mean(axis=0)) / spread for own in _windows_of(recordings, who)])
     within = windows.T @ windows
     covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
     towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
@@ -162,18 +165,14 @@ def _trained(recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative:
 
 
 def _usual(
-    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool
+    recordings: Sequence[Seen], who: Who, relative: bool
 ) -> tuple[np.ndarray, np.ndarray | float, np.ndarray, np.ndarray]:
     """Return the spread of windows (F,), the center of the individuals, their covariance, shrunk, and their deviations (n, F)."""
-    spread = np.maximum(_scaled(recordings, who)[1], LEAST_SPREAD)
-    deviations = np.stack(
-        [
-            (seen[k].mean(axis=0) - _fellows(seen, relative)) / spread
-            for seen, some in zip(recordings, who, strict=True)
-            for k in some
-            if len(seen[k])
-        ]
-    )
+    spread = np.maximum(np.concatenate(_windows_of(recordings, who)).std(axis=0), LEAST_SPREAD)
+    found = []
+    for seen, some in zip(recordings, who, strict=True):
+        found += [(seen[k].mean(axis=0) - _fellows(seen, relative)) / spread for k in some if len(seen[k])]
+    deviations = np.stack(found)
     center = 0.0 if relative else deviations.mean(axis=0)
     around = deviations - center
     covariance = around.T @ around / max(len(around) - 1, 1)
@@ -196,20 +195,16 @@ def _scorer(
     return score
 
 
-def _one_class(
-    recordings: Sequence[Seen], who: Sequence[Sequence[int]], relative: bool, planted: Planted = ()
-) -> Scorer:
+def _one_class(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
     from sklearn.svm import OneClassSVM
 
-    center, spread = _scaled(recordings, who)
-    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
+    windows = np.concatenate(_windows_of(recordings, who))
+    center, spread = windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
     chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
     machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
 
     def score(seen: Seen, without: str = "") -> list[np.ndarray]:
-        counts = [len(each) for each in seen]
-        outputs = -machine.decision_function((np.concatenate(seen) - center) / spread)
-        return np.split(outputs, np.cumsum(counts)[:-1])
+        return split(-machine.decision_function((np.concatenate(seen) - center) / spread), seen)
 
     return score
 
@@ -383,15 +378,19 @@ def judge_alike(
     enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
     relative = enough if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
-    looks = [_look(eye, motion, pieces, owners, cases, planted, relative) for eye in eyes]
-    areas = [area_under_curve(look.cases, look.normal, look.weights) if cases else None for look in looks]
+    everybody = [[k for k, each in enumerate(windows) if len(each)] for windows in pieces]
+    looks = []
+    for eye in eyes:
+        seen = [eye.see(windows) for windows in pieces]
+        shown = shown_to(eye, planted, seen, owners)
+        shares = eye.learn(seen, everybody, relative, shown)(eye.see(motion))
+        scores, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative, shown)
+        known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
+        looks.append(_Look(eye.name, shares, scores, whose, weights, known))
     if len(looks) > 1:
-        kept = added({look.name: area for look, area in zip(looks, areas, strict=True)})
+        kept = added({look.name: look.area for look in looks})
         looks.append(_together([look for look in looks if look.name in kept]))
-        areas.append(area_under_curve(looks[-1].cases, looks[-1].normal, looks[-1].weights) if cases else None)
-    rankings = [
-        _ranked(look, names, area, false_alarms if promised else None) for look, area in zip(looks, areas, strict=True)
-    ]
+    rankings = [_ranked(look, names, false_alarms if promised else None) for look in looks]
     rankings.sort(key=lambda ranking: -(ranking.area or 0.0) - (ranking.name == TOGETHER) * MARGIN)
     return Detection(
         rankings=tuple(rankings),
@@ -433,23 +432,9 @@ class _Look:
     weights: np.ndarray
     cases: np.ndarray
 
-
-def _look(
-    eye: Eye,
-    motion: Windows,
-    pieces: Sequence[Windows],
-    owners: Sequence[int],
-    cases: Sequence[Case],
-    planted: Sequence[Case],
-    relative: bool,
-) -> _Look:
-    seen = [eye.see(windows) for windows in pieces]
-    everybody = [[k for k, each in enumerate(some) if len(each)] for some in seen]
-    shown = shown_to(eye, planted, seen, owners)
-    normal, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative, shown)
-    shares = eye.learn(seen, everybody, relative, shown)(eye.see(motion))
-    known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
-    return _Look(eye.name, shares, normal, whose, weights, known)
+    @property
+    def area(self) -> float | None:
+        return area_under_curve(self.cases, self.normal, self.weights) if len(self.cases) else None
 
 
 def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int]) -> Planted:
@@ -478,11 +463,9 @@ def _together(looks: Sequence[_Look]) -> _Look:
     return _Look(TOGETHER, shares, normal, looks[0].whose, looks[0].weights, cases)
 
 
-def _ranked(look: _Look, names: Sequence[str], area: float | None, false_alarms: float | None) -> Ranking:
+def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ranking:
     means = np.array([each.mean() if len(each) else np.nan for each in look.shares])
-    order = np.argsort(-np.where(np.isnan(means), -np.inf, means), kind="stable")
-    ranks = np.empty(len(means), dtype=int)
-    ranks[order] = np.arange(1, len(means) + 1)
+    ranks = np.argsort(np.argsort(-means, kind="stable")) + 1  # who has no windows comes last
     scores, whose, weights = look.normal, look.whose, look.weights
 
     def p_values(values: np.ndarray, known: np.ndarray, of: np.ndarray) -> np.ndarray:
@@ -505,13 +488,13 @@ def _ranked(look: _Look, names: Sequence[str], area: float | None, false_alarms:
         individuals.append(
             Standing(name, int(ranks[k]), float(means[k]), float(chances[k]), abnormal, len(shares), shares, flagged)
         )
-    return Ranking(look.name, tuple(individuals), area, called)
+    return Ranking(look.name, tuple(individuals), look.area, called)
 
 
 def _held_out(
     eye: Eye,
     seen: Sequence[Seen],
-    everybody: Sequence[Sequence[int]],
+    everybody: Who,
     owners: Sequence[int],
     relative: bool,
     planted: Planted = (),
@@ -522,10 +505,10 @@ def _held_out(
     weights that sum to 1 for each individual, and the scorer that has not seen each recording.
     """
     alone = len(set(owners)) == 1
-    keys = [
-        [(owner, k) if alone else owner for k in range(len(each))] for owner, each in zip(owners, seen, strict=True)
-    ]
-    held = sorted({key for row, who in zip(keys, everybody, strict=True) for k, key in enumerate(row) if k in who})
+    people = [[(owner, k) for k in range(len(each))] for owner, each in zip(owners, seen, strict=True)]
+    keys: Any = people if alone else [[owner for owner, _ in row] for row in people]
+    pieces = Counter(row[k] for row, who in zip(people, everybody, strict=True) for k in who)
+    held = sorted({row[k] for row, who in zip(keys, everybody, strict=True) for k in who})
     scores, whose, weights = [], [], []
     scorers: dict[Any, Scorer] = {}
     for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
@@ -541,9 +524,7 @@ def _held_out(
                 found = scorer(seen[p])
                 scores += [float(found[k].mean()) for k in members]
                 whose += [held.index(row[k]) for k in members]
-                weights += [
-                    1 / sum(q == owners[p] and k in everybody[i] for i, q in enumerate(owners)) for k in members
-                ]
+                weights += [1 / pieces[people[p][k]] for k in members]
     return np.array(scores), np.array(whose), np.array(weights), scorers
 
 
