@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import choice, require
+from turing_learning.errors import choice, refuse, require
 from turing_learning.models import Behavior
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone, mixed
@@ -22,19 +22,7 @@ SMOOTH_S = 2.0
 
 
 def plant(recording: Trajectories, individual: int, kind: str, rng: np.random.Generator) -> Trajectories:
-    """Return a recording in which one individual moves otherwise; gaps stay where they were.
-
-    Parameters
-    ----------
-    recording
-        Of normal individuals.
-    individual
-        Its place in `recording.individuals`.
-    kind
-        One of `KINDS`.
-    rng
-        Draws noise, and whom an individual follows.
-    """
+    """Return a recording in which one individual, by its place, moves otherwise, by one of `KINDS`; gaps stay where they were."""
     choice("kind", kind, KINDS, noun="kind of planted individual", error=ConfigurationError)
     paths = paths_of(recording)
     moved = KINDS[kind](paths, individual, recording.fps, rng)
@@ -48,6 +36,11 @@ def plant(recording: Trajectories, individual: int, kind: str, rng: np.random.Ge
 
 
 Kind = Callable[[np.ndarray, int, float, np.random.Generator], np.ndarray]
+"""How an individual moves otherwise: from paths (F, A, 2), its place among them, frames per second, and random numbers."""
+
+
+def _walked(start: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    return start + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
 def _paced(turning: float = 1.0, jitter: float = 0.0, pace: float = 1.0, drift: float = 0.0) -> Kind:
@@ -60,14 +53,9 @@ def _paced(turning: float = 1.0, jitter: float = 0.0, pace: float = 1.0, drift: 
         spread = float(np.std((turn + np.pi) % (2 * np.pi) - np.pi))
         course = course[0] + np.append(0.0, np.cumsum(turning * turn + drift * spread))
         course = course + rng.normal(0.0, jitter * spread, len(course)) if jitter else course
-        steps = pace * speed[:, None] * np.stack([np.cos(course), np.sin(course)], axis=1)
-        return paths[0, k] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+        return _walked(paths[0, k], pace * speed[:, None] * np.stack([np.cos(course), np.sin(course)], axis=1))
 
     return moved
-
-
-def _others(paths: np.ndarray, k: int) -> np.ndarray:
-    return np.delete(paths, k, axis=1)
 
 
 def _smooth(path: np.ndarray, fps: float) -> np.ndarray:
@@ -77,49 +65,44 @@ def _smooth(path: np.ndarray, fps: float) -> np.ndarray:
 
 
 def _near(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    way = _others(paths, k) - paths[:, k, None]
+    way = np.delete(paths, k, axis=1) - paths[:, k, None]
     nearest = np.hypot(way[..., 0], way[..., 1]).argmin(axis=1)
     return paths[:, k] + 0.7 * _smooth(way[np.arange(len(way)), nearest], fps)
 
 
 def _far(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    away = _smooth(paths[:, k] - _others(paths, k).mean(axis=1), fps)
+    away = _smooth(paths[:, k] - np.delete(paths, k, axis=1).mean(axis=1), fps)
     length = np.maximum(np.hypot(away[:, :1], away[:, 1:]), 1e-9)
     return paths[:, k] + 0.3 * float(np.hypot(*np.ptp(paths, axis=(0, 1)))) * away / length
 
 
-def _nobody(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    return np.roll(paths[:, k], len(paths) // 2, axis=0)
+def _behind(paths: np.ndarray, k: int, frames: float, rng: np.random.Generator) -> np.ndarray:
+    """Return where somebody else was so many frames ago."""
+    leader = rng.integers(paths.shape[1] - 1)
+    return np.roll(np.delete(paths, k, axis=1)[:, leader], int(frames), axis=0)
 
 
 def _always(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    leader = rng.integers(paths.shape[1] - 1)
-    behind = np.roll(_others(paths, k)[:, leader], int(0.5 * fps), axis=0)
-    return _smooth(behind, fps / 4) + rng.normal(0.0, 0.01, behind.shape)
-
-
-def _delayed(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
-    leader = rng.integers(paths.shape[1] - 1)
-    return np.roll(_others(paths, k)[:, leader], int(3 * fps), axis=0)
+    followed = _behind(paths, k, 0.5 * fps, rng)
+    return _smooth(followed, fps / 4) + rng.normal(0.0, 0.01, followed.shape)
 
 
 def _stopping(paths: np.ndarray, k: int, fps: float, rng: np.random.Generator) -> np.ndarray:
     length = max(1, int(2 * fps))
     rests = np.repeat(rng.random(len(paths) // length + 1) < 0.3, length)[: len(paths) - 1]
-    steps = np.where(rests[:, None], 0.02, 1.0) * np.diff(paths[:, k], axis=0)
-    return paths[0, k] + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
+    return _walked(paths[0, k], np.where(rests[:, None], 0.02, 1.0) * np.diff(paths[:, k], axis=0))
 
 
 KINDS: dict[str, Kind] = {
     "too jittery": _paced(jitter=1.0),
     "too slow": _paced(pace=0.5),
     "too near": _near,
-    "follows nobody": _nobody,
+    "follows nobody": lambda paths, k, fps, rng: np.roll(paths[:, k], len(paths) // 2, axis=0),
     "too straight": _paced(turning=0.25),
     "too fast": _paced(pace=2.0),
     "too far": _far,
     "follows always": _always,
-    "delayed copy": _delayed,
+    "delayed copy": lambda paths, k, fps, rng: _behind(paths, k, 3 * fps, rng),
     "circling": _paced(drift=0.3),
     "stopping": _stopping,
 }
@@ -191,32 +174,31 @@ def detect(
     windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]
     require(lengths, "motion", "hold a window", "none", "Record for longer.", error=ConfigurationError)
+    samples = int(np.median(lengths))
     normal: list[Windows]
     cases: list[Case] = []
     planted: list[Case] = []
-    said = ""
+    said, recordings, promised = "", 0, True
+    relative: bool | None = False
     if genuine:
-        normal = [_windows(each, beside) for each in genuine]
+        normal, recordings, relative = [_windows(each, beside) for each in genuine], len(genuine), None
         cases, said = _planted(genuine, run, seed, beside)
         planted = cases if beside else []
-        recordings, relative, promised = None, None, True
     elif run.scenario is not None:
-        samples = int(np.median(lengths))
         normal, cases = _simulated(run.scenario, samples, seed, threads)
         said = f"{len(cases)} simulated robots with other parameters"
-        recordings, relative, promised = 0, False, True
-    else:
-        require(
-            run.calibration is not None, "genuine", "be given for a run that has stored no motion", "none",
-            "Give motion of normal individuals, or let the run end.", error=ConfigurationError,
-        )  # fmt: skip
-        assert run.calibration is not None
+    elif run.calibration is not None:
         pool = run.calibration[0][len(run.calibration[0]) // 2 :, 0]  # the run has not learned from these
         # windows of one recording are not independent
         alike = run.in_laboratory or not isinstance(motion, RecordedMotion)
-        promised = alike and len(pool) >= 2 * int(np.median(lengths))
-        normal = _pooled(pool, int(np.median(lengths)) if promised else 1, seed)
-        recordings, relative = 0, False
+        promised = alike and len(pool) >= 2 * samples
+        normal = _pooled(pool, samples if promised else 1, seed)
+    else:
+        rule, remedy = (
+            "be given for a run that has stored no motion",
+            "Give motion of normal individuals, or let the run end.",
+        )
+        refuse("genuine", rule, "none", remedy, error=ConfigurationError)
     if abnormal:
         cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False
@@ -253,11 +235,7 @@ def _planted(genuine: Sequence[Moved], run: RunClassifiers, seed: int, beside: b
         one = genuine[recording]
         if isinstance(one, RecordedMotion) and one.recording is not None:
             whole, begin = one.recording, max(0, round(one.times[k][0, 0] * one.recording.fps) - 1)
-            first = slice(begin, begin + int(PLANTED_S * whole.fps))
-            early = replace(
-                whole, positions=whole.positions[first], present=whole.present[first], confidence=None, interpolated=None,
-                headings=None if whole.headings is None else whole.headings[first],
-            )  # fmt: skip
+            early = replace(whole, **whole._arrays(slice(begin, begin + int(PLANTED_S * whole.fps))))
             for kind in KINDS:
                 if len(one.individuals) > 1 or kind not in SOCIAL:
                     moved = motion_of(plant(early, k, kind, rng), run, run.smooth_frames, [k], jump_factor=None)
