@@ -15,8 +15,9 @@ import numpy as np
 
 from turing_learning.analysis import area_under_curve
 from turing_learning.coevolution import Classifier
-from turing_learning.config import ConfigurationError
-from turing_learning.errors import number, require
+from turing_learning.errors import number
+
+from ._motion import check
 
 FELLOWS = 3
 """Individuals of a recording from which on their median is subtracted: what all share is no sign of anybody."""
@@ -343,7 +344,7 @@ def judge_alike(
     promised: bool = True,
     recordings: int | None = None,
 ) -> Detection:
-    """Rank individuals by how unlike normal ones they are.
+    """Rank individuals, each by its name, by how unlike normal ones they are.
 
     Every normal individual is scored by what was learned without its recording (without itself, where there is
     one recording). Where the recordings of normal individuals are longer than the motion, they are cut into
@@ -353,16 +354,10 @@ def judge_alike(
     ----------
     eyes
         Ways to look, the classifiers first.
-    motion
-        Of the individuals to be ranked, by their `names`.
-    normal
-        Recordings of normal individuals, at least two individuals in all.
     cases, said_of_cases
         What is known to be abnormal, by which the ways to look are compared; and what it is, in words.
     planted
         Individuals of the normal recordings that behave otherwise, for ways to look that learn from them.
-    false_alarms
-        Share of normal individuals that may be called abnormal, in (0, 1).
     relative
         Whether the median of the fellows is subtracted; None: if each recording has at least three individuals.
     promised
@@ -371,10 +366,9 @@ def judge_alike(
         How many recordings of the user's `normal` is; None takes their number, 0 says a pool.
     """
     number("false_alarms", false_alarms, above=0, below=1)
-    require(any(map(len, motion)), "motion", "hold a window", "none", error=ConfigurationError)
+    check(any(map(len, motion)), "motion", "hold a window", "none")
     counted = sum(1 for windows in normal for each in windows if len(each))
-    rule = "hold at least 2 normal individuals with a window"
-    require(counted >= 2, "genuine", rule, counted, "Record more of them.", error=ConfigurationError)
+    check(counted >= 2, "genuine", "hold at least 2 normal individuals with a window", counted, "Record more of them.")
     enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
     relative = enough if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))

@@ -7,14 +7,14 @@ from importlib.util import find_spec
 import numpy as np
 
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import choice, refuse, require
+from turing_learning.errors import choice
 from turing_learning.models import Behavior
 from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone, mixed
 from turing_learning.trajectories import Trajectories
 
 from ._alike import Case, Detection, Windows, classifiers_eye, judge_alike, one_class_eye, statistics_eye, trained_eye
-from ._motion import Motion, RecordedMotion, paths_of
+from ._motion import Motion, RecordedMotion, check, paths_of, reject
 from ._run import RunClassifiers, motion_of
 from ._simulated import ALIKE, CASES, stream
 
@@ -173,7 +173,7 @@ def detect(
         eyes.append(replace(trained_eye(), columns=slice(run.signals, None)))
     windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]
-    require(lengths, "motion", "hold a window", "none", "Record for longer.", error=ConfigurationError)
+    check(lengths, "motion", "hold a window", "none", "Record for longer.")
     samples = int(np.median(lengths))
     normal: list[Windows]
     cases: list[Case] = []
@@ -198,7 +198,7 @@ def detect(
             "be given for a run that has stored no motion",
             "Give motion of normal individuals, or let the run end.",
         )
-        refuse("genuine", rule, "none", remedy, error=ConfigurationError)
+        reject("genuine", rule, "none", remedy)
     if abnormal:
         cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False

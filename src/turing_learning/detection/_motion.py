@@ -4,6 +4,7 @@ import csv
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from turing_learning.errors import refuse, require
 from turing_learning.trajectories import Trajectories
 from turing_learning.trajectories._signals import smooth, wrap
 
+check, reject = partial(require, error=ConfigurationError), partial(refuse, error=ConfigurationError)
 SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
 
@@ -23,21 +25,19 @@ def checked_motion(
     name: str, motion: Any, *, signals: int, steps: int | None = None, where: Callable[[int], str] = str
 ) -> np.ndarray:
     """Return motion (individuals, samples, T, D) as floats; reject what is not that, empty, or not finite."""
-    require(not np.ma.is_masked(motion), name, "have no masked values", "a masked array", error=ConfigurationError)
+    check(not np.ma.is_masked(motion), name, "have no masked values", "a masked array")
     try:
         motion = np.asarray(motion)
     except (ValueError, OverflowError):  # of different lengths, or bytes that are no text
-        refuse(name, "be an array", f"a {type(motion).__name__} that is none", error=ConfigurationError)
+        reject(name, "be an array", f"a {type(motion).__name__} that is none")
     fits = motion.ndim == 4 and motion.size and motion.shape[3] == signals and steps in (None, motion.shape[2])
     rule = f"be real numbers of shape (individuals, samples, T, D) = (any, any, {steps or 'any'}, {signals}), not empty"
-    got = f"{motion.dtype} of shape {motion.shape}"
-    remedy = "A classifier is calibrated for samples of one length."
-    require(fits and motion.dtype.kind in "fiu", name, rule, got, remedy, error=ConfigurationError)
+    got, remedy = f"{motion.dtype} of shape {motion.shape}", "A classifier is calibrated for samples of one length."
+    check(fits and motion.dtype.kind in "fiu", name, rule, got, remedy)
     if not np.isfinite(motion).all():
         individual, *rest = (int(k) for k in np.argwhere(~np.isfinite(motion))[0])
         place = "individual {}, sample {}, step {}, signal {}".format(where(individual), *rest)
-        got = str(motion[individual, *rest])
-        refuse(name, "be finite", got, "Leave such samples out.", place=place, error=ConfigurationError)
+        reject(name, "be finite", str(motion[individual, *rest]), "Leave such samples out.", place=place)
     return motion.astype(np.float64, copy=False)
 
 
@@ -61,11 +61,10 @@ class Motion:
 def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
     """Cut recordings (individuals, L, D) into consecutive samples (individuals, L // T, T, D) of T steps, L at least T."""
     recordings = np.asarray(recordings)
-    rule = "have the shape (individuals, L, D)"
-    require(recordings.ndim == 3, "recordings", rule, recordings.shape, error=ConfigurationError)
+    check(recordings.ndim == 3, "recordings", "have the shape (individuals, L, D)", recordings.shape)
     individuals, length, signals = recordings.shape
     rule = f"be at least one sample of {steps} steps long"
-    require(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.", error=ConfigurationError)
+    check(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.")
     count = length // steps
     return recordings[:, : count * steps].reshape(individuals, count, steps, signals)
 
@@ -73,10 +72,7 @@ def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
 def holds_motion(path: str | Path) -> bool:
     """Return whether a file begins as those for `load_motion` do: numbers, an archive with ``samples``, or their heading.
 
-    Parameters
-    ----------
-    path
-        Any file; one that cannot be read does not.
+    One that cannot be read does not.
     """
     path = Path(path)
     try:
@@ -115,21 +111,18 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     """
     path = Path(path)
     suffix = path.suffix.lower()
-    rule = f"be a file that ends with one of {', '.join(SUFFIXES)}"
-    require(suffix in SUFFIXES, "motion", rule, str(path), error=ConfigurationError)
-    regular, remedy = path.is_file() or not path.exists() or path.is_dir(), "Write what comes out of it to a file."
-    require(regular, "motion", "be a file", f"{path}, a pipe or device", remedy, error=ConfigurationError)
+    check(suffix in SUFFIXES, "motion", f"be a file that ends with one of {', '.join(SUFFIXES)}", str(path))
+    regular = path.is_file() or not path.exists() or path.is_dir()
+    check(regular, "motion", "be a file", f"{path}, a pipe or device", "Write what comes out of it to a file.")
     try:
         individuals, values = _read_csv(path, names) if suffix == ".csv" else _read_arrays(path)
     except OSError as error:
-        got = f"{path} ({error.strerror or error})"
-        refuse("motion", "be a file that can be read", got, error=ConfigurationError)
+        reject("motion", "be a file that can be read", f"{path} ({error.strerror or error})")
     if values.ndim == 3:
         values = cut_recordings(values, steps)
     if values.ndim == 4:
-        rule = f"be one name for each of the {len(values)} individuals"
-        fits = len(individuals) == len(values)
-        require(fits, "individuals", rule, len(individuals), place=str(path), error=ConfigurationError)
+        fits, rule = len(individuals) == len(values), f"be one name for each of the {len(values)} individuals"
+        check(fits, "individuals", rule, len(individuals), place=str(path))
     where = individuals.__getitem__
     return Motion(individuals, checked_motion("motion", values, signals=signals, steps=steps, where=where))
 
@@ -141,13 +134,11 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
             with path.open("rb") as file, zipfile.ZipFile(file) as members:  # np.load takes other files, too
                 most = max(1 << 26, 200 * path.stat().st_size)  # recordings do not compress by more, and bombs do
                 size = sum(each.file_size for each in members.infolist())
-                rule = f"unpack to at most {most} bytes"
-                require(size <= most, "motion", rule, size, place=str(path), error=ConfigurationError)
+                check(size <= most, "motion", f"unpack to at most {most} bytes", size, place=str(path))
                 file.seek(0)
                 with np.load(file, allow_pickle=False) as archive:
                     found = sorted(archive.files)
-                    rule = "hold an array `samples`"
-                    require("samples" in found, "motion", rule, found, place=str(path), error=ConfigurationError)
+                    check("samples" in found, "motion", "hold an array `samples`", found, place=str(path))
                     values = archive["samples"]
                     names = archive["individuals"] if "individuals" in found else None
         else:  # mapped, so that a shape that the file is too short for is rejected before any memory is taken
@@ -155,8 +146,7 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
     except (ConfigurationError, OSError, MemoryError):
         raise
     except Exception as error:  # a damaged header can raise anything
-        rule = "be a file of numbers in NumPy's format"
-        refuse("motion", rule, f"{path} ({error})", error=ConfigurationError)
+        reject("motion", "be a file of numbers in NumPy's format", f"{path} ({error})")
     if names is None:
         names = np.arange(1, 1 + (len(values) if values.ndim else 0))
     return tuple(str(name) for name in np.ravel(names)), values
@@ -165,53 +155,51 @@ def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:
 def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...], np.ndarray]:
     import pandas as pd
 
-    def check(holds: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
-        place = str(path) if line is None else f"{path}:{line}"
-        require(holds, "motion", rule, got, remedy, place=place, error=ConfigurationError)
+    def hold(fits: object, rule: str, got: object, line: int | None = None, remedy: str = "") -> None:
+        check(fits, "motion", rule, got, remedy, place=str(path) if line is None else f"{path}:{line}")
 
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             rows = [(number, row) for number, row in enumerate(csv.reader(file), start=1) if row or number == 1]
     except UnicodeDecodeError as error:
         remedy = "It may be in UTF-16, Latin-1 or another encoding: save it as UTF-8."
-        check(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
+        hold(False, "be text in UTF-8", f"byte {error.object[error.start]:#04x}", remedy=remedy)
     except csv.Error as error:
-        check(False, "be a text file with commas", str(error))
+        hold(False, "be a text file with commas", str(error))
     heading = [name.strip() for name in rows[0][1]] if rows else []
     keys = _keys(heading)
     rule = "begin with individual,step or individual,sample,step and the names of signals"
-    check(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
+    hold(keys and len(heading) > len(keys), rule, repr(",".join(heading)), 1)
     cells: list[list[Any]] = []
     for line, row in rows[1:]:
-        check(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
+        hold(len(row) == len(heading), f"have {len(heading)} entries in each row", len(row), line)
         try:
-            counts, values = [int(text) for text in row[1 : len(keys)]], [float(text) for text in row[len(keys) :]]
+            counts, values = map(int, row[1 : len(keys)]), map(float, row[len(keys) :])
+            cells.append([row[0].strip(), *(0, *counts)[-2:], *values])
         except ValueError:
-            check(False, "hold numbers", repr(",".join(row)), line)
-        cells.append([row[0].strip(), *(0, *counts)[-2:], *values])
-    check(cells, "hold at least one step", "none")
+            hold(False, "hold numbers", repr(",".join(row)), line)
+    hold(cells, "hold at least one step", "none")
     columns = heading[len(keys) :]
     table = pd.DataFrame(cells).set_index([0, 1, 2])
     again = table.index.duplicated()
     if again.any():
         first = int(again.argmax())
         got = "individual {!r}, sample {}, step {} again".format(*table.index[first])
-        check(False, "hold each step once", got, rows[1 + first][0])
+        hold(False, "hold each step once", got, rows[1 + first][0])
     names = tuple(dict.fromkeys(table.index.get_level_values(0)))  # in the order in which they appear
     samples, steps = (sorted(set(table.index.get_level_values(level))) for level in (1, 2))
     for axis, found in (("sample", samples), ("step", steps)):
         for before, after in pairwise(found):
-            check(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
+            hold(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
     complete = pd.MultiIndex.from_product([names, samples, steps])
-    missing = complete.difference(table.index)
+    missing = complete[~complete.isin(table.index)]
     if len(missing):
-        place = next(each for each in complete if each in missing)
-        got = "no row for individual {!r}, sample {}, step {}".format(*place)
-        check(False, "hold the same samples and steps for each individual", got)
+        got = "no row for individual {!r}, sample {}, step {}".format(*missing[0])
+        hold(False, "hold the same samples and steps for each individual", got)
     motion = table.reindex(complete).to_numpy().reshape(len(names), len(samples), len(steps), len(columns))
     if signals is not None:
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
-        check(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
+        hold(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
         motion = motion[..., [columns.index(name) for name in signals]]
     return names, motion if "sample" in keys else motion[:, 0]
 
@@ -271,16 +259,8 @@ def company(paths: np.ndarray, k: int, fps: float) -> np.ndarray:
 
     Speed, turn, and acceleration; distance and bearing of the nearest other; distance of the middle of all
     others, and whether it is ahead (the cosine); distance from the border of the space that all move in; and
-    how much its velocity is what that of another was some time ago (the share of their correlation).
-
-    Parameters
-    ----------
-    paths : (F, A, 2)
-        x, y (cm), without gaps.
-    k
-        Whose.
-    fps
-        Frames per second.
+    how much its velocity is what that of another was some time ago (the share of their correlation). Paths
+    (F, A, 2) are in cm and without gaps.
     """
     places, velocities = paths[:-1], np.diff(paths, axis=0) * fps
     steps, others = np.arange(len(places)), np.delete(np.arange(paths.shape[1]), k)

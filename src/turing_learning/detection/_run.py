@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -10,13 +9,13 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
-from turing_learning.errors import integer, refuse, require
+from turing_learning.errors import integer
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step
 from turing_learning.trajectories import SIGNALS, Trajectories
 
-from ._motion import RecordedMotion, company, paths_of
+from ._motion import RecordedMotion, check, company, paths_of, reject
 from ._simulated import CALIBRATION, JURORS, random_controllers, simulate_behaviors, stream
 
 ARCHIVE = 100
@@ -113,17 +112,16 @@ class RunClassifiers:
 
     def simulated_scenario(self) -> Scenario:
         """Return the scenario; reject a run that has none."""
-        rule, remedy = "be on simulated robots for individuals to be simulated", "Give motion that was observed."
-        require(self.scenario is not None, "run", rule, self.kind, remedy, error=ConfigurationError)
-        assert self.scenario is not None
+        if self.scenario is None:
+            rule = "be on simulated robots for individuals to be simulated"
+            reject("run", rule, self.kind, "Give motion that was observed.")
         return self.scenario
 
 
 def run_classifiers(result: StoredRun) -> RunClassifiers:
     """Return the classifiers of a run that is stored in a folder with its full history: ``turing_learning.load_run(path)``."""
-    rule, got = "be stored in a folder", "one that is kept in memory"
-    require(result.path is not None, "run", rule, got, "Run it with `out`.", error=ConfigurationError)
-    assert result.path is not None
+    if result.path is None:
+        reject("run", "be stored in a folder", "one that is kept in memory", "Run it with `out`.")
     path, history = result.path / "config.toml", result.history
     configuration = load_configuration(path)
     system, stored, jury = result.system, result.calibration, result.jury
@@ -133,7 +131,7 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     else:
         if "classifier" not in history:
             got = f'{result.path} with run.history = "thin", which keeps no classifiers'
-            refuse("run", "have a full history", got, system.again(str(path)), error=ConfigurationError)
+            reject("run", "have a full history", got, system.again(str(path)))
         network, random = classifier_of(configuration), None
         populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
         total = len(fitness)
@@ -185,7 +183,6 @@ def calibration_motion(
         integer("threads", threads, 1, error=ConfigurationError)
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
-    stored, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
     if run.calibration is not None:
         found = run.calibration
     elif run.scenario is not None:
@@ -193,21 +190,18 @@ def calibration_motion(
         controllers = random_controllers(run.scenario, behaviors, rng)
         simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
         found = (simulated.genuine, simulated.abnormal)
-    elif not run.complete:
-        got = "one that was stopped before its end"
-        refuse("run", stored, got, f"Resume it first, or {given}", error=ConfigurationError)
-    elif run.in_laboratory:
-        remedy = (
-            "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least "
-        )
-        remedy += f"1 in its laboratory.json, or {given}"
-        refuse("run", stored, "one in a laboratory that has not", remedy, error=ConfigurationError)
     else:
-        rule, remedy = (
-            "be given for a run on a custom system",
-            "Give motion (individuals, samples, T, D) of both kinds.",
-        )
-        refuse("genuine", rule, "one without", remedy, error=ConfigurationError)
+        name, rule, given = "run", "have stored motion to calibrate with", "give `genuine` and `abnormal`."
+        if not run.complete:
+            got, remedy = "one that was stopped before its end", f"Resume it first, or {given}"
+        elif run.in_laboratory:
+            got = "one in a laboratory that has not"
+            remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` "
+            remedy += f"of at least 1 in its laboratory.json, or {given}"
+        else:
+            name, rule, got = "genuine", "be given for a run on a custom system", "one without"
+            remedy = "Give motion (individuals, samples, T, D) of both kinds."
+        reject(name, rule, got, remedy)
     return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
 
 
@@ -219,8 +213,6 @@ def recorded_motion(
     For a run without headings, those of the recording are left out of account. `smooth_frames` is
     by default that of the run.
     """
-
-    check = partial(require, error=ConfigurationError)
     files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
     unknown = [name for name in run.names if name not in SIGNALS]
     check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)
@@ -245,7 +237,7 @@ def recorded_motion(
             raise ConfigurationError(str(error)) from error
         rule = f"hold a window of {run.steps} steps ({run.steps / recording.fps:.4g} s) without gaps and jumps"
         got = f"{len(recording.positions)} frames, of which none does"
-        refuse("motion", rule, got, "Record for longer, or bridge gaps.", error=ConfigurationError)
+        reject("motion", rule, got, "Record for longer, or bridge gaps.")
 
 
 def motion_of(
@@ -260,16 +252,12 @@ def motion_of(
     who, first = windows.learning_index.T
     places = [np.flatnonzero(who == k) for k in whose]
     paths, steps = paths_of(recording, smooth_frames), np.arange(run.steps)
-    beside = ()
-    if paths.shape[1] > 1:
-        beside = tuple(
-            company(paths, k, recording.fps)[first[p, None] + steps] for k, p in zip(whose, places, strict=True)
-        )
+    beside = zip(whose, places, strict=True) if paths.shape[1] > 1 else ()
     return RecordedMotion(
         individuals=names,
         samples=tuple(windows.learning[place] for place in places),
         times=tuple(np.stack((first[p], first[p] + run.steps), axis=1) / recording.fps for p in places),
         duration_s=recording.duration_s,
         recording=recording,
-        company=beside,
+        company=tuple(company(paths, k, recording.fps)[first[p, None] + steps] for k, p in beside),
     )
