@@ -300,12 +300,11 @@ class Detection:
                 f"is 1 of {self.normal + 1}, {self.level:.2g}. Individuals are abnormal if their score is above all of these."
             )
         if self.level is not None:
-            many = "s" * (self.recordings > 1)
-            who = f"On your normal recording{many} {first.called:.3g} of {self.normal} individuals"
-            said.append(
-                f"{who if self.recordings else f'Of the {self.normal} normal individuals {first.called:.3g}'} would have been "
-                "called abnormal."
-            )
+            called = f"{first.called:.3g}"
+            who = f"Of the {self.normal} normal individuals {called}"
+            if self.recordings:
+                who = f"On your normal recording{'s' * (self.recordings > 1)} {called} of {self.normal} individuals"
+            said.append(f"{who} would have been called abnormal.")
         areas = {each.name: each.area for each in self.rankings}
         compared = ", ".join(name if area is None else f"{name} {area:.3f}" for name, area in areas.items())
         if not self.cases:
@@ -486,12 +485,7 @@ def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ra
 
 
 def _held_out(
-    eye: Eye,
-    seen: Sequence[Seen],
-    everybody: Who,
-    owners: Sequence[int],
-    relative: bool,
-    planted: Planted = (),
+    eye: Eye, seen: Sequence[Seen], everybody: Who, owners: Sequence[int], relative: bool, planted: Planted
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
     """Score normal individuals by what was learned without them.
 

@@ -187,17 +187,15 @@ class Scan:
 
     def verdict(self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float) -> TimedVerdict:
         """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""
-        flagged = np.zeros(len(scores), dtype=bool)
-        if not len(scores):
-            return TimedVerdict(name, 0, 1.0, 0.0, threshold, False, (), times, scores, flagged)
-        strength = float(self.strengths(scores))
+        strength = float(self.strengths(scores)) if len(scores) else 0.0
         spells = self.spells(scores, threshold) if strength > threshold else []
+        flagged = np.zeros(len(scores), dtype=bool)
         for spell in spells:
             flagged[spell] = True
         return TimedVerdict(
             individual=name,
             windows=len(scores),
-            score=float(scores.mean()),
+            score=float(scores.mean()) if len(scores) else 1.0,
             strength=strength,
             threshold=threshold,
             abnormal=strength > threshold,

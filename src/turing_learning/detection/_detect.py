@@ -8,15 +8,14 @@ import numpy as np
 
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import choice
-from turing_learning.models import Behavior
 from turing_learning.report import counted
-from turing_learning.swarm import Scenario, Trials, alone, mixed
+from turing_learning.swarm import Scenario, Trials, alone
 from turing_learning.trajectories import Trajectories
 
 from ._alike import Case, Detection, Windows, classifiers_eye, judge_alike, one_class_eye, statistics_eye, trained_eye
 from ._motion import Motion, RecordedMotion, check, paths_of, reject
 from ._run import RunClassifiers, motion_of
-from ._simulated import ALIKE, CASES, stream
+from ._simulated import ALIKE, CASES, simulate_behaviors, stream
 
 SMOOTH_S = 2.0
 
@@ -258,9 +257,8 @@ def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None)
     groups = speeds.reshape(swarms, samples, *speeds.shape[1:]).swapaxes(1, 2)
     truth = np.asarray(scenario.controller)
     models = truth + UNLIKE * rng.standard_normal((SIMULATED, len(truth)))
-    others = Trials.draw(scenario, mixed(scenario, len(models), samples), rng).observe(Behavior(models), threads)
-    planted = others[:, scenario.agents].reshape(len(models), samples, *others.shape[2:])
-    return [list(group) for group in groups], [Case(each) for each in planted]
+    others = simulate_behaviors(scenario, models, trials=samples, rng=rng, threads=threads).abnormal
+    return [list(group) for group in groups], [Case(each) for each in others[:: scenario.replicas]]
 
 
 def _pooled(pool: np.ndarray, samples: int, seed: int) -> list[Windows]:

@@ -8,10 +8,11 @@ import numpy as np
 
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import integer, require
+from turing_learning.errors import integer
 from turing_learning.models import Behavior
 from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
+from ._motion import check
 from ._simulated import POST_EVALUATION, checked_models, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
@@ -62,9 +63,9 @@ def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: f
     parameters = len(scenario.controller)
     integer("points", points, 2, error=ConfigurationError)
     fits, got = points**parameters <= MOST_GRID_MODELS, f"{points}, which gives {points}^{parameters}"
-    require(fits, "points", f"give at most {MOST_GRID_MODELS} models", got, error=ConfigurationError)
+    check(fits, "points", f"give at most {MOST_GRID_MODELS} models", got)
     fits = bool(np.isfinite([low, high]).all()) and low < high
-    require(fits, "low", "be below `high`, both finite", f"{low} and {high}", error=ConfigurationError)
+    check(fits, "low", "be below `high`, both finite", f"{low} and {high}")
     axes = np.meshgrid(*[np.linspace(low, high, points)] * parameters, indexing="ij")
     return np.stack(axes, axis=-1).reshape(-1, parameters)
 
@@ -150,8 +151,7 @@ def count_agents(
     integer("trials", trials, 1, error=ConfigurationError)
     models = checked_models("models", models, scenario)
     genomes = np.asarray(genomes)
-    fits = genomes.ndim == 2 and len(genomes)
-    require(fits, "genomes", "have the shape (N, Q), N >= 1", genomes.shape, error=ConfigurationError)
+    check(genomes.ndim == 2 and len(genomes), "genomes", "have the shape (N, Q), N >= 1", genomes.shape)
     counts = np.zeros((len(genomes), 2), dtype=np.int64)
     for samples in _blocks(scenario, models, part, trials, seed, threads):
         for start in range(0, len(genomes), GENOMES):
@@ -269,13 +269,11 @@ def accuracy_over_generations(
     total = len(populations)
     chosen = sampled_generations(total) if generations is None else np.asarray(generations, dtype=np.int64)
     fits = chosen.ndim == 1 and chosen.size and ((chosen >= 0) & (chosen < total)).all()
-    rule = f"be numbers from 0 to {total - 1}"
-    require(fits, "generations", rule, chosen.tolist(), error=ConfigurationError)
+    check(fits, "generations", f"be numbers from 0 to {total - 1}", chosen.tolist())
     genomes = np.stack([np.asarray(populations[int(g)]) for g in chosen])
     scores = np.stack([np.asarray(fitness[int(g)]) for g in chosen])
-    rule = "have the shape (G, N), as populations"
     got = f"{scores.shape} and {genomes.shape}"
-    require(scores.shape == genomes.shape[:2], "fitness", rule, got, error=ConfigurationError)
+    check(scores.shape == genomes.shape[:2], "fitness", "have the shape (G, N), as populations", got)
     models = grid_models(scenario) if models is None else models
     evaluation = post_evaluate(
         classifier, genomes.reshape(-1, genomes.shape[2]), scenario, models, trials=trials, seed=seed, threads=threads

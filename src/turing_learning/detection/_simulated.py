@@ -67,10 +67,15 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     """
     integer("count", count, 1, error=ConfigurationError)
     number("near", near, least=0, most=0.5, error=ConfigurationError)
-    found = np.empty((0, len(scenario.controller)))
+    return _unlike(np.asarray(scenario.controller), count, rng, near)
+
+
+def _unlike(known: np.ndarray, count: int, rng: np.random.Generator, near: float) -> np.ndarray:
+    """Draw models (count, P) uniformly from [-1, 1], without those that are near a known one (P,)."""
+    found = np.empty((0, len(known)))
     while len(found) < count:
-        drawn = rng.uniform(-1, 1, (count, len(scenario.controller)))
-        found = np.concatenate((found, drawn[mean_absolute_error(drawn, scenario.controller) >= near]))
+        drawn = rng.uniform(-1, 1, (count, len(known)))
+        found = np.concatenate((found, drawn[mean_absolute_error(drawn, known) >= near]))
     return found[:count]
 
 
@@ -204,11 +209,7 @@ def keep_calibration(
             return None
         pairs = zip(parameters.values(), estimate, strict=True)
         near = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
-        models = np.empty((0, len(near)))
-        while len(models) < MODELS:
-            drawn = rng.uniform(-1, 1, (MODELS, len(near)))
-            models = np.concatenate((models, drawn[np.abs(drawn - near).mean(axis=1) >= NEAR]))
-        samples = source.simulate(source.to_units(models[:MODELS]), rng)
+        samples = source.simulate(source.to_units(_unlike(near, MODELS, rng, NEAR)), rng)
     except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None

@@ -9,24 +9,19 @@ import numpy as np
 from turing_learning.analysis import Jury, competence
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import nearest, number, require
+from turing_learning.errors import nearest, number
 from turing_learning.report import counted
 
+from ._alike import split
 from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
-from ._motion import Motion, RecordedMotion, checked_motion
+from ._motion import Motion, RecordedMotion, check, checked_motion
 from ._post_evaluation import decide
 from ._run import StoredRun, calibration_motion, run_classifiers
 
 RULES = ("fittest", "unanimous", "discriminant")
 """Names of the rules; see `Detector`."""
 DEFAULT_RULE = "discriminant"
-GONE = {
-    "single": "unanimous",
-    "majority": "discriminant",
-    "group": "discriminant",
-    "archive": "discriminant",
-    "jury": "discriminant",
-}
+GONE = {"single": "unanimous"} | dict.fromkeys(("majority", "group", "archive", "jury"), "discriminant")
 """Rules of version 0.1.0, and the nearest one that remains."""
 SHRINKAGE = 0.5  # of covariances towards none between classifiers: many votes are nearly the same
 FLOOR = 1e-3  # of variances: a classifier that never erred may err yet
@@ -144,13 +139,11 @@ class Detector:
         signals = np.shape(genuine)[-1] if np.ndim(genuine) else 0
         genuine = checked_motion("genuine", genuine, signals=signals)
         abnormal = checked_motion("abnormal", abnormal, signals=signals, steps=genuine.shape[2])
-        require(len(genuine) >= 2, "genuine", "hold at least 2 individuals", len(genuine), error=ConfigurationError)
+        check(len(genuine) >= 2, "genuine", "hold at least 2 individuals", len(genuine))
         known, others = ({one.tobytes() for one in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
         got = f"{abnormal.shape[0] * abnormal.shape[1]} samples that are all in `genuine`, too"
         remedy = "Give motion of individuals that behave otherwise."
-        require(
-            not others <= known, "abnormal", "be other motion than `genuine`", got, remedy, error=ConfigurationError
-        )
+        check(not others <= known, "abnormal", "be other motion than `genuine`", got, remedy)
         everybody = Jury(classifier, np.asarray(genomes), np.ones(len(genomes)))
         half = len(genuine) // 2
         weights = weigh(rule, everybody.votes(genuine[:half]), everybody.votes(abnormal))
@@ -253,10 +246,20 @@ class Detector:
         self._warn_if_blind()
         self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
-        return tuple(
-            _decide(name, row, float(p_value), bool(called), middle)
-            for name, row, p_value, called in zip(motion.individuals, scores, found, abnormal, strict=True)
-        )
+        verdicts = []
+        for name, row, p_value, called in zip(motion.individuals, scores, found, abnormal, strict=True):
+            begin = np.argmax(np.cumsum((middle - row)[::-1])[::-1])
+            verdicts.append(
+                SampleVerdict(
+                    individual=name,
+                    score=float(_mean(row)),
+                    p_value=float(p_value),
+                    genuine_share=float(np.mean(row >= middle)),
+                    abnormal=bool(called),
+                    since=int(begin) + 1 if called else None,
+                )
+            )
+        return tuple(verdicts)
 
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
         """Say of each individual of a recording whether it behaves abnormally at some time, and when.
@@ -270,7 +273,7 @@ class Detector:
         Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
         counts = [len(samples) for samples in motion.samples]
-        scores = np.split(self.judge(np.concatenate(motion.samples)), np.cumsum(counts)[:-1])
+        scores = split(self.judge(np.concatenate(motion.samples)), motion.samples)
         scan = Scan(self.genuine_scores)
         thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
         self._warn_if_blind()
@@ -341,7 +344,7 @@ def check_rule(rule: str) -> None:
     """Reject what is no rule; one that is gone names the nearest that remains."""
     word = rule if isinstance(rule, str) else ""
     remedy = f"Version 0.1.0 had it; the nearest is `{GONE[word]}`." if word in GONE else nearest(word, RULES)
-    require(word in RULES, "rule", "be one of the rules", repr(rule), remedy, error=ConfigurationError)
+    check(word in RULES, "rule", "be one of the rules", repr(rule), remedy)
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
@@ -354,9 +357,8 @@ def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
         return np.full(len(genuine), 1 / len(genuine))
     by_individual = rule == "unanimous"
     found = competence(decide(genuine), decide(abnormal)) if by_individual else competence(genuine, abnormal)
-    rule_of = "hold a classifier that tells genuine from abnormal motion"
-    tells, got = found.max(initial=0.0) > 0, f"{len(genuine)} that cannot"
-    require(tells, "genomes", rule_of, got, "Run more generations.", error=ConfigurationError)
+    tells, told = found.max(initial=0.0) > 0, "hold a classifier that tells genuine from abnormal motion"
+    check(tells, "genomes", told, f"{len(genuine)} that cannot", "Run more generations.")
     if by_individual:
         return (np.arange(len(found)) == found.argmax()).astype(float)
     weights, some = np.maximum(found, 0), found > 0
@@ -377,16 +379,3 @@ def _covariance(votes: np.ndarray) -> np.ndarray:
 
 def _mean(scores: np.ndarray) -> np.ndarray:
     return np.round(scores.mean(axis=-1), DIGITS)
-
-
-def _decide(name: str, scores: np.ndarray, p_value: float, abnormal: bool, middle: float) -> SampleVerdict:
-    """Return the verdict on an individual with the scores (S,); samples with a score below `middle` count as counterfeit."""
-    evidence = np.cumsum((middle - scores)[::-1])[::-1]
-    return SampleVerdict(
-        individual=name,
-        score=float(_mean(scores)),
-        p_value=p_value,
-        genuine_share=float(np.mean(scores >= middle)),
-        abnormal=abnormal,
-        since=int(np.argmax(evidence)) + 1 if abnormal else None,
-    )
