@@ -459,29 +459,32 @@ def _together(looks: Sequence[_Look]) -> _Look:
 def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ranking:
     means = np.array([each.mean() if len(each) else np.nan for each in look.shares])
     ranks = np.argsort(np.argsort(-means, kind="stable")) + 1  # who has no windows comes last
-    scores, whose, weights = look.normal, look.whose, look.weights
-
-    def p_values(values: np.ndarray, known: np.ndarray, of: np.ndarray) -> np.ndarray:
-        ordered = np.argsort(known)
-        above = np.append(np.cumsum(of[ordered][::-1])[::-1], 0.0)
-        return np.asarray((1 + above[np.searchsorted(known[ordered], values, "left")]) / (of.sum() + 1))
-
-    level, called, chances = None, float("nan"), np.full(len(means), np.nan)
+    chances, called = np.full(len(means), np.nan), float("nan")
+    abnormal: list[bool | None] = [None] * len(means)
     if false_alarms is not None:
-        level, called = max(false_alarms, 1 / (weights.sum() + 1)) + 1e-9, 0.0
-        chances = np.where(np.isnan(means), np.nan, p_values(means, scores, weights))
-        for one in np.unique(whose):
-            own = whose == one
-            limit = max(false_alarms, 1 / (weights[~own].sum() + 1)) + 1e-9
-            called += float(weights[own][p_values(scores[own], scores[~own], weights[~own]) <= limit].sum())
+        chances, unlike = _chances(means, look.normal, look.weights, false_alarms)
+        abnormal, called = unlike.tolist(), 0.0
+        for one in np.unique(look.whose):
+            own = look.whose == one
+            _, unlike = _chances(look.normal[own], look.normal[~own], look.weights[~own], false_alarms)
+            called += float(look.weights[own][unlike].sum())
     individuals = []
     for k, (name, shares) in enumerate(zip(names, look.shares, strict=True)):
-        abnormal = None if level is None else bool(chances[k] <= level)
-        flagged = _stretch(shares) if abnormal else np.zeros(len(shares), dtype=bool)
-        individuals.append(
-            Standing(name, int(ranks[k]), float(means[k]), float(chances[k]), abnormal, len(shares), shares, flagged)
-        )
+        flagged = _stretch(shares) if abnormal[k] else np.zeros(len(shares), dtype=bool)
+        said = (name, int(ranks[k]), float(means[k]), float(chances[k]), abnormal[k], len(shares))
+        individuals.append(Standing(*said, shares, flagged))
     return Ranking(look.name, tuple(individuals), look.area, called)
+
+
+def _chances(
+    scores: np.ndarray, normal: np.ndarray, weights: np.ndarray, false_alarms: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the p-values of scores among those of normal individuals, NaN for NaN, and which of them say abnormal."""
+    order, many = np.argsort(normal), weights.sum() + 1
+    above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
+    found = (1 + above[np.searchsorted(normal[order], scores, "left")]) / many
+    found = np.where(np.isnan(scores), np.nan, found)
+    return found, found <= max(false_alarms, 1 / many) + 1e-9
 
 
 def _held_out(
@@ -492,27 +495,24 @@ def _held_out(
     Returns their scores, whom they belong to (a recording, or an individual where there is one recording),
     weights that sum to 1 for each individual, and the scorer that has not seen each recording.
     """
-    alone = len(set(owners)) == 1
-    people = [[(owner, k) for k in range(len(each))] for owner, each in zip(owners, seen, strict=True)]
-    keys: Any = people if alone else [[owner for owner, _ in row] for row in people]
-    pieces = Counter(row[k] for row, who in zip(people, everybody, strict=True) for k in who)
-    held = sorted({row[k] for row, who in zip(keys, everybody, strict=True) for k in who})
+    members = [(p, k) for p, who in enumerate(everybody) for k in who]
+    pieces, alone = Counter((owners[p], k) for p, k in members), len(set(owners)) == 1
+    keys: dict[Any, Any] = {(p, k): (owners[p], k) if alone else owners[p] for p, k in members}
+    held = sorted(set(keys.values()))
     scores, whose, weights = [], [], []
     scorers: dict[Any, Scorer] = {}
     for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
         out = {held[k] for k in fold}
-        kept = [[k for k in who if keys[p][k] not in out] for p, who in enumerate(everybody)]
+        kept = [[k for k in who if keys[p, k] not in out] for p, who in enumerate(everybody)]
         known = [p for p, who in enumerate(kept) if who]
         others = [(known.index(p), k, kind, each) for p, k, kind, each in planted if k in kept[p]]
         scorer = eye.learn([seen[p] for p in known], [kept[p] for p in known], relative, others)
         scorers |= dict.fromkeys(out, scorer)
-        for p, row in enumerate(keys):
-            members = [k for k in everybody[p] if row[k] in out]
-            if members:
-                found = scorer(seen[p])
-                scores += [float(found[k].mean()) for k in members]
-                whose += [held.index(row[k]) for k in members]
-                weights += [1 / pieces[people[p][k]] for k in members]
+        left = [(p, k) for p, k in members if keys[p, k] in out]
+        found = {p: scorer(seen[p]) for p in {p for p, _ in left}}
+        scores += [float(found[p][k].mean()) for p, k in left]
+        whose += [held.index(keys[each]) for each in left]
+        weights += [1 / pieces[owners[p], k] for p, k in left]
     return np.array(scores), np.array(whose), np.array(weights), scorers
 
 

@@ -25,16 +25,9 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     else as many, and the one that is observed. Where no sample of an individual has a higher score than any of
     the n, the choices are counted.
 
-    Parameters
-    ----------
-    genuine : (n,)
-        Scores of genuine samples that had no part in the weights of the votes.
-    scores : (individuals, S)
-        Of the samples of each individual.
-
-    Source
-    ------
-    Pitman, Significance tests which may be applied to samples from any populations (1937); docs/decisions/0022.
+    `genuine` (n,) are scores of genuine samples that had no part in the weights of the votes, and `scores`
+    (individuals, S) those of the samples of each individual. Source: Pitman, Significance tests which may be
+    applied to samples from any populations (1937); docs/decisions/0022.
     """
     known, samples = len(genuine), scores.shape[1]
     chosen = _choices(known, samples)
@@ -128,14 +121,8 @@ class Scan:
     1/2) / (n + 1) of a standard normal distribution lies. A score that equals genuine ones has the mean for the
     places before, between and after them.
 
-    Parameters
-    ----------
-    genuine_scores : (n,)
-        Of single genuine samples that had no part in the weights of the votes.
-
-    Source
-    ------
-    Van der Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
+    `genuine_scores` (n,) are those of single samples that had no part in the weights of the votes. Source: Van der
+    Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
     """
 
     genuine_scores: np.ndarray
@@ -157,9 +144,7 @@ class Scan:
         enters the evidence: but for the number of draws the rate is exact, over all detectors and individuals.
         Places between equal genuine scores have their evidence.
 
-        Source
-        ------
-        Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
+        Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
         """
         known, evidence = len(self.genuine_scores), self._evidence_of_places()
         draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))

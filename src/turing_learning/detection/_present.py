@@ -36,26 +36,19 @@ def standings(
     found: Detection, timed: Sequence[TimedVerdict], *, seconds: bool
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Return headings and rows of a table, the most unlike individual first, without columns in which nothing is known."""
-    headings = (
-        "individual",
-        "rank",
-        "windows",
-        "score",
-        "p-value",
-        "verdict",
-        "when (s)" if seconds else "since sample",
-    )
+    when = "when (s)" if seconds else "since sample"
+    headings = ("individual", "rank", "windows", "score", "p-value", "verdict", when)
     rows: list[tuple[str, ...]] = []
     for k in sorted(range(len(timed)), key=lambda k: found.individuals[k].rank):
         each, spells = found.individuals[k], timed[k].spells
-        when = "-"
+        since = "-"
         if spells:
-            when = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
+            since = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
         verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
         score = f"{each.score:.2f}" if each.windows else "-"
         p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
         verdict = verdict if each.windows else "no window"
-        rows.append((each.individual, str(each.rank), str(each.windows), score, p_value, verdict, when))
+        rows.append((each.individual, str(each.rank), str(each.windows), score, p_value, verdict, since))
     known = [k for k in range(len(headings)) if any(row[k] != "-" for row in rows)]
     return tuple(headings[k] for k in known), [tuple(row[k] for k in known) for row in rows]
 

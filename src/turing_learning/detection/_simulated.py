@@ -139,26 +139,12 @@ _LOGGER = logging.getLogger("turing_learning")
 def keep_observed(
     *, learned: np.ndarray, held_out: np.ndarray, replicas: np.ndarray, models: np.ndarray, estimate: np.ndarray
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold of samples that a run has observed in a laboratory.
+    """Return what ``calibration.npz`` shall hold of samples that a run has observed in a laboratory; None if one kind is missing.
 
-    As abnormal ones those of the first models that are not near the estimate: they are nearly random.
-
-    Parameters
-    ----------
-    learned, held_out : (S, T, D), (K, T, D)
-        Samples of the agents, from the run and from after it.
-    replicas : (M, T, D)
-        Samples of the replicas, one of each model, the first models first.
-    models : (M, P)
-        What they executed.
-    estimate : (P,)
-        In the parameters' units.
-
-    Returns
-    -------
-    dict or None
-        "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are
-        usual, and "abnormal" (S, T, D); None if there is not enough of one kind.
+    It is "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are usual,
+    and "abnormal" (S, T, D). Genuine are agents, `learned` from in the run (S, T, D) and `held_out` after it
+    (K, T, D). Abnormal are `replicas` (M, T, D), one of each of the models (M, P), of the first models that are not
+    near the estimate (P,), in the parameters' units: they are nearly random.
     """
     far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
     count = min(len(learned), len(held_out), MOST)
@@ -175,25 +161,12 @@ def spread(samples: np.ndarray, count: int) -> np.ndarray:
 def keep_calibration(
     source: Source, parameters: Mapping[str, Parameter], estimate: np.ndarray, seed: int
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold: held-out samples of a system, and samples of random models of it.
+    """Return what ``calibration.npz`` shall hold, as in `keep_observed`: samples of a system, and of random models of it.
 
     The first half of the genuine samples are some that the run learned from, to weigh votes; the second half
     those that were held out, to place the threshold. Random models are drawn from the initial ranges without
-    those near the estimate.
-
-    Parameters
-    ----------
-    source, parameters
-        Of the run; the source has genuine samples.
-    estimate : (P,)
-        In the parameters' units.
-    seed
-        Of the run.
-
-    Returns
-    -------
-    dict or None
-        As in `keep_observed`; None if fewer than two samples were held out, or the simulations fail.
+    those near the estimate (P,), in the parameters' units. None if fewer than two samples were held out, or the
+    simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over
