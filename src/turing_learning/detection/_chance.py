@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
+from itertools import combinations, count
 from math import ceil, comb
 
 import numpy as np
@@ -53,19 +53,14 @@ def known_needed(share: float, samples: int) -> int:
     """Return how many genuine samples are enough for a p-value as small as a share."""
     if samples == 1:
         return ceil(1 / share) - 1
-    known = 1
-    while 1 / comb(known + samples, samples) > share:
-        known += 1
-    return known
+    return next(known for known in count(1) if 1 / comb(known + samples, samples) <= share)
 
 
 @lru_cache(maxsize=2)
 def _choices(known: int, samples: int) -> np.ndarray:
     """Return choices (any, samples) of numbers below known + samples; the individual's own are the last."""
     total, draws = known + samples, max(1000, min(DRAWS, MOST_DRAWN // samples))
-    if samples == 1:
-        return np.arange(total, dtype=np.int32)[:, None]
-    if comb(total, samples) <= draws:
+    if samples == 1 or comb(total, samples) <= draws:
         return np.array(list(combinations(range(total), samples)), dtype=np.int32)
     rng = np.random.default_rng((known, samples))
     drawn = [rng.choice(total, samples, replace=False, shuffle=False) for _ in range(draws)]
@@ -146,7 +141,10 @@ class Scan:
 
         Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
         """
-        known, evidence = len(self.genuine_scores), self._evidence_of_places()
+        ordered = np.sort(self.genuine_scores)
+        known, evidence = len(ordered), _normal_scores(len(ordered))
+        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
+        evidence[equal] = self._evidence(ordered[equal])
         draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))
         rng = np.random.default_rng(windows)
         parts = np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000))
@@ -155,8 +153,6 @@ class Scan:
 
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
         """Return the stretches of scores (W,) above the threshold: the strongest of any length, then those before and after it."""
-        if not len(scores):
-            return []
         sums = np.append(0.0, np.cumsum(self._evidence(scores)))
         best, found = threshold, None
         for n in range(1, len(scores) + 1):
@@ -196,14 +192,6 @@ class Scan:
         sums = np.append(0.0, np.cumsum(_normal_scores(len(ordered))))
         return (sums[last + 1] - sums[first]) / (last + 1 - first)
 
-    def _evidence_of_places(self) -> np.ndarray:
-        """Return the evidence (n + 1,) of the places among the genuine scores, the lowest first."""
-        ordered = np.sort(self.genuine_scores)
-        evidence = _normal_scores(len(ordered))
-        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
-        evidence[equal] = self._evidence(ordered[equal])
-        return evidence
-
     def _strongest(self, evidence: np.ndarray) -> np.ndarray:
         windows = evidence.shape[-1]
         sums = np.concatenate((np.zeros((*evidence.shape[:-1], 1)), np.cumsum(evidence, axis=-1)), axis=-1)
@@ -221,9 +209,9 @@ def _normal_scores(known: int) -> np.ndarray:
     return -ndtri((np.arange(known + 1) + 0.5) / (known + 1))
 
 
-def _places(count: int, windows: int, known: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw the places (count, windows) of windows among so many genuine samples; each row has samples of its own."""
-    rows = np.arange(count)[:, None]
-    ordered = np.sort(rng.random((count, known)), axis=1) + rows  # one row behind the other: one search does for all
-    places = np.searchsorted(ordered.ravel(), (rng.random((count, windows)) + rows).ravel())
-    return places.reshape(count, windows) - rows * known
+def _places(draws: int, windows: int, known: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw the places (draws, windows) of windows among so many genuine samples; each row has samples of its own."""
+    rows = np.arange(draws)[:, None]
+    ordered = np.sort(rng.random((draws, known)), axis=1) + rows  # one row behind the other: one search does for all
+    places = np.searchsorted(ordered.ravel(), (rng.random((draws, windows)) + rows).ravel())
+    return places.reshape(draws, windows) - rows * known

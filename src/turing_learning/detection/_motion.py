@@ -3,6 +3,7 @@
 import csv
 import zipfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -75,10 +76,8 @@ def holds_motion(path: str | Path) -> bool:
     One that cannot be read does not.
     """
     path = Path(path)
-    try:
-        if not path.is_file():  # nobody may ever write to a pipe
-            return False
-        match path.suffix.lower():
+    with suppress(Exception):  # a damaged file can raise anything
+        match path.suffix.lower() if path.is_file() else "":  # nobody may ever write to a pipe
             case ".npy":
                 return np.lib.format.open_memmap(path, mode="r").dtype.kind in "fiuc"
             case ".npz":
@@ -87,8 +86,6 @@ def holds_motion(path: str | Path) -> bool:
             case ".csv":
                 with path.open(encoding="utf-8-sig", newline="") as file:
                     return bool(_keys([name.strip() for name in next(csv.reader(file), [])]))
-    except Exception:  # a damaged file can raise anything
-        return False
     return False
 
 

@@ -223,8 +223,8 @@ def recorded_motion(
     check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
     rule = "know its time step, as runs on windows of recorded motion do"
     check(run.interval_s != 0, "run", rule, "one on samples alone", files)
-    remedy = "Speeds and turns of another frame rate have other noise. Thin the faster recording, and infer again if that is "
-    remedy += "the run's."
+    remedy = "Speeds and turns of another frame rate have other noise. "
+    remedy += "Thin the faster recording, and infer again if that is the run's."
     same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"
     check(same, "fps", rule, f"{recording.fps:.6g}", remedy)
     if run.headings == "without":
