@@ -37,7 +37,7 @@ def test_a_notebook_runs(name, tmp_path):
     shortened = 0
     for cell in (cell for cell in notebook.cells if cell.cell_type == "code"):
         cell.source, runs = re.subn(r"generations=\d+", "generations=2, settings=FEW", cell.source)
-        cell.source, budgets = re.subn(r"trials=\d+", "trials=300", cell.source)
+        cell.source, budgets = re.subn(r"trials=\d+", "trials=60", cell.source)
         cell.source, checks = re.subn(r"(runs\[0\]|result|wrong)\.check\(.*?\)", r"\1.check(**LEAST)", cell.source)
         shortened += runs + budgets + checks
     assert shortened >= 2
