@@ -191,7 +191,7 @@ def match(
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
     proposals = _sample(broad, draws, rng, PROPOSED)
-    fits = []
+    fits: list[tuple[bool, float, int, _Local, np.ndarray, float, float]] = []
     for reach in REACHES if many else REACHES[:1]:
         local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0, reach)
         local = replace(local, region=broad)
@@ -201,7 +201,7 @@ def match(
         low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
         canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
         doubtful = moved > MOST_MOVED or canary < LEAST_CANARY
-        fits.append((doubtful, np.log((high_z - low_z)[:-1]).sum(), len(fits), local, points, canary, moved))
+        fits.append((doubtful, float(np.log((high_z - low_z)[:-1]).sum()), len(fits), local, points, canary, moved))
     doubtful, _, _, local, points, canary, moved = min(fits)
     middle, (low_z, high_z) = np.median(points, axis=0), np.quantile(points, [TAIL, 1 - TAIL], axis=0)
     middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
@@ -316,7 +316,7 @@ def _fit(
     order = np.argsort(-weights, kind="stable")
     few = round(size * (1 - far))
     if reach:
-        inside = max(few, np.count_nonzero(weights > reach * weights.max()))
+        inside = max(few, int((weights > reach * weights.max()).sum()))
         chosen = order[np.linspace(0, inside - 1, few).astype(int)]
     else:
         chosen = np.r_[order[:few], order[few :: max((len(order) - few) // max(size - few, 1), 1)]]
