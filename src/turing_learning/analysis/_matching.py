@@ -111,6 +111,7 @@ def match(
     spread: np.ndarray,
     recordings: np.ndarray | None = None,
     averaged: int = 1,
+    farther: bool = False,
     rng: np.random.Generator,
     draws: int = 600,
     size: int = 1200,
@@ -134,6 +135,9 @@ def match(
     averaged
         Number of samples of one trial that each counterfeit output is the mean of. As many genuine samples
         count as one, because they may be of one trial, too.
+    farther
+        Whether fits to samples from farther out are tried, where a third of all is more than `size`. The narrowest draws may lose
+        models that are equally good.
     rng
         For the folds and the draws.
     draws
@@ -151,9 +155,9 @@ def match(
        the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it.
     4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
        the fit before, which knows samples from anywhere, does not rule out.
-    5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. So where a third of
-       all is more than `size`, as many are also taken evenly from farther out, twice, and the fit with the narrowest draws
-       counts among those that pass the checks of `settled`.
+    5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. If `farther`, as many
+       are also taken evenly from farther out, twice, and the fit with the narrowest draws counts among those that pass the
+       checks of `settled`.
 
     Source
     ------
@@ -181,7 +185,8 @@ def match(
     fold, inert = _folds(z, rng)
     z, center, width = np.c_[z, inert], np.append(center, 0.0), np.append(width, 1.0)
     x, g = _standardized(x, g)
-    many, size = len(z) // 3 > size, min(max(size, len(z) // 3), max(len(z) // 2, 250))
+    reaches = REACHES if farther and len(z) // 3 > size else REACHES[:1]
+    size = min(max(size, len(z) // 3), max(len(z) // 2, 250))
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
         broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)
@@ -192,7 +197,7 @@ def match(
             break
     proposals = _sample(broad, draws, rng, PROPOSED)
     fits: list[tuple[bool, float, int, _Local, np.ndarray, float, float]] = []
-    for reach in REACHES if many else REACHES[:1]:
+    for reach in reaches:
         local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0, reach)
         local = replace(local, region=broad)
         if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other

@@ -65,6 +65,7 @@ class TrialsLoop:
         ends = [each.initial == (each.low, each.high) for each in system.parameters.values()]
         self._limits = np.array(ends if source.genuine is not None else [source.ends is not None] * dimension)
         learning = source.genuine.learning if source.genuine is not None and not source.genuine.live else None
+        self._observed_anew = learning is None
         optimizer = optimizer_of(section, self.classifier.parameters, (CLASSIFIERS, seed), "classifiers")
         self.trials = FewTrials(
             source,
@@ -157,6 +158,7 @@ class TrialsLoop:
                 start=np.clip((trials.estimate - self._middle) / self._reach, -wide, wide),
                 spread=2 * np.maximum(trials.draws.std(axis=0) / self._reach, 1e-3),
                 averaged=trials.buffer.samples.shape[1],
+                farther=self._observed_anew,
                 rng=generation_rng((MATCHING, self._seed), _READ_OUT + self.generation),
             )
             found = once_more()

@@ -87,6 +87,7 @@ def test_many_samples_much_alike_leave_intervals_as_wide_as_the_genuine_samples_
         high=HIGH[:2],
         start=TRUTH[:2],
         spread=np.full(2, 0.02),
+        farther=True,
         rng=rng,
     )
     exact = 1.645 / np.sqrt(400)
