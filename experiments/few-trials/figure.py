@@ -30,7 +30,7 @@ METHODS = {
 def recordings_figure():
     """Draw the walker's errors, and the share of intervals that hold the truth with its 95 % interval, over recordings."""
     rows = pd.read_csv(HERE / "intervals.csv")
-    rows = rows[rows.parameter.isin([*KNOWN, "gain x noise"]) & rows.low.notna()]
+    rows = rows[(rows.trials == 3000) & rows.parameter.isin([*KNOWN, "gain x noise"]) & rows.low.notna()]
     rows = rows.assign(K=rows.case.str.extract(r"walker-(\d+)")[0].astype(int))
     figure = new_figure(8.2, 3.4)
     left, right = figure.subplots(1, 2)
