@@ -8,8 +8,7 @@ import pytest
 from turing_learning import report
 from turing_learning.figures import Picture
 from turing_learning.figures._one_run import error_figure
-from turing_learning.report._content import ParameterRow, RunReport, RunTable
-from turing_learning.report._page import report_page
+from turing_learning.report._page import Listing, Report, report_page
 
 INTERVAL_S = 0.1
 FRAMES = 301
@@ -38,13 +37,12 @@ def make_replay() -> report.Replay:
     return report.Replay("Two swarms", 3.5, 5.0, INTERVAL_S, swarms)
 
 
-def make_report() -> RunReport:
+def make_report() -> Report:
     drawing = error_figure(np.geomspace(1, 0.1, 9), np.geomspace(1, 0.01, 9))
-    return RunReport(
+    return Report(
         title="<script>console.error('title')</script>",
         summary="<img src='https://example.org/verdict.png'>",
-        table=RunTable((ParameterRow("<b>vl0</b>", -0.7, -0.71),)),
-        selection=("active",) * 9,
+        listings=[Listing("result", "Inferred parameters", ("Parameter", "Inferred"), [("<b>vl0</b>", -0.7)])],
         figures=(Picture("error", "Error", "", drawing),),
         configuration="</code></pre><script src='https://example.org/a.js'></script>",
         manifest=(("<i>seed</i>", "</table><iframe src='https://example.org'></iframe>"),),
@@ -251,7 +249,7 @@ def test_a_page_with_one_frame_offers_nothing_to_play(page, tmp_path):
 
 
 def test_a_report_without_replay_runs_nothing(page, tmp_path):
-    bare = RunReport("Run", "Done.", RunTable((ParameterRow("a", 1.0, 1.0),)))
+    bare = Report("Run", "Done.", [Listing("result", "Inferred", ("Parameter", "Inferred"), [("a", 1.0)])])
     page.open(report.write_page(report_page(bare), tmp_path / "bare.html"))
     assert page.complaints() == []
     assert page.evaluate("document.querySelectorAll('canvas').length") == 0

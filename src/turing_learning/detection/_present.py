@@ -7,8 +7,7 @@ import numpy as np
 
 from turing_learning.figures import Picture, timeline_figure
 from turing_learning.figures._classifiers import paths_figure
-from turing_learning.report._content import Listing, StudyReport
-from turing_learning.report._page import study_page
+from turing_learning.report._page import Listing, Report, report_page
 
 from ._alike import Detection
 from ._chance import TimedVerdict
@@ -109,4 +108,4 @@ def detection_page(
     many = sum(bool(each.abnormal) for each in found.individuals)
     said = f"{many} of {len(timed)} individuals {'is' if many == 1 else 'are'} abnormal."
     said = "Individuals are ranked; nobody is called abnormal." if found.level is None else said
-    return study_page(StudyReport(f"{name}: who is unlike normal individuals?", said, (table,), tuple(drawn)))
+    return report_page(Report(f"{name}: who is unlike normal individuals?", said, [table], drawn))

@@ -18,15 +18,15 @@ from ._style import (
     ORANGE,
     RULE,
     SKY,
+    Panels,
     add_legend,
     grid_of_panels,
     label,
-    legend_above,
     one_panel,
+    row_of_panels,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_NAMES = 60
@@ -35,15 +35,11 @@ MOST_NAMES = 60
 def accuracy_figure(
     generations: np.ndarray, *, subjective: np.ndarray, objective: np.ndarray, jury: np.ndarray | None = None
 ) -> "Figure":
-    """Draw the decision accuracy (R, G) of the best classifiers of some generations (G,): mean and deviation over the runs.
+    """Draw the decision accuracy (R, G) of the best classifiers of some generations (G,), as in figure 7 of the paper.
 
     `subjective` is that of the classifier with the highest subjective fitness; `objective` and `jury` are the
-    highest of a single classifier of the population, and of the population or its archive. The horizontal axis
-    is linear up to generation 1 and logarithmic from there.
-
-    Source
-    ------
-    Paper, figure 7.
+    highest of a single classifier of the population, and of the population or its archive: mean and deviation over
+    the runs. The horizontal axis is linear up to generation 1 and logarithmic from there.
     """
     from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
@@ -82,55 +78,36 @@ class Distribution:
     simulated: np.ndarray
 
 
-def quantities_figure(distributions: Sequence[Distribution]) -> "Figure":
+def quantities_figure(distributions: Sequence[Distribution], *, panels: Panels | None = None) -> "Figure":
     """Draw distributions of genuine motion and of motion simulated at the estimate, one panel each."""
-    figure, panels, columns = grid_of_panels([each.name for each in distributions], 2.1)
-    draw_quantities(panels, columns, distributions)
-    legend_above(figure, panels[:1], ncols=2)
-    return figure
-
-
-def draw_quantities(panels: "Sequence[Axes]", columns: int, distributions: Sequence[Distribution]) -> None:
-    """Draw `quantities_figure` into a panel for each distribution, so many in a row."""
-    for k, (axes, each) in enumerate(zip(panels, distributions, strict=True)):
+    panels = panels or grid_of_panels([each.name for each in distributions], 2.1)
+    for k, (axes, each) in enumerate(zip(panels.axes, distributions, strict=True)):
         axes.stairs(each.genuine, each.edges, fill=True, color=SKY, alpha=0.45, label="genuine")
         axes.stairs(each.simulated, each.edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
         axes.set_ylim(bottom=0)
-        label(axes, "" if k % columns else "Share", "")
+        label(axes, "" if k % panels.columns else "Share", "")
+    panels.legend(ncols=2)
+    return panels.figure
 
 
 @dataclass(frozen=True, eq=False)
 class ParameterProfile:
-    """One panel of `profiles_figure`.
+    """One panel of `profiles_figure`: accuracy of fresh classifiers over the values of a parameter."""
 
-    Parameters
-    ----------
-    name
-        Of the parameter, with its unit.
-    values, accuracies, criticals : (G,)
-        Accuracy of fresh classifiers at values of the parameter, ascending, and that above which they do not guess.
-    estimate, interval
-        What the run inferred; the interval is None where it is not known, and is not drawn.
-    recovered
-        What runs found whose truth was the estimate.
-    logarithmic
-        Whether the parameter has a logarithmic scale.
-    """
-
-    name: str
-    values: np.ndarray
-    accuracies: np.ndarray
-    criticals: np.ndarray
+    name: str  # with the unit
+    values: np.ndarray  # ascending (G,)
+    accuracies: np.ndarray  # at each value (G,)
+    criticals: np.ndarray  # accuracies above which the classifiers do not guess (G,)
     estimate: float
-    interval: Sequence[float] | None
-    recovered: Sequence[float] = field(default=())
+    interval: Sequence[float] | None  # None, and not drawn, where it is not known
+    recovered: Sequence[float] = field(default=())  # what runs found whose truth was the estimate
     logarithmic: bool = False
 
 
 def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
     """Draw how well fresh classifiers tell genuine samples from models in which one parameter is moved, one panel each."""
-    figure, panels, columns = grid_of_panels([each.name for each in profiles], 2.1)
-    for k, (axes, each) in enumerate(zip(panels, profiles, strict=True)):
+    panels = grid_of_panels([each.name for each in profiles], 2.1)
+    for k, (axes, each) in enumerate(zip(panels.axes, profiles, strict=True)):
         if each.interval is not None:
             axes.axvspan(*each.interval, color=MUTED, alpha=0.22, linewidth=0, label="interval")
         axes.axvline(each.estimate, color=INK, linewidth=1.0, label="estimate")
@@ -143,9 +120,9 @@ def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
         axes.set_ylim(min(0.38, float(each.accuracies.min()) - 0.03), 1.02)
         if each.logarithmic:
             axes.set_xscale("log")
-        label(axes, "" if k % columns else "Accuracy", "")
-    legend_above(figure, panels)
-    return figure
+        label(axes, "" if k % panels.columns else "Accuracy", "")
+    panels.legend()
+    return panels.figure
 
 
 def timeline_figure(
@@ -177,7 +154,8 @@ def timeline_figure(
     """
     alike = len(names) == len(windows) == len(scores) == len(abnormal) > 0
     require(alike, "names", "be one name for each of the individuals, at least one", len(names))
-    figure, axes = one_panel(8.4, 0.34 * min(len(names), MOST_NAMES) + 1.1)
+    panels = row_of_panels([""], 8.4, 0.34 * min(len(names), MOST_NAMES) + 1.1)
+    (axes,) = panels.axes
     axes.grid(visible=False)
     for row, (spans, values, bad) in enumerate(zip(windows, scores, abnormal, strict=True)):
         spans = array("windows", spans, "W 2")
@@ -194,20 +172,20 @@ def timeline_figure(
     axes.set_ylim(len(names) - 0.5, -0.6)
     axes.set_yticks(np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False)
     label(axes, "", "Time (s)")
-    legend_above(figure, [axes], ncols=2)
-    return figure
+    panels.legend(ncols=2)
+    return panels.figure
 
 
 def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":
     """Draw where some individuals were, paths (F, 2) in cm with NaN for gaps, a panel each, on the same scale."""
-    figure, panels, _ = grid_of_panels(names, 2.4)
-    figure.set_layout_engine("constrained", hspace=0.08)
+    panels = grid_of_panels(names, 2.4)
+    panels.figure.set_layout_engine("constrained", hspace=0.08)
     places = np.concatenate(paths)
     low, high = np.nanmin(places, axis=0), np.nanmax(places, axis=0)
     low, high = low - 0.04 * (high - low), high + 0.04 * (high - low)
-    for axes, path, bad in zip(panels, paths, abnormal, strict=True):
+    for axes, path, bad in zip(panels.axes, paths, abnormal, strict=True):
         axes.plot(path[:, 0], path[:, 1], color=ORANGE if bad else BLUE, linewidth=0.8)
         axes.plot(*path[np.flatnonzero(np.isfinite(path[:, 0]))[-1]], color=INK, marker="o", markersize=4)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.grid(visible=False)
-    return figure
+    return panels.figure

@@ -21,7 +21,6 @@ from ._style import (
     add_legend,
     draw_line,
     label,
-    legend_above,
     logarithmic,
     note,
     one_panel,
@@ -75,15 +74,9 @@ def box_figure(
     values = array("values", values, "R P")
     parameters = values.shape[1]
     require(len(names) == parameters, "names", f"hold one name per parameter, {parameters}", len(names))
-    figure, axes = one_panel(max(3.6, 0.9 * parameters + 1.4), 3.4)
-    _draw_boxes(axes, list(values.T), names)
-    if truth is not None:
-        truth = array("truth", truth, "P", P=parameters)
-        _draw_truth(axes, truth)
-        add_legend(figure, loc="outside upper left")
-    axes.set_ylim(*_focus(axes, values, [] if truth is None else list(truth)))
-    label(axes, "Value of the parameter", "Parameter")
-    return figure
+    truth = None if truth is None else array("truth", truth, "P", P=parameters)
+    size = max(3.6, 0.9 * parameters + 1.4), 3.4
+    return box_panels_figure([values], titles=[""], names=names, truth=truth, size=size)
 
 
 def box_panels_figure(
@@ -91,38 +84,46 @@ def box_panels_figure(
     *,
     titles: Sequence[str],
     names: Sequence[str],
-    truth: Sequence[float] | np.ndarray,
+    truth: Sequence[float] | np.ndarray | None,
     what: str = "Value of the parameter",
+    size: tuple[float, float] | None = None,
 ) -> "Figure":
-    """Draw `box_figure` for several groups of runs (R, P), side by side at the same scale.
+    """Draw `box_figure` for several groups of runs (R, P), side by side at the same scale: figures 11 and 13 of the paper."""
+    panels = row_of_panels(titles, *(size or (max(3.6, 2.7 * len(groups)), 3.2)))
+    known, limits = [] if truth is None else list(truth), []
+    for axes, values in zip(panels.axes, groups, strict=True):
+        _draw_boxes(axes, list(values.T), names=names)
+        if known:
+            places, look = np.arange(1, len(known) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
+            axes.hlines(known, places - 0.42, places + 0.42, label="true value", zorder=3, **look)
+        label(axes, what if axes is panels.axes[0] else "", "Parameter")
+        limits.append(_focus(axes, values, known))
+    lows, highs = zip(*limits, strict=True)
+    panels.axes[0].set_ylim(min(lows), max(highs))
+    panels.legend(ncols=1)
+    return panels.figure
 
-    Source
-    ------
-    Paper, figures 11 and 13.
-    """
-    figure, panels = row_of_panels(titles, max(3.6, 2.7 * len(groups)), 3.2)
-    for axes, group in zip(panels, groups, strict=True):
-        _draw_boxes(axes, list(group.T), names)
-        _draw_truth(axes, np.asarray(truth))
-        label(axes, what if axes is panels[0] else "", "Parameter")
-    limits = np.array([_focus(axes, group, list(truth)) for axes, group in zip(panels, groups, strict=True)])
-    panels[0].set_ylim(limits[:, 0].min(), limits[:, 1].max())
-    legend_above(figure, panels[:1], ncols=1)
-    return figure
+
+def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
+    """Return limits that show all whiskers, the truth, and as much again on both sides; note how many values are beyond."""
+    lower, upper = np.quantile(values, (0.25, 0.75), axis=0)
+    reach = WHISKERS * (upper - lower)
+    inside = values[(values >= lower - reach) & (values <= upper + reach)]
+    low, high = min([inside.min(), *truth]), max([inside.max(), *truth])
+    span = (high - low) or 1.0
+    seen = values[(values >= low - span) & (values <= high + span)]
+    if beyond := values.size - seen.size:
+        note(axes, f"{beyond} outliers beyond")
+    return min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span
 
 
 def error_box_figure(
     errors: Sequence[np.ndarray], *, names: Sequence[str], what: str = "Absolute error", where: str = "Parameter"
 ) -> "Figure":
-    """Draw groups of errors (R,) as boxes on a logarithmic axis; errors below 1e-6 are drawn there.
-
-    Source
-    ------
-    Paper, figure 14b.
-    """
+    """Draw groups of errors (R,) as boxes on a logarithmic axis, as in figure 14b of the paper; the least is drawn at 1e-6."""
     groups = [np.maximum(group, SMALLEST) for group in errors]
     figure, axes = one_panel(min(12.0, max(3.6, 1.1 * len(names) + 1.4)), 3.4)
-    _draw_boxes(axes, groups, names)
+    _draw_boxes(axes, groups, names=names)
     logarithmic(axes, *groups)
     if len(names) > MOST_LEVEL_LABELS:
         axes.tick_params(axis="x", rotation=60)
@@ -139,7 +140,7 @@ def error_groups_figure(groups: Mapping[str, np.ndarray], *, names: Sequence[str
     for k, (kind, errors) in enumerate(groups.items()):
         color = series(k)["color"]
         places = [width * p + k for p in range(len(names))]
-        _boxes(axes, list(np.maximum(errors, 1e-4).T), color, positions=places, facecolor="none")
+        _draw_boxes(axes, list(np.maximum(errors, 1e-4).T), positions=places, color=color)
         handles.append(Patch(edgecolor=color, facecolor="none", label=kind))
     axes.set_xticks([width * p + (len(groups) - 1) / 2 for p in range(len(names))], list(names))
     logarithmic(axes, *groups.values())
@@ -152,15 +153,12 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     """Draw the dispersion that agents (R,), hatched, and replicas of several models (M, R) have reached: a box for each.
 
     The least possible dispersion is dashed. Values above four times the agents' largest are left out, and counted.
-
-    Source
-    ------
-    Paper, figure 6.
+    As in figure 6 of the paper.
     """
     figure, axes = one_panel(7.2, 3.2)
     numbers = range(1, len(models) + 1)
-    _boxes(axes, [agents], INK, facecolor="#c9ced4", hatch="////", positions=[0])
-    _boxes(axes, list(models), BLUE, facecolor="white", hatch="", positions=list(numbers))
+    _draw_boxes(axes, [agents], positions=[0], color=INK, facecolor="#c9ced4", hatch="////")
+    _draw_boxes(axes, list(models), positions=numbers, facecolor="white")
     axes.axhline(least, color=INK, linewidth=1.1, linestyle=DASHED, label="least possible")
     axes.set_xlim(-0.9, len(models) + 0.9)
     named = [k for k in numbers if len(models) <= 12 or k % 5 == 0]  # so that "agents" has room
@@ -176,43 +174,25 @@ def dispersion_figure(agents: np.ndarray, models: np.ndarray, *, least: float, g
     return figure
 
 
-def _boxes(axes: "Axes", groups: list[np.ndarray], color: str, *, positions: list[int], **face: Any) -> None:
-    line: dict[str, Any] = {"color": color, "linewidth": 1.0}
+def _draw_boxes(
+    axes: "Axes",
+    groups: list[np.ndarray],
+    *,
+    names: Sequence[str] = (),
+    positions: Sequence[int] | None = None,
+    color: str = BLUE,
+    **face: Any,
+) -> None:
+    """Draw groups of values (R,) as boxes at positions, by default 1, 2, ...; these get the names as ticks."""
+    line: dict[str, Any] = {"color": color, "linewidth": 1.1}
     axes.boxplot(
-        groups, positions=positions, whis=WHISKERS, widths=0.55, patch_artist=True, manage_ticks=False,
-        boxprops={"edgecolor": color, "linewidth": 1.0, **face}, whiskerprops=line, capprops=line,
-        medianprops={"color": ORANGE, "linewidth": 1.5},
-        flierprops={"marker": "o", "markersize": 3, "markerfacecolor": "none", "markeredgecolor": MUTED},
-    )  # fmt: skip
-
-
-def _draw_boxes(axes: "Axes", groups: list[np.ndarray], names: Sequence[str]) -> None:
-    line: dict[str, Any] = {"color": BLUE, "linewidth": 1.1}
-    axes.boxplot(
-        groups, whis=WHISKERS, widths=0.5, patch_artist=True,
-        boxprops={"facecolor": "none", "edgecolor": BLUE, "linewidth": 1.1}, whiskerprops=line, capprops=line,
+        groups, positions=positions, whis=WHISKERS, widths=0.5, patch_artist=True, manage_ticks=positions is None,
+        boxprops={"facecolor": "none", "edgecolor": color, "linewidth": 1.1} | face, whiskerprops=line, capprops=line,
         medianprops={"color": ORANGE, "linewidth": 1.6},
         flierprops={"marker": "o", "markersize": 3.5, "markerfacecolor": "none", "markeredgecolor": MUTED},
     )  # fmt: skip
-    axes.set_xticks(range(1, len(names) + 1), names, parse_math=False)
-
-
-def _draw_truth(axes: "Axes", truth: np.ndarray) -> None:
-    places, look = np.arange(1, len(truth) + 1), dict[str, Any](color=INK, linewidth=1.1, linestyle=DASHED)
-    axes.hlines(truth, places - 0.42, places + 0.42, label="true value", zorder=3, **look)
-
-
-def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
-    """Return limits that show all whiskers, the truth, and as much again on both sides; note how many values are beyond."""
-    lower, upper = np.quantile(values, (0.25, 0.75), axis=0)
-    reach = WHISKERS * (upper - lower)
-    inside = values[(values >= lower - reach) & (values <= upper + reach)]
-    low, high = min([inside.min(), *truth]), max([inside.max(), *truth])
-    span = (high - low) or 1.0
-    seen = values[(values >= low - span) & (values <= high + span)]
-    if beyond := values.size - seen.size:
-        note(axes, f"{beyond} outliers beyond")
-    return min(seen.min(), low) - 0.05 * span, max(seen.max(), high) + 0.05 * span
+    if names:
+        axes.set_xticks(range(1, len(names) + 1), names, parse_math=False)
 
 
 def convergence_figure(
@@ -222,72 +202,54 @@ def convergence_figure(
     truth: Sequence[float] | np.ndarray | None = None,
     trials: np.ndarray | None = None,
 ) -> "Figure":
-    """Draw medians over the runs (G, P), of runs of trials over those spent (G,); true values are thin and dashed.
+    """Draw medians over the runs (G, P), of runs of trials over those spent (G,), as in figure 5 of the paper.
 
-    Source
-    ------
-    Paper, figure 5.
+    True values are thin and dashed.
     """
-    figure, axes = one_panel(6.4, 3.4)
-    _draw_convergence(axes, medians, names, truth, trials)
-    label(axes, "Median over the runs", "Generation" if trials is None else "Trials")
-    add_legend(figure, loc="outside upper left", ncols=min(len(names), 6))
-    return figure
+    return convergence_panels_figure([medians], titles=[""], names=names, truth=truth, trials=trials, size=(6.4, 3.4))
 
 
 def convergence_panels_figure(
-    medians: Sequence[np.ndarray], *, titles: Sequence[str], names: Sequence[str], truth: Sequence[float] | np.ndarray
+    medians: Sequence[np.ndarray],
+    *,
+    titles: Sequence[str],
+    names: Sequence[str],
+    truth: Sequence[float] | np.ndarray | None,
+    trials: np.ndarray | None = None,
+    size: tuple[float, float] = (7.4, 3.3),
 ) -> "Figure":
-    """Draw `convergence_figure` for several kinds of runs, side by side on one scale.
-
-    Source
-    ------
-    Paper, figure 19.
-    """
-    figure, panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
-    for axes, values in zip(panels, medians, strict=True):
-        _draw_convergence(axes, values, names, truth)
-        label(axes, "Median over the runs" if axes is panels[0] else "")
-    legend_above(figure, panels[:1], ncols=min(len(names), 6))
-    return figure
-
-
-def _draw_convergence(
-    axes: "Axes", medians: np.ndarray, names: Sequence[str], truth: Any, trials: np.ndarray | None = None
-) -> None:
-    for k, name in enumerate(names):
-        draw_line(axes, medians[:, k], trials, linewidth=1.3, label=name, **series(k))
-        if truth is not None:
-            axes.axhline(truth[k], color=series(k)["color"], **THIN)
-    over_generations(axes, len(medians), trials)
+    """Draw `convergence_figure` for several kinds of runs, side by side on one scale: figure 19 of the paper."""
+    panels = row_of_panels(titles, *size, loc="center", fontsize=9.5)
+    for axes, values in zip(panels.axes, medians, strict=True):
+        for k, name in enumerate(names):
+            draw_line(axes, values[:, k], trials, linewidth=1.3, label=name, **series(k))
+            if truth is not None:
+                axes.axhline(truth[k], color=series(k)["color"], **THIN)
+        over_generations(axes, len(values), trials)
+        what = "Median over the runs" if axes is panels.axes[0] else ""
+        label(axes, what, "Generation" if trials is None else "Trials")
+    panels.legend(ncols=min(len(names), 6))
+    return panels.figure
 
 
 def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: Sequence[str]) -> "Figure":
-    """Draw the errors of the models of each generation in several kinds of runs: the curves (G,) that `ERRORS` names.
-
-    Source
-    ------
-    Paper, figure 20.
-    """
-    figure, panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
-    for axes, curves in zip(panels, errors, strict=True):
+    """Draw the errors of the models of each generation in several kinds of runs, the curves (G,) of `ERRORS`, as figure 20."""
+    panels = row_of_panels(titles, 7.4, 3.3, loc="center", fontsize=9.5)
+    for axes, curves in zip(panels.axes, errors, strict=True):
         for name, style in ERRORS.items():
             axes.plot(curves[name], label=name, linewidth=1.4, **style)
             over_generations(axes, len(curves[name]))
         axes.set_ylim(bottom=0)
-        label(axes, "Mean absolute error" if axes is panels[0] else "")
-    legend_above(figure, panels[:1], ncols=3)
-    return figure
+        label(axes, "Mean absolute error" if axes is panels.axes[0] else "")
+    panels.legend(ncols=3)
+    return panels.figure
 
 
 def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> "Figure":
     """Draw the distribution of the mean absolute errors (R,) of many runs; the limits of good and fair ones are dashed.
 
     The axis ends at the largest error, at most three times the second limit; errors beyond share the last bar.
-
-    Source
-    ------
-    Paper, figure 14a.
+    As in figure 14a of the paper.
     """
     end = min(3 * limits[1], max(1.1 * limits[0], 1.02 * float(maes.max())))
     figure, axes = one_panel(5.2, 3.1)
@@ -328,8 +290,8 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
     """
     from matplotlib.ticker import FuncFormatter
 
-    figure, row = row_of_panels(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
-    for axes, methods in zip(row, panels.values(), strict=True):
+    row = row_of_panels(list(panels), 4.1 * len(panels), 3.6, loc="center", fontsize=9.5)
+    for axes, methods in zip(row.axes, panels.values(), strict=True):
         for place, (name, errors) in enumerate(methods.items()):
             look, marker = series(place), MARKERS[place % len(MARKERS)]
             dots = {"color": look["color"], "markersize": 3.5, "alpha": 0.45, "markeredgewidth": 0}
@@ -339,12 +301,11 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
             axes.plot(sorted(errors), medians, marker=marker, markersize=5.5, linewidth=1.3, label=name, **look)
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.0f}"))
-        label(axes, "Mean absolute error" if axes is row[0] else "", "Trials")
-    logarithmic(
-        row[0], *(runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
-    )
-    legend_above(figure, row[:1], loc="center")
-    return figure
+        label(axes, "Mean absolute error" if axes is row.axes[0] else "", "Trials")
+    everything = (runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
+    logarithmic(row.axes[0], *everything)
+    row.legend(loc="center")
+    return row.figure
 
 
 def dynamic_outputs_figure(
@@ -352,15 +313,11 @@ def dynamic_outputs_figure(
 ) -> "Figure":
     """Draw both outputs (T, 2) of networks while the sensor reading (T,) changes, a panel each; those of agents are dashed.
 
-    A panel is shaded where the reading is not 0.
-
-    Source
-    ------
-    Paper, figure 12.
+    A panel is shaded where the reading is not 0. As in figure 12 of the paper.
     """
-    figure, panels = row_of_panels(titles, max(3.6, 2.7 * len(outputs)), 3.0)
+    panels = row_of_panels(titles, max(3.6, 2.7 * len(outputs)), 3.0)
     steps = np.arange(1, len(readings) + 1)
-    for axes, one in zip(panels, outputs, strict=True):
+    for axes, one in zip(panels.axes, outputs, strict=True):
         for step in steps[readings != 0]:
             axes.axvspan(step - 0.5, step + 0.5, color=RULE, alpha=0.6, linewidth=0, zorder=0)
         for side, color, name in ((0, BLUE, "left wheel"), (1, ORANGE, "right wheel")):
@@ -369,7 +326,7 @@ def dynamic_outputs_figure(
         axes.plot([], [], color=MUTED, linewidth=1.0, linestyle=DASHED, label="agents")
         axes.axvspan(0, 0, color=RULE, alpha=0.6, linewidth=0, label="I = 1")
         axes.set_xlim(0.5, len(steps) + 0.5)
-        label(axes, "Output" if axes is panels[0] else "", "Time step")
-    panels[0].set_ylim(-1.1, 1.1)
-    legend_above(figure, panels[:1], ncols=4)
-    return figure
+        label(axes, "Output" if axes is panels.axes[0] else "", "Time step")
+    panels.axes[0].set_ylim(-1.1, 1.1)
+    panels.legend(ncols=4)
+    return panels.figure

@@ -4,7 +4,7 @@ Those of a run of trials are over the trials (G,) that it had spent after each o
 """
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,22 +15,22 @@ from ._style import (
     MUTED,
     ORANGE,
     SKY,
+    Panels,
     add_legend,
     draw_line,
     grid_of_panels,
     label,
-    legend_above,
     logarithmic,
     new_figure,
     note,
     one_panel,
     over_generations,
     prepare_axes,
+    row_of_panels,
     series,
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 CENTRAL = (0.5, 99.5)  # percentiles that a panel shows in any case
@@ -47,33 +47,15 @@ def parameters_figure(
     names: Sequence[str],
     truth: Sequence[float] | None = None,
     trials: np.ndarray | None = None,
+    panels: Panels | None = None,
 ) -> "Figure":
     """Draw the parameters of the best and of the typical model (G, P), a panel for each of P; the truth is dashed.
 
     A panel spans the central 99 % of its values and the truth; where that hides excursions, it names the full range.
-
-    Source
-    ------
-    Paper, figure 5, which shows the same quantities for 30 runs.
+    Figure 5 of the paper shows the same quantities for 30 runs.
     """
-    figure, panels, columns = grid_of_panels(names, 2.15, sharex=True)
-    draw_parameters(panels, columns, best_models, typical_models, truth=truth, trials=trials)
-    legend_above(figure, panels[:1], ncols=3)
-    return figure
-
-
-def draw_parameters(
-    panels: "Sequence[Axes]",
-    columns: int,
-    best_models: np.ndarray,
-    typical_models: np.ndarray,
-    *,
-    truth: Sequence[float] | None,
-    trials: np.ndarray | None = None,
-) -> None:
-    """Draw `parameters_figure` into P panels, so many in a row."""
-    name, step = _words(trials)
-    for k, axes in enumerate(panels):
+    panels, (name, step) = panels or grid_of_panels(names, 2.15, sharex=True), _words(trials)
+    for k, axes in enumerate(panels.axes):
         best, typical = best_models[:, k], typical_models[:, k]
         draw_line(axes, best, trials, color=SKY, linewidth=0.6, alpha=0.9, label="best model")
         draw_line(axes, typical, trials, color=BLUE, linewidth=1.2, label=name)
@@ -89,9 +71,11 @@ def draw_parameters(
             text = f"whole range {values.min():.3g} to {values.max():.3g}"
             note(axes, text.replace("-", "\N{MINUS SIGN}"), height=1.03)
         over_generations(axes, len(best), trials)
-        below = k + columns >= len(panels)
+        below = k + panels.columns >= len(panels.axes)
         axes.tick_params(labelbottom=below)
         label(axes, "", step if below else "")
+    panels.legend(ncols=3)
+    return panels.figure
 
 
 def _words(trials: np.ndarray | None) -> tuple[str, str]:
@@ -118,46 +102,33 @@ def fitness_figure(
     *,
     stopped: np.ndarray,
     trials: np.ndarray | None = None,
+    panels: Panels | None = None,
 ) -> "Figure":
-    """Draw the subjective fitness of models (G, M) and classifiers (G, N): median and quartiles.
+    """Draw the subjective fitness of models (G, M) and classifiers (G, N), equations 1 and 2: median and quartiles.
 
     Generations in which selection stopped, (G,) bool, are shaded.
-
-    Source
-    ------
-    Paper, equations 1 and 2.
     """
-    figure, axes = one_panel(5.2, 3.1)
-    draw_fitness(axes, model_fitness, classifier_fitness, stopped=stopped, trials=trials)
-    add_legend(figure, loc="outside upper left", ncols=3)
-    return figure
-
-
-def draw_fitness(
-    axes: "Axes",
-    model_fitness: np.ndarray,
-    classifier_fitness: np.ndarray,
-    *,
-    stopped: np.ndarray,
-    trials: np.ndarray | None = None,
-) -> None:
-    """Draw `fitness_figure` into one panel."""
+    panels = panels or row_of_panels([""], 5.2, 3.1)
+    (axes,) = panels.axes
     edges = np.flatnonzero(np.diff(np.asarray(stopped, dtype=bool), prepend=False, append=False))
     for number, (start, stop) in enumerate(edges.reshape(-1, 2)):
         name = "selection stopped" if number == 0 else "_"
         axes.axvspan(start - 0.5, stop - 0.5, facecolor=MUTED, alpha=0.3, edgecolor=MUTED, linewidth=0.5, label=name)
-    _draw_band(axes, model_fitness, trials, color=ORANGE, linestyle=(0, (5, 1.2)), label="models")
-    _draw_band(axes, classifier_fitness, trials, color=BLUE, linestyle="-", label="classifiers")
+    dashed, solid = (0, (5, 1.2)), "-"
+    for name, fitness, color, line in (
+        ("models", model_fitness, ORANGE, dashed),
+        ("classifiers", classifier_fitness, BLUE, solid),
+    ):
+        lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
+        starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
+        low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
+        over = starts if trials is None else trials[starts]
+        axes.fill_between(over, low, high, color=color, alpha=0.22, linewidth=0)
+        draw_line(axes, middle, trials, color=color, linewidth=1.2, linestyle=line, label=name)
     over_generations(axes, len(model_fitness), trials)
     label(axes, "Fitness (median, quartiles)", _words(trials)[1])
-
-
-def _draw_band(axes: "Axes", fitness: np.ndarray, trials: np.ndarray | None, *, color: str, **options: Any) -> None:
-    lower, middle, upper = np.quantile(fitness, (0.25, 0.5, 0.75), axis=1)
-    starts = np.arange(0, len(middle), -(-len(middle) // MOST_POINTS))
-    low, high = np.minimum.reduceat(lower, starts), np.maximum.reduceat(upper, starts)
-    axes.fill_between(starts if trials is None else trials[starts], low, high, color=color, alpha=0.22, linewidth=0)
-    draw_line(axes, middle, trials, color=color, linewidth=1.2, **options)
+    panels.legend(ncols=3)
+    return panels.figure
 
 
 def step_sizes_figure(
@@ -190,10 +161,10 @@ def dialogues_figure(
     own = answers.shape[3]
     order = [*range(own, own + width), *range(own)]  # of the columns
     figure = new_figure(max(7.2, 2.4 * len(order)), 0.7 + 1.6 * count)
-    grid = np.atleast_2d(figure.subplots(count, len(order), sharex=True, squeeze=False))
-    time = np.arange(1, steps + 1) * (interval_s or 1.0)
-    for row, panels in enumerate(grid):
-        for place, axes in zip(order, panels, strict=True):
+    grid = figure.subplots(count, len(order), sharex=True, squeeze=False)
+    panels, time = Panels(figure, list(grid.flat), len(order)), np.arange(1, steps + 1) * (interval_s or 1.0)
+    for row, axes_of_row in enumerate(grid):
+        for place, axes in zip(order, axes_of_row, strict=True):
             prepare_axes(axes)
             drawn = answers[row, ..., place] if place < own else stimuli[row, ..., place - own]
             for values, (kind, color, style) in zip(drawn, _KINDS, strict=True):
@@ -207,6 +178,6 @@ def dialogues_figure(
                 axes.set_xlabel("Time (s)" if interval_s else "Step")
         if outputs is not None:
             text = f"{rows[row]}: {dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
-            panels[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
-    legend_above(figure, [grid[0, 0]], ncols=2)
-    return figure
+            axes_of_row[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
+    panels.legend(ncols=2)
+    return panels.figure

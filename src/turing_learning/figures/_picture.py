@@ -92,20 +92,10 @@ def save_figure(figure: "Figure", folder: str | Path, name: str) -> tuple[Path, 
 
 
 def svg_markup(figure: "Figure", prefix: str, description: str) -> str:
-    """Return a figure as one ``<svg>`` element to be put inline into a page.
+    """Return a figure as one ``<svg>`` element to be put inline into a page, with a description for those who cannot see it.
 
     Texts stay texts, the background is transparent, ids start with `prefix`, and the figure's colors become the page's
-    CSS variables (``--ink``, ``--muted``, ``--rule``, ``--blue``, ``--orange``, ...) with the printed colors as
-    fallback, so that the figure follows the page into dark mode.
-
-    Parameters
-    ----------
-    figure
-        The figure.
-    prefix
-        What makes its ids unique in the page: a letter, then letters, digits, and hyphens.
-    description
-        What the figure shows, for those who cannot see it.
+    CSS variables (``--ink``, ``--blue``, ...) with the printed colors as fallback: the figure follows the page into dark mode.
     """
     import matplotlib as mpl
 

@@ -1,6 +1,7 @@
 """What all figures share: colors, axes, panels and legends."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -40,6 +41,28 @@ def series(k: int) -> dict[str, Any]:
     return {"color": _COLORS[k % len(_COLORS)], "linestyle": _DASHES[k % len(_DASHES)]}
 
 
+@dataclass(frozen=True, eq=False)
+class Panels:
+    """Axes with the common look, so many in a row, of a new figure; or axes that are `given`, with what is around them."""
+
+    figure: "Figure"
+    axes: "list[Axes]"
+    columns: int
+    given: bool = False
+
+    def legend(self, *, ncols: int | None = None, loc: str = "left") -> None:
+        """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
+        found: dict[str, Any] = {}
+        for axes in self.axes:
+            for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+                found.setdefault(name, handle)
+        entries: dict[str, Any] = {"handles": list(found.values()), "labels": list(found)}
+        if found and self.given:
+            add_legend(self.axes[0])
+        elif found:
+            add_legend(self.figure, **entries, loc=f"outside upper {loc}", ncols=ncols or len(found))
+
+
 def new_figure(width: float, height: float) -> "Figure":
     """Return an empty figure of the given size (inches), laid out so that labels fit."""
     from matplotlib.figure import Figure
@@ -49,44 +72,38 @@ def new_figure(width: float, height: float) -> "Figure":
 
 def one_panel(width: float, height: float) -> "tuple[Figure, Axes]":
     """Return a figure with one panel."""
-    figure = new_figure(width, height)
-    axes = figure.subplots()
-    prepare_axes(axes)
-    return figure, axes
+    panels = row_of_panels([""], width, height)
+    return panels.figure, panels.axes[0]
 
 
-def row_of_panels(
-    titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any
-) -> "tuple[Figure, list[Axes]]":
+def row_of_panels(titles: Sequence[str], width: float, height: float, *, sharey: bool = True, **look: Any) -> Panels:
     """Return a figure with panels side by side."""
     figure = new_figure(width, height)
-    panels = list(figure.subplots(1, len(titles), sharey=sharey, squeeze=False)[0])
-    for axes, title in zip(panels, titles, strict=True):
-        prepare_axes(axes)
-        axes.set_title(title, color=INK, **({"loc": "left", "fontsize": 10} | look))
-    return figure, panels
+    axes = list(figure.subplots(1, len(titles), sharey=sharey, squeeze=False)[0])
+    return titled(Panels(figure, axes, len(titles)), titles, **look)
 
 
 def grid_of_panels(
     titles: Sequence[str], height: float, *, sharex: bool = False, new: "Callable[[float, float], Figure]" = new_figure
-) -> "tuple[Figure, list[Axes], int]":
-    """Return a figure, made by `new`, with panels in rows, and how many there are in a row."""
+) -> Panels:
+    """Return a figure, made by `new`, with panels in rows."""
     count = len(titles)
     columns = min(count, 2 if count in (2, 4) else 3)
     rows = -(-count // columns)
     figure = new(8.4, height * rows + 0.55)
-    panels = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)
-    for axes in panels[count:]:
-        axes.set_visible(False)
-    name_panels(panels[:count], titles)
-    return figure, panels[:count], columns
+    axes = list(figure.subplots(rows, columns, sharex=sharex, squeeze=False).flat)
+    for unused in axes[count:]:
+        unused.set_visible(False)
+    return titled(Panels(figure, axes[:count], columns), titles, fontweight="bold", parse_math=False)
 
 
-def name_panels(panels: "Sequence[Axes]", titles: Sequence[str]) -> None:
+def titled(panels: Panels, titles: Sequence[str], **look: Any) -> Panels:
     """Give panels the common look and a title each."""
-    for axes, title in zip(panels, titles, strict=True):
+    options: dict[str, Any] = {"color": INK, "loc": "left", "fontsize": 10} | look
+    for axes, title in zip(panels.axes, titles, strict=True):
         prepare_axes(axes)
-        axes.set_title(title, loc="left", fontsize=10, color=INK, fontweight="bold", parse_math=False)
+        axes.set_title(title, **options)
+    return panels
 
 
 def prepare_axes(axes: "Axes") -> None:
@@ -141,15 +158,3 @@ def logarithmic(axes: "Axes", *values: np.ndarray) -> None:
 def add_legend(target: Any, **options: Any) -> None:
     """Add a legend without frame, in the color of the text."""
     target.legend(frameon=False, fontsize=8.5, labelcolor=INK, handlelength=2.6, **options)
-
-
-def legend_above(figure: "Figure", panels: "Sequence[Axes]", *, ncols: int | None = None, loc: str = "left") -> None:
-    """Add one legend for some panels, above all, in which each name stands once."""
-    entries = {name: handle for axes in panels for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
-    add_legend(
-        figure,
-        handles=list(entries.values()),
-        labels=list(entries),
-        loc=f"outside upper {loc}",
-        ncols=ncols or len(entries),
-    )

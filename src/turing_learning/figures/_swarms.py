@@ -8,7 +8,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import integer
 
-from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, label, legend_above, new_figure, row_of_panels
+from ._style import BLUE, DASHED, GREEN, INK, MUTED, ORANGE, Panels, label, new_figure, row_of_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,10 +87,7 @@ def snapshots_figure(
     """Draw some moments of one trial, poses (F, A + O, 3), side by side or in rows of so many columns, at the same scale.
 
     In a wide arena robots and objects are enlarged, together, until they can be seen; the figure says how much.
-
-    Source
-    ------
-    Paper, figures 2, 3 and 22.
+    As in figures 2, 3 and 22 of the paper.
     """
     low, high = poses[..., :2].min(axis=(0, 1)), poses[..., :2].max(axis=(0, 1))
     center, reach = (low + high) / 2, float((high - low).max()) / 2 + 2 * max(robot_radius_cm, object_radius_cm)
@@ -118,7 +115,7 @@ def snapshots_figure(
 
 
 def draw_paths(
-    panels: "Sequence[Axes]",
+    panels: Panels,
     swarms: Sequence[tuple[np.ndarray, int, np.ndarray | None]],
     *,
     robot_radius_cm: float,
@@ -127,20 +124,13 @@ def draw_paths(
     """Draw paths and ends of each swarm (poses (F, A + O, 3), A, replicas (A,)) into a panel, all at the same scale."""
     places = np.concatenate([poses[..., :2].reshape(-1, 2) for poses, *_ in swarms])
     (low, high), room = (places.min(axis=0), places.max(axis=0)), 2 * max(robot_radius_cm, object_radius_cm)
-    for axes, (poses, robots, replicas) in zip(panels, swarms, strict=True):
-        swarm_frame(
-            axes,
-            poses[-1],
-            robots=robots,
-            replicas=replicas,
-            trail=poses,
-            robot_radius_cm=robot_radius_cm,
-            object_radius_cm=object_radius_cm,
-        )
+    radii: dict[str, Any] = {"robot_radius_cm": robot_radius_cm, "object_radius_cm": object_radius_cm}
+    for axes, (poses, robots, replicas) in zip(panels.axes, swarms, strict=True):
+        swarm_frame(axes, poses[-1], robots=robots, replicas=replicas, trail=poses, **radii)
         axes.axis("on")
         axes.grid(visible=False)
         axes.set(xlim=(low[0] - room, high[0] + room), ylim=(low[1] - room, high[1] + room))
-        label(axes, "y (cm)" if axes is panels[0] else "", "x (cm)")
+        label(axes, "y (cm)" if axes is panels.axes[0] else "", "x (cm)")
 
 
 def gathering_figure(
@@ -149,13 +139,10 @@ def gathering_figure(
     """Draw quantities of swarms over time (K,), a panel each: mean over trials as a line, standard deviation as a band.
 
     `curves` holds quantity -> who -> values (R, K); `limits` the best that there can be of each quantity, dashed.
-
-    Source
-    ------
-    Paper, figure 21.
+    As in figure 21 of the paper.
     """
-    figure, panels = row_of_panels([""] * len(curves), 7.4, 3.2, sharey=False)
-    for axes, (quantity, swarms) in zip(panels, curves.items(), strict=True):
+    panels = row_of_panels([""] * len(curves), 7.4, 3.2, sharey=False)
+    for axes, (quantity, swarms) in zip(panels.axes, curves.items(), strict=True):
         for (name, values), color, dashes in zip(swarms.items(), (ORANGE, BLUE), ("-", (0, (5, 1.5))), strict=True):
             mean, deviation = values.mean(axis=0), values.std(axis=0)
             axes.fill_between(times_s, mean - deviation, mean + deviation, color=color, alpha=0.15, linewidth=0)
@@ -164,5 +151,5 @@ def gathering_figure(
         axes.set_xlim(0, times_s[-1])
         axes.set_ylim(bottom=0)
         label(axes, quantity, "Time (s)")
-    legend_above(figure, panels[:1], ncols=3)
-    return figure
+    panels.legend(ncols=3)
+    return panels.figure

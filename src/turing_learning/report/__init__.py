@@ -12,7 +12,7 @@
 `Tabular`
     A result with a short `repr` and a table in notebooks.
 
-The pages of runs and studies are in the modules of this room: `_content` has what they show, `_page` how.
+The pages of runs, studies and detections are in `_page`: a `Report` has what they show.
 """
 
 from ._page import replay_page, write_page

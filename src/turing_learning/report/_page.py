@@ -5,12 +5,13 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cache
 from html import escape
 from importlib.resources import files
+from itertools import groupby
 from pathlib import Path
 from string import Template
-from typing import Any
 
 import numpy as np
 
@@ -18,9 +19,8 @@ from turing_learning._files import whole
 from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
 
-from ._content import Cell, Listing, RunReport, RunTable, StudyReport, describe_selection
-from ._replay import Replay, Swarm
-from ._tabular import aligned, shown
+from ._replay import Replay
+from ._tabular import aligned
 
 GENERATOR = "Turing Learning for Python"
 """By which a page is known."""
@@ -28,40 +28,83 @@ HEAD = 2048  # bytes of a page, within which it says so
 STEPS = 65535  # of a pose's coordinate, over the view or one turn
 NOTHING = "&ndash;"
 """Stands in a cell without a number, as markup."""
+ACTIVE = "active"
+MOST_SPANS = 6  # listed one by one
+
+Cell = str | float | int | None
+"""A text, a number, or None where there is nothing."""
 
 
-def report_page(report: RunReport) -> str:
-    """Return a run as one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
-    stopped = describe_selection(report.selection)
-    health = f'<p class="health warning" role="note">{escape(stopped)} Many of them near the end make the result doubtful.</p>'
-    check = "" if report.check is None else _listing(report.check) + _figures(report.check_figures)
+@dataclass(frozen=True)
+class Listing:
+    """A table with a heading, of rows with one cell for each column."""
+
+    name: str  # makes its ids unique in the page: lower-case letters
+    heading: str
+    columns: Sequence[str]  # headings; the first column names the row
+    rows: Sequence[Sequence[Cell]]
+    note: str = ""  # what a reader needs to read it
+    folded: bool = False  # whether it is closed until it is asked for, because it is long
+    foot: Sequence[Cell] = ()  # a last row, set apart
+    looks: Mapping[str, str] = field(default_factory=dict)  # heading of a column -> "strong" or "apart"
+
+
+@dataclass(frozen=True)
+class Report:
+    """A run, a study or a detection as a reader should see it; what is empty or None is left out."""
+
+    title: str
+    summary: str  # the result in one sentence
+    listings: Sequence[Listing]  # folded ones come after the figures
+    figures: Sequence[Picture] = ()
+    warning: str = ""  # what a reader must not miss
+    configuration: str = ""  # as text (TOML): the resolved one, of a study that of the first run
+    verdicts: tuple[Verdict, ...] = ()  # whether to believe a run: the first is shown, the others are named beside it
+    facts: Sequence[tuple[str, str]] = ()  # names and values that belong at the top: seed, date, command, citation
+    data: Mapping[str, str] = field(default_factory=dict)  # name of a file -> its content, for download
+    check: Listing | None = None
+    check_figures: Sequence[Picture] = ()
+    steps: Sequence[tuple[str, str]] = ()  # what to do next: commands, and what they are for
+    replay: Replay | None = None
+    manifest: Sequence[tuple[str, str]] = ()  # names and values: versions, machine, timing
+
+
+def report_page(report: Report) -> str:
+    """Return one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
+    code = f"<pre><code>{escape(report.configuration)}</code></pre>"
     sections = [
         _verdict(report.verdicts),
         _facts(report.facts),
-        _parameters(report.table),
+        *(_listing(each) for each in report.listings if not each.folded),
         _downloads(report.data),
-        health if stopped else "",
-        _asset("_reading.html"),
-        check,
+        f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
+        _asset("_reading.html") if report.verdicts else "",
+        "" if report.check is None else _listing(report.check) + _figures(report.check_figures),
         _steps(report.steps),
         _replay(report.replay) if report.replay is not None else "",
         _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
-        _configuration(report.configuration),
+        *(_listing(each) for each in report.listings if each.folded),
+        _folded("configuration", "Configuration", code) if report.configuration else "",
         _manifest(report.manifest),
     ]
     return _page(report.title, report.summary, sections, report.replay)
 
 
-def study_page(report: StudyReport) -> str:
-    """Return a study as one HTML page that works offline: its Content-Security-Policy forbids it to load anything."""
-    sections = [
-        *(_listing(listing) for listing in report.listings if not listing.folded),
-        f'<p class="health warning" role="note">{escape(report.warning)}</p>' if report.warning else "",
-        _section("figures", "Figures", _figures(report.figures)) if report.figures else "",
-        *(_listing(listing) for listing in report.listings if listing.folded),
-        _configuration(report.configuration),
-    ]
-    return _page(report.title, report.summary, sections, None)
+def describe_selection(selection: Sequence[str]) -> str:
+    """Say in which generations all models were equally fit, "all accepted" or "all rejected"; nothing if all were "active".
+
+    >>> describe_selection(["active", "all rejected", "all rejected"])
+    'Selection stopped in 2 of 3 generations: 1 to 2 (all rejected).'
+    """
+    stopped, spans, first = sum(state != ACTIVE for state in selection), [], 0
+    for state, group in groupby(selection):
+        last = first + sum(1 for _ in group) - 1
+        if state != ACTIVE:
+            spans.append(f"{first} ({state})" if first == last else f"{first} to {last} ({state})")
+        first = last + 1
+    rest = f", and {len(spans) - MOST_SPANS} more times" if len(spans) > MOST_SPANS else ""
+    which = f"{stopped} of {len(selection)} generations: {', '.join(spans[:MOST_SPANS])}{rest}"
+    return f"Selection stopped in {which}." if stopped else ""
 
 
 def replay_page(replay: Replay, title: str | None = None) -> str:
@@ -147,7 +190,7 @@ def _page(title: str, summary: str, sections: list[str], replay: Replay | None) 
         title=escape(title),
         style=_asset("_style.css"),
         summary=f'<p class="summary">{escape(summary)}</p>' if summary else "",
-        sections="\n".join(section for section in sections if section),
+        sections="\n".join(filter(None, sections)),
         data=_embed(replay) if replay is not None else "null",
         script=script,
     )
@@ -159,99 +202,54 @@ def _section(name: str, heading: str, body: str) -> str:
     return f'<section id="{name}" aria-labelledby="{name}-heading">{title}\n{body}</section>'
 
 
-def _parameters(table: RunTable) -> str:
-    """Return the table of inferred parameters; columns of which nothing is known are left out."""
-    there = {
-        name: any(getattr(row, name) is not None for row in table.rows)
-        for name in ("truth", "published_error", "interval")
-    }
+def _folded(name: str, heading: str, body: str) -> str:
+    return f'<details id="{name}"><summary>{heading}</summary>{body}</details>'
 
-    def column(name: str, mean: float | None = None) -> tuple[list[str], str]:
-        *cells, below = aligned([*(getattr(row, name) for row in table.rows), mean], NOTHING)
-        return cells, below if mean is not None else ""
 
-    lows, highs = zip(*(row.interval or (None, None) for row in table.rows), strict=True) if table.rows else ((), ())
-    both = aligned([*lows, *highs], NOTHING)
-    pairs = zip(both[: len(lows)], both[len(lows) :], strict=True)
-    ends = [NOTHING if NOTHING in pair else " to ".join(pair) for pair in pairs]
-    columns = {  # heading and whether it is there -> class, cells of the rows, cell below
-        ("Inferred", True): ("strong", *column("estimate")),
-        ("90 % interval", there["interval"]): ("", ends, ""),
-        ("True", there["truth"]): ("", *column("truth")),
-        ("Absolute error", there["truth"]): ("", *column("estimate_error", table.estimate_mae)),
-        ("Paper&rsquo;s error", there["published_error"]): (
-            "", [shown(row.published_error, "{:g}".format, NOTHING) for row in table.rows], ""
-        ),
-        ("Best model", True): ("apart", *column("best_model")),
-        ("Absolute error ", there["truth"]): ("", *column("best_model_error", table.best_model_mae)),
-    }  # fmt: skip
-    head, mean, rows = "", "", [f'<th scope="row">{escape(row.name)}</th>' for row in table.rows]
-    for (heading, known), (kind, cells, below) in columns.items():
-        if known:
-            apart = ' class="apart"' if kind == "apart" else ""
-            head += f'<th scope="col"{apart}>{heading.strip()}</th>'
-            mean += f"<td{apart}>{below}</td>"
-            look = f' class="{kind}"' if kind else ""
-            rows = [f"{row}<td{look}>{cell}</td>" for row, cell in zip(rows, cells, strict=True)]
-    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
-    foot = f'<tfoot><tr><th scope="row">Mean</th>{mean}</tr></tfoot>'
-    if not there["truth"] or table.estimate_mae is None:
-        foot = ""
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
-    return _section(
-        "result",
-        "Inferred parameters",
-        f'<div class="scroll" tabindex="0" role="region" aria-labelledby="result-heading"><table class="numbers">'
-        f'<thead><tr><th scope="col">Parameter</th>{head}</tr></thead>\n<tbody>{body}</tbody>\n{foot}</table></div>{note}',
-    )
+def _scroll(label: str, body: str) -> str:
+    """Return markup that can be wider than the page."""
+    return f'<div class="scroll" tabindex="0" role="region" aria-label="{label}">{body}</div>'
 
 
 def _listing(listing: Listing) -> str:
     """Return a table as markup."""
+    looks = [listing.looks.get(heading, "") for heading in listing.columns]
+
+    def row(cells: Iterable[str], *, head: bool = False, body: bool = False) -> str:
+        markup = ""
+        for k, (cell, look) in enumerate(zip(cells, looks, strict=True)):
+            shown = f' class="{look}"' if look == "apart" or (look and body) else ""
+            scope = "col" if head else "" if k else "row"
+            markup += f'<th scope="{scope}"{shown}>{cell}</th>' if scope else f"<td{shown}>{cell}</td>"
+        return f"<tr>{markup}</tr>"
 
     def column(cells: Sequence[Cell]) -> list[str]:
         numbers = iter(aligned([each for each in cells if each is None or isinstance(each, float)], NOTHING))
         return [next(numbers) if each is None or isinstance(each, float) else escape(str(each)) for each in cells]
 
-    header = "".join(f'<th scope="col">{escape(column)}</th>' for column in listing.columns)
-    rows = []
-    for head, *rest in zip(*map(column, zip(*listing.rows, strict=True)), strict=True):
-        cells = "".join(f"<td>{cell}</td>" for cell in rest)
-        rows.append(f'<tr><th scope="row">{head}</th>{cells}</tr>')
-    name, heading, body = escape(listing.name), escape(listing.heading), "\n".join(rows)
+    given = [*listing.rows, *([listing.foot] if listing.foot else [])]
+    rows = list(zip(*map(column, zip(*given, strict=True)), strict=True))
+    foot = f"\n<tfoot>{row(rows.pop())}</tfoot>" if listing.foot else ""
+    head, lines = row(map(escape, listing.columns), head=True), "\n".join(row(each, body=True) for each in rows)
+    table = f'<table class="numbers"><thead>{head}</thead>\n<tbody>{lines}</tbody>{foot}</table>'
     note = f'<p class="note">{escape(listing.note)}</p>' if listing.note else ""
-    table = (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{heading}"><table class="numbers">'
-        f"<thead><tr>{header}</tr></thead>\n<tbody>{body}</tbody></table></div>{note}"
-    )
-    if listing.folded:
-        return f'<details id="{name}"><summary>{heading}</summary>{table}</details>'
-    return _section(name, heading, table)
+    name, heading = escape(listing.name), escape(listing.heading)
+    return (_folded if listing.folded else _section)(name, heading, _scroll(heading, table) + note)
 
 
 def _figures(figures: Iterable[Picture]) -> str:
     markup = ""
     for figure in figures:
         title, caption = escape(figure.title), f" {escape(figure.caption)}" if figure.caption else ""
-        markup += (
-            f'<figure class="plot{" wide" if figure.wide else ""}"><figcaption><b>{title}</b>{caption}</figcaption>'
-            f'<div class="scroll" tabindex="0" role="region" aria-label="{title}">{figure.svg}</div></figure>\n'
-        )
+        words = f"<figcaption><b>{title}</b>{caption}</figcaption>"
+        markup += f'<figure class="plot{" wide" if figure.wide else ""}">{words}{_scroll(title, figure.svg)}</figure>\n'
     return f'<div class="figures">{markup}</div>'
 
 
-def _configuration(text: str) -> str:
-    code = f"<pre><code>{escape(text)}</code></pre>"
-    return f'<details id="configuration"><summary>Configuration</summary>{code}</details>' if text else ""
-
-
 def _manifest(manifest: Sequence[tuple[str, str]]) -> str:
-    rows = "\n".join(
-        f'<tr><th scope="row">{escape(str(name))}</th><td>{escape(str(value))}</td></tr>' for name, value in manifest
-    )
-    table = f'<table class="facts"><tbody>{rows}</tbody></table>'
-    scroll = f'<div class="scroll" tabindex="0" role="region" aria-label="Manifest">{table}</div>'
-    return f'<details id="manifest"><summary>Manifest</summary>{scroll}</details>' if manifest else ""
+    rows = [f'<tr><th scope="row">{escape(name)}</th><td>{escape(str(value))}</td></tr>' for name, value in manifest]
+    table = '<table class="facts"><tbody>' + "\n".join(rows) + "</tbody></table>"
+    return _folded("manifest", "Manifest", _scroll("Manifest", table)) if rows else ""
 
 
 def _replay(replay: Replay, heading: bool = True) -> str:
@@ -281,6 +279,19 @@ def _replay(replay: Replay, heading: bool = True) -> str:
 
 
 def _embed(replay: Replay) -> str:
+    """Return a replay as JSON; poses as integers of 16 bits, shares of the view and of a turn."""
+    (left, bottom, right, top), swarms = replay.view_cm, []
+    for swarm in replay.swarms:
+        x, y, turns = (swarm.poses / (1, 1, 2 * np.pi)).transpose(2, 0, 1)
+        parts = ((x - left) / (right - left), (y - bottom) / (top - bottom), turns - np.floor(turns))
+        steps = np.rint(np.stack(parts, axis=-1) * STEPS).astype("<u2")
+        poses = base64.b64encode(steps.tobytes()).decode("ascii")
+        who = {
+            "robots": swarm.robots,
+            "bodies": swarm.poses.shape[1],
+            "replicas": swarm.is_replica.astype(int).tolist(),
+        }
+        swarms.append(who | {"poses": poses})
     data = {
         "interval": replay.interval_s,
         "frames": replay.frames,
@@ -288,26 +299,6 @@ def _embed(replay: Replay) -> str:
         "objectRadius": replay.object_radius_cm,
         "view": replay.view_cm,
         "walls": replay.walls_cm,
-        "swarms": [_embed_swarm(swarm, replay.view_cm) for swarm in replay.swarms],
+        "swarms": swarms,
     }
     return json.dumps(data, allow_nan=False).replace("<", "\\u003c")
-
-
-def _embed_swarm(swarm: Swarm, view: tuple[float, float, float, float]) -> dict[str, Any]:
-    left, bottom, right, top = view
-    turns = swarm.poses[:, :, 2] / (2 * np.pi)
-    parts = np.stack(
-        [
-            (swarm.poses[:, :, 0] - left) / (right - left),
-            (swarm.poses[:, :, 1] - bottom) / (top - bottom),
-            turns - np.floor(turns),
-        ],
-        axis=-1,
-    )
-    steps = np.rint(parts * STEPS).astype("<u2")
-    return {
-        "robots": swarm.robots,
-        "bodies": swarm.poses.shape[1],
-        "replicas": swarm.is_replica.astype(int).tolist(),
-        "poses": base64.b64encode(steps.tobytes()).decode("ascii"),
-    }

@@ -50,18 +50,10 @@ def short_number(value: float, decimals: int = 3) -> str:
 
 
 def aligned(values: Sequence[float | None], nothing: str = "-", least: int = 4) -> list[str]:
-    """Return the numbers of a column, all with the same number of places after the point, or all with an exponent.
+    """Return the numbers of a column, all with as many places after the point, `least` or more, or all with an exponent.
 
-    These are `least` or more. Beside larger numbers the smallest one may have a single digit.
-
-    Examples
-    --------
-    >>> aligned([8.43, 0.35, None, -0.0021])
-    ['8.4300', '0.3500', '-', '-0.0021']
-    >>> aligned([0.0231, 4.112e-5])
-    ['0.02310', '0.00004']
-    >>> aligned([1.2e-7, 3.0])
-    ['1.200e-07', '3.000e+00']
+    >>> aligned([8.43, 0.35, None, -0.0021]), aligned([0.0231, 4.112e-5]), aligned([1.2e-7, 3.0])
+    (['8.4300', '0.3500', '-', '-0.0021'], ['0.02310', '0.00004'], ['1.200e-07', '3.000e+00'])
     """
     sizes = [abs(value) for value in values if value is not None and is_known(value) and value != 0]
     first = -math.floor(math.log10(min(sizes))) if sizes else 0  # place of the first digit of the least
@@ -104,24 +96,7 @@ def counted(number: int, noun: str) -> str:
 def describe_unknown(
     interval: Mapping[str, Sequence[float]], what: str = "The 90 % interval", why: str = WHY_UNKNOWN
 ) -> str:
-    """Say in one sentence of which parameters something is not known, and why; nothing if it is known of all.
-
-    Parameters
-    ----------
-    interval
-        Name -> two ends, or other numbers.
-    what
-        What it is, as the sentence begins.
-    why
-        Why it is not known, as the sentence ends.
-
-    Examples
-    --------
-    >>> describe_unknown({"speed": [float("nan")] * 2, "turn": [0.1, 0.2]})[:44]
-    'The 90 % interval is unknown for speed: the '
-    >>> describe_unknown({"turn": [0.1, 0.2]})
-    ''
-    """
+    """Say in one sentence of which names something, two ends or other numbers, is not known, and why; nothing if of none."""
     names = ", ".join(name for name, values in interval.items() if not is_known(*values))
     return f"{what} is unknown for {names}: {why}." if names else ""
 

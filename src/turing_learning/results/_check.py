@@ -32,7 +32,7 @@ from turing_learning.systems._genuine import cut_samples
 from turing_learning.trajectories import Trajectories
 
 from ._folder import RunFolder
-from ._result import Result
+from ._result import Result, simulated_model
 
 if TYPE_CHECKING:
     from turing_learning.identifiability import Check, Effort, Evidence
@@ -73,9 +73,7 @@ class _Checker:
 
         self.configuration = self.result.configuration
         self.folder = None if self.result.path is None else RunFolder(self.result.path)
-        self.estimate, networks = np.array(list(self.result.estimate.values())), self.result.networks
-        # the model that is simulated: the estimate, or the weights of the network that comes nearest to it
-        model = self.estimate if networks is None else np.array(list(networks["estimate"].values()))
+        self.estimate, model = np.array(list(self.result.estimate.values())), simulated_model(self.result)
         self._settings = {
             "estimate": self.result.estimate,
             "seed": self.seed,
@@ -97,7 +95,7 @@ class _Checker:
             content["quantities"] = [each.to_json() for each in self._quantities(evidence, model)]
             self._write(content)
         # no weight of a network stands for one of the parameters
-        profiled = self.effort.points > 0 and networks is None
+        profiled = self.effort.points > 0 and self.result.networks is None
         for place, name in enumerate(self.result.estimate if profiled else ()):
             if name in content["profiles"]:
                 continue

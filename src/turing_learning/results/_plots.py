@@ -1,22 +1,37 @@
-"""What a result draws into axes of matplotlib: `Result.plot`."""
+"""A run in pictures and in motion: what `Result.plot` draws into axes of matplotlib, and swarms that move in pages."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.config import ConfigurationError
+from turing_learning import report
+from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import require
+from turing_learning.figures._classifiers import Distribution, quantities_figure
+from turing_learning.figures._one_run import fitness_figure, parameters_figure
+from turing_learning.figures._style import Panels, grid_of_panels, titled
+from turing_learning.figures._swarms import draw_paths
+from turing_learning.purposes import REPLAY
+from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
+from turing_learning.swarm._trials import Execution
 from turing_learning.systems import Given, Source
 
-from ._present import distributions_of, fitness_of, recorded_replay, replay, simulated_model, stopped_in
-from ._result import Result
+from ._history import SELECTION_CODES
 
 if TYPE_CHECKING:
+    import xarray
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from turing_learning.identifiability import Quantity
 
 COMPARED = 500  # simulated samples whose signals are compared
+REPLAY_DURATION_S = 180.0
+FRAMES_PER_S = 5.0
+LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,29 +42,25 @@ class Plots:
     one for each panel otherwise. It raises a ConfigurationError if `ax` are not as many axes as there are panels.
     """
 
-    result: Result
-    moved: Callable[[], Mapping[str, np.ndarray]]
+    configuration: Configuration
+    model: np.ndarray  # what is simulated (P,)
+    history: "Callable[[], xarray.Dataset]"
+    moved: Callable[[], Mapping[str, np.ndarray]]  # as of `Source.positions`
     opened: Callable[[Given], Source]
+    laboratory: Path | None = None  # the folder of a run in one
 
     def parameters(self, ax: Any = None) -> np.ndarray:
         """Draw each of P parameters over generations or trials, of the best and of the typical model; the truth is dashed."""
-        from turing_learning.figures._one_run import draw_parameters
-
-        configuration, history = self.result.configuration, self.result.history
-        best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
-        over: dict[str, Any] = {"truth": configuration.system.truth, "trials": configuration.spent(len(best))}
-        names = configuration.system.parameter_labels
-        return _drawn(ax, names, 2.15, lambda panels, columns: draw_parameters(panels, columns, best, typical, **over))
+        system = self.configuration.system
+        panels = _panels(ax, system.parameter_labels, 2.15)
+        draw_parameters(self.history(), self.configuration, panels)
+        return np.array(panels.axes)
 
     def fitness(self, ax: Any = None) -> "Axes":
         """Draw the fitness of models and classifiers over generations or trials: median and quartiles, as in the report."""
-        from turing_learning.figures._one_run import draw_fitness
-
-        history = self.result.history
-        models, classifiers = (fitness_of(history, name) for name in ("model", "classifier"))
-        over: dict[str, Any] = {"stopped": stopped_in(history), "trials": self.result.configuration.spent(len(models))}
-        drawn: Axes = _drawn(ax, [""], 3.1, lambda panels, _: draw_fitness(panels[0], models, classifiers, **over))[0]
-        return drawn
+        panels = _panels(ax, [""], 3.1)
+        draw_fitness(self.history(), self.configuration, panels)
+        return panels.axes[0]
 
     def motion(self, ax: Any = None) -> np.ndarray:
         """Draw paths (cm) of genuine individuals, where they are known, and beside them of replicas that execute the estimate.
@@ -57,20 +68,17 @@ class Plots:
         Of a swarm both are simulated from the same start for 180 s. Of a recording it is what the report shows;
         other simulators need a method `simulate` that says where everybody is, as families of models have.
         """
-        from turing_learning.figures._swarms import draw_paths
-
-        configuration = self.result.configuration
-        simulated = configuration.system.simulated is not None
-        shown = replay(configuration, simulated_model(self.result)) if simulated else recorded_replay(self.moved())
+        simulated = self.configuration.system.simulated is not None
+        shown = replay(self.configuration, self.model) if simulated else recorded_replay(self.moved())
         rule, got = "be of a system whose simulator says where everybody is", "samples alone"
         remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
         require(shown is not None, "run", rule, got, remedy, error=ConfigurationError)
         assert shown is not None
-        radii = {"robot_radius_cm": shown.robot_radius_cm, "object_radius_cm": shown.object_radius_cm}
+        panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
         swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]
-        return _drawn(
-            ax, [each.label for each in shown.swarms], 4.0, lambda panels, _: draw_paths(panels, swarms, **radii)
-        )
+        radii = {"robot_radius_cm": shown.robot_radius_cm, "object_radius_cm": shown.object_radius_cm}
+        draw_paths(panels, swarms, **radii)
+        return np.array(panels.axes)
 
     def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray:
         """Draw distributions of what can be seen of the genuine motion and of motion simulated at the estimate.
@@ -78,46 +86,147 @@ class Plots:
         Of a swarm: speed, turning, distance of neighbors and polarization. Of a custom system: its signals, for which `genuine`
         and `simulate` are given again if the run was loaded and they are no functions of a module.
         """
-        from turing_learning.figures._classifiers import draw_quantities
         from turing_learning.identifiability._evidence import COMPARING, compare_quantities, stream, swarm_quantities
 
-        result, system = self.result, self.result.configuration.system
-        rule, got = "be of a system that can be simulated", "one in a laboratory"
-        require(not result.in_laboratory, "run", rule, got, place=str(result.path), error=ConfigurationError)
+        rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
+        require(self.laboratory is None, "run", rule, got, place=str(self.laboratory), error=ConfigurationError)
         if system.simulated is not None:
-            found = swarm_quantities(result.configuration, simulated_model(self.result), seed=0)
+            found = swarm_quantities(self.configuration, self.model, seed=0)
         else:
             with self.opened(Given(genuine, simulate)) as source:
                 source.generation, rng, data = None, stream(0, COMPARING), source.genuine
-                simulated = source.simulate(np.tile(simulated_model(self.result), (COMPARED, 1)), rng)
+                simulated = source.simulate(np.tile(self.model, (COMPARED, 1)), rng)
                 known = source.genuine_samples(COMPARED, rng) if data is None or data.live else data.samples
             sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
             found = compare_quantities(sides[0], sides[1], system.signal_units)
         shown = distributions_of(found)
-        return _drawn(
-            ax, [each.name for each in shown], 2.1, lambda panels, columns: draw_quantities(panels, columns, shown)
-        )
+        panels = _panels(ax, [each.name for each in shown], 2.1)
+        quantities_figure(shown, panels=panels)
+        return np.array(panels.axes)
 
 
-def _drawn(ax: Any, titles: Sequence[str], height: float, draw: "Callable[[Sequence[Axes], int], None]") -> np.ndarray:
-    """Draw into given axes, or a new figure; return the axes. A legend is above a new figure, or in the first of given axes."""
-    from turing_learning.figures._style import add_legend, grid_of_panels, legend_above, name_panels
-
+def _panels(ax: Any, titles: Sequence[str], height: float) -> Panels:
+    """Return given axes with titles, or those of a new figure of pyplot."""
     if ax is None:
-        from matplotlib.pyplot import figure as new
+        from matplotlib.pyplot import figure
 
-        figure, panels, columns = grid_of_panels(
-            titles, height, new=lambda width, height: new(figsize=(width, height), layout="constrained")
+        return grid_of_panels(titles, height, new=lambda *size: figure(figsize=size, layout="constrained"))
+    given = np.array(ax, dtype=object)
+    axes = list(given.flat)
+    rule = "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes"
+    fits = len(axes) == len(titles) and all(hasattr(each, "get_legend_handles_labels") for each in axes)
+    got = f"{given.size} of {type(axes[0]).__name__}" if axes else "none"
+    require(fits, "ax", rule, got, error=ConfigurationError)
+    panels = Panels(axes[0].figure, axes, given.shape[-1] if given.ndim else 1, given=True)
+    return titled(panels, titles, fontweight="bold", parse_math=False)
+
+
+def draw_parameters(history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None) -> "Figure":
+    """Draw the parameters of the best and of the typical models of a history."""
+    system = configuration.system
+    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
+    over: dict[str, Any] = {"truth": system.truth, "trials": configuration.spent(len(best)), "panels": panels}
+    return parameters_figure(best, typical, names=system.parameter_labels, **over)
+
+
+def draw_fitness(history: "xarray.Dataset", configuration: Configuration, panels: Panels | None = None) -> "Figure":
+    """Draw the fitness in a history: of all individuals, or of a thin one the quantiles, which have the same quartiles."""
+    names = [f"{of}_fitness" for of in ("model", "classifier")]
+    models, classifiers = (history[name if name in history else f"{name}_quantiles"].to_numpy() for name in names)
+    stopped = history["selection"].to_numpy() != SELECTION_CODES["active"]
+    trials = configuration.spent(len(models))
+    return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
+
+
+def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
+    """Return quantities as they are drawn."""
+    return [
+        Distribution(
+            f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
+            *map(np.array, (each.edges, each.genuine, each.simulated)),
         )
-    else:
-        given = np.array(ax, dtype=object)
-        figure, panels, columns = None, list(given.flat), given.shape[-1] if given.ndim else 1
-        rule = "be matplotlib axes" if len(titles) == 1 else f"be {len(titles)} matplotlib axes"
-        fits = len(panels) == len(titles) and all(hasattr(each, "get_legend_handles_labels") for each in panels)
-        got = f"{given.size} of {type(panels[0]).__name__}" if panels else "none"
-        require(fits, "ax", rule, got, error=ConfigurationError)
-        name_panels(panels, titles)
-    draw(panels, columns)
-    if panels[0].get_legend_handles_labels()[0]:
-        add_legend(panels[0]) if figure is None else legend_above(figure, panels)
-    return np.array(panels)
+        for each in quantities
+    ]
+
+
+def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
+    """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
+    scenario = configuration.swarm
+    rng = np.random.default_rng((REPLAY, configuration.run.seed))
+    swarms = ({"Agents": False} if scenario.known else {}) | {"Replicas of the inferred model": True}
+    executed = [[replica - 1] for replica in swarms.values()]  # by agents, and by replicas of the one model
+    model = configuration.representation.behavior(estimate[None])
+    robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
+    return swarm_replay(
+        scenario,
+        replace(robots, controllers=np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED)),
+        np.repeat(initial_poses(scenario, 1, rng), len(swarms), axis=0),
+        swarms,
+        title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
+        duration_s=REPLAY_DURATION_S,
+        seed=configuration.run.seed,
+        threads=configuration.threads,
+    )
+
+
+def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
+    """Let recorded individuals, where they are known, and replicas move side by side; see `Source.positions`."""
+    if "replicas" not in motion:
+        return None
+    interval, swarms = float(motion["interval_s"]), []
+    stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
+    for name, shown in (("recorded", "Recorded individuals"), ("replicas", "Replicas of the inferred model")):
+        if name in motion:
+            places = motion[name].copy()
+            for path in (places[:, k, d] for k in range(places.shape[1]) for d in (0, 1)):
+                there = np.isfinite(path)
+                path[:] = np.interp(np.arange(len(path)), np.flatnonzero(there), path[there]) if there.any() else 0.0
+            ways = np.gradient(places, axis=0)
+            poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[::stride]
+            if name == "recorded":
+                poses[..., :2] -= np.nanmin(motion[name], axis=(0, 1))
+            swarms.append(report.Swarm(shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")))
+    tank = motion.get("tank")
+    sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1)) if tank is None else tank
+    radius = max(0.012 * float(np.max(sides)), 1e-6)
+    return report.Replay(
+        title="Recorded individuals beside replicas" if "recorded" in motion else "Replicas of the inferred model",
+        robot_radius_cm=radius,
+        object_radius_cm=radius,
+        interval_s=stride * interval,
+        swarms=tuple(swarms),
+        walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
+        robotic=False,
+    )
+
+
+def swarm_replay(
+    scenario: Scenario,
+    robots: Execution,
+    poses: np.ndarray,
+    swarms: Mapping[str, bool],
+    *,
+    title: str,
+    duration_s: float,
+    seed: int,
+    threads: int | None,
+) -> report.Replay:
+    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
+
+    `swarms` says what each is, and whether its robots are replicas.
+    """
+    interval = scenario.trial.control_interval_s
+    stride = max(1, round(1 / (FRAMES_PER_S * interval)))
+    steps = max(1, round(duration_s / interval))
+    more: dict[str, Any] = {"fields_of_view": robots.fields_of_view, "drivers": robots.drivers, "threads": threads}
+    moved = simulate(scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more).poses[:, ::stride]
+    count, width, height = robots.controllers.shape[1], scenario.arena.width_cm, scenario.arena.height_cm
+    shown = zip(swarms.items(), moved, strict=True)
+    return report.Replay(
+        title=title,
+        robot_radius_cm=scenario.robot.radius_cm,
+        object_radius_cm=scenario.objects.radius_cm,
+        interval_s=stride * interval,
+        swarms=tuple(report.Swarm(name, each, count, np.full(count, replica)) for (name, replica), each in shown),
+        walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
+    )

@@ -1,10 +1,9 @@
-"""Figures and report of a run: hand the arrays to the rooms that draw."""
+"""The report of a run, its figures and its check: hand the arrays to the rooms that draw."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,35 +11,24 @@ from turing_learning import report
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
-from turing_learning.figures._classifiers import Distribution, ParameterProfile, profiles_figure, quantities_figure
-from turing_learning.figures._one_run import (
-    dialogues_figure,
-    error_figure,
-    fitness_figure,
-    parameters_figure,
-    step_sizes_figure,
-)
-from turing_learning.purposes import REPLAY
-from turing_learning.report._content import Listing, ParameterRow, RunReport, RunTable
-from turing_learning.report._page import report_page
-from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
-from turing_learning.swarm._trials import Execution
+from turing_learning.figures._classifiers import ParameterProfile, profiles_figure, quantities_figure
+from turing_learning.figures._one_run import dialogues_figure, error_figure, step_sizes_figure
+from turing_learning.report._page import Listing, Report, describe_selection, report_page
+from turing_learning.report._tabular import aligned
 
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
-from ._result import Result
+from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
+from ._result import Result, simulated_model
 
 if TYPE_CHECKING:
     import xarray
 
-    from turing_learning.identifiability import Check, Quantity
+    from turing_learning.identifiability import Check
 
 CITATION = (
     "W. Li, M. Gauci, R. Groß: Turing learning. Swarm Intelligence 10 (2016) 211-243, doi:10.1007/s11721-016-0126-1"
 )
-REPLAY_DURATION_S = 180.0
-FRAMES_PER_S = 5.0
-LARGEST_SPEED = 100.0  # of a replica in a replay, in maximum speeds: beyond it nothing can be seen
 
 
 def write_report(
@@ -56,26 +44,38 @@ def write_report(
     """Write the page of a run, and its figures to a folder, if there is one; `motion` is as of `Source.positions`."""
     # without the populations, which no page shows and which are half of a history
     history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
-    configuration, simulated = result.configuration, result.configuration.system.simulated is not None
-    words = {code: word for word, code in SELECTION_CODES.items()}
+    configuration, known = result.configuration, dict(manifest)
+    simulated = configuration.system.simulated is not None
     pictures = draw(history, configuration, dialogues)
     if figures is not None:
         save_figures(pictures, figures)
-    page = RunReport(
+    again = f"see {'recording in Manifest' if 'recording' in known else 'Configuration'}, below"
+    steps: list[tuple[str, str]] = []
+    if result.path is not None and not result.in_laboratory:
+        again = "turing-learning infer --config RUN/config.toml --out AGAIN" if simulated else again
+        tells = (
+            "Can fresh classifiers tell the model from the system? What is pinned down? (RUN: the folder of this page.)"
+        )
+        agree = "Do runs with other seeds agree? Make one or more, and pool them."
+        steps = [("turing-learning check RUN", tells), ("turing-learning pool RUN ANOTHER-SEED", agree)]
+    begun = known.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
+    words = {code: word for word, code in SELECTION_CODES.items()}
+    stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
+    page = Report(
         title=f"{configuration.scenario.title}: what Turing Learning inferred",
         summary=summary(result),
         verdicts=result.verdicts,
-        facts=facts(result, dict(manifest)),
-        steps=next_steps(result),
+        facts=[("Seed", str(result.seed)), ("Begun", begun), ("Run again", again), ("Cite", CITATION)],
+        listings=[run_table(result)],
         data=tables(result, history, configuration),
-        table=run_table(result),
-        selection=[words[int(code)] for code in history["selection"].to_numpy()],
-        figures=tuple(pictures),
+        warning=f"{stopped} Many of them near the end make the result doubtful." if stopped else "",
+        check=None if check is None else check_listing(check),
+        check_figures=() if check is None else draw_check(check, result),
+        steps=steps,
+        replay=replay(configuration, simulated_model(result)) if simulated else recorded_replay(motion),
+        figures=pictures,
         configuration=to_toml(configuration),
         manifest=manifest,
-        replay=replay(configuration, simulated_model(result)) if simulated else recorded_replay(motion),
-        check=None if check is None else check_listing(check),
-        check_figures=() if check is None else tuple(draw_check(check, result)),
     )
     return report.write_page(report_page(page), target)
 
@@ -90,7 +90,6 @@ def save_figures(pictures: list[Picture], folder: Path) -> None:
 def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Mapping[str, np.ndarray]) -> list[Picture]:
     """Draw the figures of a run, of its history, and of what its classifiers did to the system."""
     scenario, trials = configuration.scenario, configuration.spent(history.sizes["generation"])
-    best, typical = (configuration.described(history[name].to_numpy()) for name in ("best_model", "typical_model"))
     over, middle, models = "generations", "the typical one", "Subjectively best and typical model of each generation"
     fitness = "Subjective fitness of both populations: median and quartiles. Selection has stopped where it is shaded."
     if trials is not None:
@@ -99,17 +98,17 @@ def draw(history: "xarray.Dataset", configuration: Configuration, dialogues: Map
         fitness = "Fitness of the models tried in each batch, and of the classifiers: median and quartiles."
     models += ", steady outputs of the networks" if configuration.models.hidden else ""
     models += "." if scenario.truth is None else "; the truth is dashed."
-    drawn = parameters_figure(best, typical, names=scenario.parameter_labels, truth=scenario.truth, trials=trials)
+    drawn = draw_parameters(history, configuration)
     pictures = [Picture("parameters", f"Parameters over {over}", models, drawn, wide=True)]
     if scenario.truth is not None:
-        errors = [mean_absolute_error(each, np.asarray(scenario.truth, dtype=float)) for each in (best, typical)]
+        truth, kinds = np.asarray(scenario.truth, dtype=float), ("best_model", "typical_model")
+        errors = [mean_absolute_error(configuration.described(history[name].to_numpy()), truth) for name in kinds]
         caption = f"Mean over the parameters, of the best model and of {middle}."
         drawn = error_figure(*errors, trials=trials)
         pictures.append(Picture("error", f"Mean absolute error over {over}", caption, drawn))
     if dialogues:
         pictures.append(_dialogues(dialogues, configuration))
-    populations = [fitness_of(history, name) for name in ("model", "classifier")]
-    drawn = fitness_figure(*populations, stopped=stopped_in(history), trials=trials)
+    drawn = draw_fitness(history, configuration)
     pictures.append(Picture("fitness", f"Fitness over {over}", fitness, drawn))
     if "model_step_size" in history and trials is None:
         pictures.append(_step_sizes(history, configuration))
@@ -130,17 +129,6 @@ def _dialogues(dialogues: Mapping[str, np.ndarray], configuration: Configuration
     return Picture("stimuli", "Stimulus and answer", caption, drawn, wide=True)
 
 
-def fitness_of(history: "xarray.Dataset", population: str) -> np.ndarray:
-    """Return the fitness of all individuals, or of a thin history the quantiles, which have the same quartiles."""
-    name = f"{population}_fitness"
-    return history[name if name in history else f"{name}_quantiles"].to_numpy()
-
-
-def stopped_in(history: "xarray.Dataset") -> np.ndarray:
-    """Return in which generations selection stopped (G,)."""
-    return history["selection"].to_numpy() != SELECTION_CODES["active"]
-
-
 def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Picture:
     names, caption = configuration.scenario.parameter_names, "Median mutation strength of each parameter"
     caption += configuration.system.step_unit
@@ -154,11 +142,6 @@ def _step_sizes(history: "xarray.Dataset", configuration: Configuration) -> Pict
     return Picture("step-sizes", "Step sizes over generations", f"{caption}, and of the classifiers' weights.", drawn)
 
 
-def simulated_model(result: Result) -> np.ndarray:
-    """Return what is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
-    return np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
-
-
 def summary(result: Result) -> str:
     """Say the result in one sentence, and how many simulations failed."""
     done = f"After {result.length}{'' if result.complete else ' (the run is not complete)'} the estimate"
@@ -167,24 +150,6 @@ def summary(result: Result) -> str:
     count = 0 if result.failed_simulations is None else result.failed_simulations["count"]
     failed = f" {report.counted(count, 'simulation')} failed; result.json says which." if count else ""
     return f"{done} stands; there is no truth to compare it with.{failed}"
-
-
-def facts(result: Result, manifest: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Return what belongs at the top of a page: seed, date, versions, how to run it again, and what to cite."""
-    again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
-    if result.path is not None and result.configuration.system.simulated is not None and not result.in_laboratory:
-        again = "turing-learning infer --config RUN/config.toml --out AGAIN"
-    begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
-    return [("Seed", str(result.seed)), ("Begun", begun), ("Run again", again), ("Cite", CITATION)]
-
-
-def next_steps(result: Result) -> list[tuple[str, str]]:
-    """Return commands to go on with, and what they are for."""
-    if result.path is None or result.in_laboratory:
-        return []
-    tells = "Can fresh classifiers tell the model from the system? What is pinned down? (RUN: the folder of this page.)"
-    agree = "Do runs with other seeds agree? Make one or more, and pool them."
-    return [("turing-learning check RUN", tells), ("turing-learning pool RUN ANOTHER-SEED", agree)]
 
 
 def tables(result: Result, history: "xarray.Dataset", configuration: Configuration) -> dict[str, str]:
@@ -199,109 +164,35 @@ def tables(result: Result, history: "xarray.Dataset", configuration: Configurati
     return {"parameters.csv": result.to_dataframe().to_csv(), name: "\n".join(lines) + "\n"}
 
 
-def run_table(result: Result) -> RunTable:
-    """Return the table inferred / true / absolute error / the paper's figure."""
-    none: dict[str, float] = {}
-    rows = tuple(
-        ParameterRow(
-            name=label,
-            estimate=result.estimate[name],
-            best_model=result.best_model[name],
-            truth=(result.truth or none).get(name),
-            estimate_error=(result.estimate_absolute_error or none).get(name),
-            best_model_error=(result.absolute_error or none).get(name),
-            published_error=(result.paper_absolute_error or none).get(name),
-            interval=(result.interval[name][0], result.interval[name][1]),
-        )
-        for name, label in result.labels.items()
-    )
-    note = f"Paper's error: {SOURCE}, of the best model." if result.paper_absolute_error else ""
+def run_table(result: Result) -> Listing:
+    """Return the table inferred / true / absolute error / the paper's figure; columns of which nothing is known are left out."""
+    ends = aligned([each for name in result.estimate for each in result.interval[name]])
+    pairs = [None if "-" in pair else " to ".join(pair) for pair in zip(ends[::2], ends[1::2], strict=True)]
+    papers = {name: f"{value:g}" for name, value in (result.paper_absolute_error or {}).items()}
+    columns: list[tuple[str, Mapping[str, float | str | None] | None, float | None]] = [  # and the mean
+        ("Parameter", result.labels, None),
+        ("Inferred", result.estimate, None),
+        ("90 % interval", dict(zip(result.estimate, pairs, strict=True)), None),
+        ("True", result.truth, None),
+        ("Absolute error", result.estimate_absolute_error, result.estimate_mae),
+        ("Paper\u2019s error", papers or None, None),
+        ("Best model", result.best_model, None),
+        ("Absolute error", result.absolute_error, result.mae),
+    ]
+    columns = [each for each in columns if each[1] is not None]
+    cells = [[values.get(name) for name in result.estimate] for _, values, _ in columns if values is not None]
+    foot = ["Mean", *("" if mean is None else mean for *_, mean in columns[1:])]
+    note = f"Paper's error: {SOURCE}, of the best model." if papers else ""
     if result.networks:
         note = "Outputs of the networks after 20 steps of each constant sensor reading."
-    note = f"{note} {result.unknown}".strip()
-    return RunTable(rows, result.estimate_mae, result.mae, note)
-
-
-def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:
-    """Let a swarm of agents, where they are known, and one of replicas of a model (P,) move from common initial poses."""
-    scenario = configuration.swarm
-    rng = np.random.default_rng((REPLAY, configuration.run.seed))
-    swarms = ({"Agents": False} if scenario.known else {}) | {"Replicas of the inferred model": True}
-    executed = [[replica - 1] for replica in swarms.values()]  # by agents, and by replicas of the one model
-    model = configuration.representation.behavior(estimate[None])
-    robots = execution_of(scenario, model, np.repeat(executed, scenario.individuals, axis=1))
-    return swarm_replay(
-        scenario,
-        replace(robots, controllers=np.clip(robots.controllers, -LARGEST_SPEED, LARGEST_SPEED)),
-        np.repeat(initial_poses(scenario, 1, rng), len(swarms), axis=0),
-        swarms,
-        title=f"{scenario.title}: {'agents beside replicas' if scenario.known else 'replicas'}",
-        duration_s=REPLAY_DURATION_S,
-        seed=configuration.run.seed,
-        threads=configuration.threads,
-    )
-
-
-def recorded_replay(motion: Mapping[str, np.ndarray]) -> report.Replay | None:
-    """Let recorded individuals, where they are known, and replicas move side by side; see `Source.positions`."""
-    if "replicas" not in motion:
-        return None
-    interval, swarms = float(motion["interval_s"]), []
-    stride = max(1, round(1 / (2 * FRAMES_PER_S * interval)))
-    for name, shown in (("recorded", "Recorded individuals"), ("replicas", "Replicas of the inferred model")):
-        if name in motion:
-            places = motion[name].copy()
-            for path in (places[:, k, d] for k in range(places.shape[1]) for d in (0, 1)):
-                there = np.isfinite(path)
-                path[:] = np.interp(np.arange(len(path)), np.flatnonzero(there), path[there]) if there.any() else 0.0
-            ways = np.gradient(places, axis=0)
-            poses = np.concatenate((places, np.arctan2(ways[..., 1:], ways[..., :1])), axis=-1)[::stride]
-            if name == "recorded":
-                poses[..., :2] -= np.nanmin(motion[name], axis=(0, 1))
-            swarms.append(report.Swarm(shown, poses, poses.shape[1], np.full(poses.shape[1], name == "replicas")))
-    tank = motion.get("tank")
-    sides = np.ptp(swarms[0].poses[..., :2], axis=(0, 1)) if tank is None else tank
-    radius = max(0.012 * float(np.max(sides)), 1e-6)
-    return report.Replay(
-        title="Recorded individuals beside replicas" if "recorded" in motion else "Replicas of the inferred model",
-        robot_radius_cm=radius,
-        object_radius_cm=radius,
-        interval_s=stride * interval,
-        swarms=tuple(swarms),
-        walls_cm=None if tank is None else (0.0, 0.0, float(tank[0]), float(tank[1])),
-        robotic=False,
-    )
-
-
-def swarm_replay(
-    scenario: Scenario,
-    robots: Execution,
-    poses: np.ndarray,
-    swarms: Mapping[str, bool],
-    *,
-    title: str,
-    duration_s: float,
-    seed: int,
-    threads: int | None,
-) -> report.Replay:
-    """Simulate R swarms, each in one trial from poses (R, A + O, 3), and return what a page shows.
-
-    `swarms` says what each is, and whether its robots are replicas.
-    """
-    interval = scenario.trial.control_interval_s
-    stride = max(1, round(1 / (FRAMES_PER_S * interval)))
-    steps = max(1, round(duration_s / interval))
-    more: dict[str, Any] = {"fields_of_view": robots.fields_of_view, "drivers": robots.drivers, "threads": threads}
-    moved = simulate(scenario, robots.controllers, poses, control_steps=steps, seed=seed, **more).poses[:, ::stride]
-    count, width, height = robots.controllers.shape[1], scenario.arena.width_cm, scenario.arena.height_cm
-    shown = zip(swarms.items(), moved, strict=True)
-    return report.Replay(
-        title=title,
-        robot_radius_cm=scenario.robot.radius_cm,
-        object_radius_cm=scenario.objects.radius_cm,
-        interval_s=stride * interval,
-        swarms=tuple(report.Swarm(name, each, count, np.full(count, replica)) for (name, replica), each in shown),
-        walls_cm=None if width is None or height is None else (0.0, 0.0, width, height),
+    return Listing(
+        name="result",
+        heading="Inferred parameters",
+        columns=[heading for heading, *_ in columns],
+        rows=list(zip(*cells, strict=True)),
+        note=f"{note} {result.unknown}".strip(),
+        foot=() if result.estimate_mae is None else foot,
+        looks={"Inferred": "strong", "Best model": "apart"},
     )
 
 
@@ -333,17 +224,6 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
         drawn = quantities_figure(distributions_of(check.quantities))
         pictures.append(Picture("check-quantities", heading, caption, drawn, wide=True))
     return pictures
-
-
-def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
-    """Return quantities as they are drawn."""
-    return [
-        Distribution(
-            f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
-            *map(np.array, (each.edges, each.genuine, each.simulated)),
-        )
-        for each in quantities
-    ]
 
 
 def check_listing(check: "Check") -> Listing:

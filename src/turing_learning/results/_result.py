@@ -28,10 +28,11 @@ from ._paper import paper_absolute_errors
 if TYPE_CHECKING:
     import pandas as pd
     import xarray
-    from matplotlib.axes import Axes
     from rich.text import Text
 
     from turing_learning.identifiability import Check
+
+    from ._plots import Plots
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
 
@@ -45,18 +46,6 @@ BESIDE = ("check/check.json", "pool.json")
 
 TIMINGS = ("seconds_total", "seconds_per_generation")
 """Entries of a result that differ between two runs of the same configuration and seed."""
-
-
-class Pictures(Protocol):
-    """Pictures of a result, drawn into matplotlib axes `ax` or a new figure; each returns the axes."""
-
-    def parameters(self, ax: Any = None) -> np.ndarray: ...
-
-    def fitness(self, ax: Any = None) -> "Axes": ...
-
-    def motion(self, ax: Any = None) -> np.ndarray: ...
-
-    def distributions(self, ax: Any = None, *, genuine: Any = None, simulate: Any = None) -> np.ndarray: ...
 
 
 Jury = tuple[tuple[Classifier, np.ndarray], ...]
@@ -84,7 +73,7 @@ class Owner(Protocol):
 
     def report(self, result: "Result", target: Path) -> Path: ...
 
-    def plot(self, result: "Result") -> "Pictures": ...
+    def plot(self, result: "Result") -> "Plots": ...
 
     def check(self, result: "Result", /, **options: Any) -> "Check": ...
 
@@ -324,7 +313,7 @@ class Result(Tabular):
             return origin.report(self, target)
 
     @property
-    def plot(self) -> "Pictures":
+    def plot(self) -> "Plots":
         """Pictures on matplotlib axes: `plot.parameters(ax=None)`, `plot.fitness`, `plot.motion`, `plot.distributions`."""
         return self._there().plot(self)
 
@@ -535,6 +524,11 @@ def units_of(system: System, names: Iterable[str]) -> dict[str, str]:
 def with_unit(units: Mapping[str, str]) -> dict[str, str]:
     """Return name -> name and unit."""
     return {name: f"{name} ({unit})" if unit else name for name, unit in units.items()}
+
+
+def simulated_model(result: Result) -> np.ndarray:
+    """Return what is simulated (P,): the estimate, or the weights of the network that comes nearest to it."""
+    return np.array(list((result.networks or {"estimate": result.estimate})["estimate"].values()))
 
 
 def result_from_json(content: Mapping[str, Any], *, origin: Owner) -> Result:

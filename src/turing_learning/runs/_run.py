@@ -52,7 +52,7 @@ from turing_learning.results._history import (
     require_sound,
     with_units,
 )
-from turing_learning.results._result import Jury, Result, result_from_json, summarize, units_of
+from turing_learning.results._result import Jury, Result, result_from_json, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
@@ -661,7 +661,9 @@ class Origin:
             with refusing_as(ConfigurationError):
                 return self.configuration.system.open(given)
 
-        return Plots(result, lambda: self._motion(result), opened)
+        history, laboratory = lambda: result.history, result.path if result.in_laboratory else None
+        model = simulated_model(result)
+        return Plots(result.configuration, model, history, lambda: self._motion(result), opened, laboratory)
 
     def _known(self, genuine: Any, simulate: Any) -> Given:
         """Return samples and simulator: those given, else those of this process, else functions that the folder names."""

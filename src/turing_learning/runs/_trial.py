@@ -54,7 +54,7 @@ def trial_replay(
     threads
         Number of threads, None for all.
     """
-    from turing_learning.results._present import swarm_replay
+    from turing_learning.results._plots import swarm_replay
 
     states, count = ReactiveModel(scenario.sensor.states), len(scenario.controller)
     try:

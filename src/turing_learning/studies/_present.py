@@ -9,8 +9,7 @@ from turing_learning import report
 from turing_learning.config import to_toml
 from turing_learning.figures import Picture, box_figure
 from turing_learning.figures._many_runs import convergence_figure, error_box_figure, error_histogram_figure
-from turing_learning.report._content import Listing, StudyReport
-from turing_learning.report._page import study_page
+from turing_learning.report._page import Listing, Report, report_page
 
 from ._plan import Plan
 from ._table import FAIR, GOOD, Convergence, StudyResult, describe, errors_of, members, paired
@@ -99,12 +98,12 @@ def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -
     """Return the page of a study."""
     errors = _summaries(result) or [_estimates(result)]
     listings = (*errors, _kinds(result), _runs(result))
-    return study_page(
-        StudyReport(
+    return report_page(
+        Report(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
             summary=f"{describe(result)}.",
             listings=listings,
-            figures=tuple(drawings),
+            figures=drawings,
             warning=_warning(result),
             configuration=to_toml(plan.base),
         )

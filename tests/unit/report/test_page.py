@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from turing_learning import report
 from turing_learning.analysis import Verdict
 from turing_learning.figures import Picture
-from turing_learning.report._content import ParameterRow, RunReport, RunTable, describe_selection
-from turing_learning.report._page import report_page
+from turing_learning.report._page import Listing, Report, describe_selection, report_page
 
 NASTY = """</script><script>alert("x")</script><!-- & ' ${title}"""
 
@@ -52,44 +51,43 @@ def make_replay(frames=4):
     return report.Replay("Both", 3.5, 5.0, 0.1, swarms)
 
 
+def table(*rows, columns=("Parameter", "Inferred", "Note"), **changes):
+    return Listing("result", "Inferred parameters", columns, rows, **changes)
+
+
 def make_report(**changes):
-    row = ParameterRow("vl0", -0.70321, -0.71, -0.7, 0.00321, 0.01, 0.01)
-    options = {"title": "Run", "summary": "Done.", "table": RunTable((row,), 0.00321, 0.01, "A note.")}
-    return RunReport(**options | changes)
+    rows = table(("vl0", -0.70321, "0.01"), foot=("Mean", "", 0.5))
+    return Report(**{"title": "Run", "summary": "Done.", "listings": [rows]} | changes)
 
 
 def embedded(page):
     return json.loads(re.search(r'<script type="application/json" id="replay-data">(.*?)</script>', page)[1])
 
 
-def test_the_table_shows_inferred_true_error_and_the_papers_error():
-    rows = Reader(report_page(make_report())).rows
-    assert rows == [
-        ["Parameter", "Inferred", "True", "Absolute error", "Paper\u2019s error", "Best model", "Absolute error"],
-        ["vl0", "-0.7032", "-0.7000", "0.0032", "0.01", "-0.7100", "0.0100"],
-        ["Mean", "", "", "0.0032", "", "", "0.0100"],
-    ]
+def test_a_table_shows_its_rows_and_sets_the_last_one_apart():
+    page = report_page(make_report())
+    assert Reader(page).rows == [["Parameter", "Inferred", "Note"], ["vl0", "-0.7032", "0.01"], ["Mean", "", "0.5000"]]
+    assert '<tfoot><tr><th scope="row">Mean</th>' in page
 
 
-def test_without_truth_the_table_shows_what_was_inferred():
-    table = RunTable((ParameterRow("a", 1234.5678, 2.0),))
-    assert Reader(report_page(make_report(table=table))).rows == [
-        ["Parameter", "Inferred", "Best model"],
-        ["a", "1234.5678", "2.0000"],
-    ]
+def test_columns_can_stand_out():
+    page = report_page(make_report(listings=[table(("a", 1.0, 2.0), looks={"Inferred": "strong", "Note": "apart"})]))
+    for markup in (
+        '<th scope="col" class="apart">Note</th>',
+        '<td class="strong">1.0000</td><td class="apart">2.0000</td>',
+    ):
+        assert markup in page
 
 
 def test_a_tiny_parameter_is_not_shown_as_zero():
-    row = ParameterRow("rate", 1.234e-5, 0.00011, interval=(1.2e-5, 1.3e-5))
-    (_, shown) = Reader(report_page(make_report(table=RunTable((row,))))).rows
-    assert shown == ["rate", "1.234e-05", "1.200e-05 to 1.300e-05", "0.00011"]
+    (_, shown) = Reader(report_page(make_report(listings=[table(("rate", 1.234e-5, 0.00011))]))).rows
+    assert shown == ["rate", "1.234e-05", "0.00011"]
 
 
-def test_a_number_that_is_missing_in_one_row_is_a_dash():
-    rows = (ParameterRow("a", 1, 1, 1, 0, 0, 0.5), ParameterRow("b", 1, 1))
-    assert Reader(report_page(make_report(table=RunTable(rows)))).rows[2] == [
-        "b", "1.0000", "\u2013", "\u2013", "\u2013", "1.0000", "\u2013",
-    ]  # fmt: skip
+def test_a_number_that_is_missing_or_not_known_is_a_dash():
+    rows = [("a", 1.0, "0.5"), ("b", None, None), ("c", float("nan"), None)]
+    shown = Reader(report_page(make_report(listings=[table(*rows)]))).rows
+    assert shown[2:] == [["b", "\u2013", "\u2013"], ["c", "\u2013", "\u2013"]]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +99,7 @@ def test_a_number_that_is_missing_in_one_row_is_a_dash():
     ],
 )
 def test_the_first_verdict_is_shown_and_the_others_beside_it(verdicts, look, also):
-    page = report_page(make_report(selection=["active"] * 3, verdicts=verdicts))
+    page = report_page(make_report(verdicts=verdicts))
     banner = re.search(r'<p class="judged (\w+)" id="verdict"><b>(.*?)</b> <span>(.*?)</span>', page)
     assert banner.group(1, 2) == (look, verdicts[0])
     written = re.sub("</?code>", "`", html.unescape(banner[3]))
@@ -115,10 +113,9 @@ def test_tables_are_there_to_download():
     assert base64.b64decode(found[1]) == b"x,y\n1,2\n"
 
 
-def test_a_run_whose_selection_stopped_says_when():
-    page = report_page(make_report(selection=["active", "all rejected", "all rejected"]))
-    assert "health warning" in page
-    assert "Selection stopped in 2 of 3 generations: 1 to 2 (all rejected)." in page
+def test_how_to_read_it_is_on_the_page_of_a_run_alone():
+    assert '<details id="reading">' in report_page(make_report(verdicts=(Verdict.CONVERGED,)))
+    assert '<details id="reading">' not in report_page(make_report())
 
 
 def test_configuration_manifest_and_figures_are_on_the_page():
@@ -136,8 +133,8 @@ def test_every_text_of_the_user_is_escaped():
     dangerous = make_report(
         title=NASTY,
         summary=NASTY,
-        table=RunTable((ParameterRow(NASTY, 1, 1),), note=NASTY),
-        selection=[NASTY],
+        listings=[table((NASTY, 1, 1), note=NASTY)],
+        warning=NASTY,
         figures=(Picture("nasty", NASTY, NASTY, Figure()),),
         configuration=NASTY,
         manifest=[(NASTY, NASTY)],
@@ -236,22 +233,3 @@ def test_many_stops_are_not_all_listed():
     sentence = describe_selection(["all accepted", "active"] * 8)
     assert sentence.startswith("Selection stopped in 8 of 16 generations: 0 (all accepted), 2 (all accepted)")
     assert sentence.endswith("10 (all accepted), and 2 more times.")
-
-
-def test_the_table_shows_intervals_where_there_are_any():
-    rows = (ParameterRow("a", 0.5, 0.5, interval=(0.25, 0.75)), ParameterRow("b", 0.5, 0.5))
-    page = report_page(RunReport("Run", "Done.", RunTable(rows)))
-    assert '<th scope="col">90 % interval</th>' in page
-    assert "<td>0.2500 to 0.7500</td>" in page
-    bare = report_page(RunReport("Run", "Done.", RunTable(rows[1:])))
-    assert "interval</th>" not in bare
-
-
-def test_an_interval_that_is_not_known_is_a_dash():
-    nan = float("nan")
-    rows = (
-        ParameterRow("a", 0.5, 0.5, interval=(nan, nan)),
-        ParameterRow("b", 0.5, 0.5, interval=(0, 1)),
-    )
-    page = report_page(RunReport("Run", "Done.", RunTable(rows)))
-    assert [row[:3] for row in Reader(page).rows[1:3]] == [["a", "0.5000", "–"], ["b", "0.5000", "0.0000 to 1.0000"]]  # noqa: RUF001

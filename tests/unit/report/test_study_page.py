@@ -1,8 +1,7 @@
 from matplotlib.figure import Figure
 
 from turing_learning.figures import Picture
-from turing_learning.report._content import Listing, StudyReport
-from turing_learning.report._page import study_page
+from turing_learning.report._page import Listing, Report, report_page
 
 LISTINGS = (
     Listing("errors", "Errors", ("Parameter", "Mean"), [("vl0 <b>", 0.25), ("vr0", None)], note="Of <all> runs."),
@@ -11,7 +10,7 @@ LISTINGS = (
 
 
 def page(**changes):
-    return study_page(StudyReport("A study & more", "2 of 2 runs.", LISTINGS, **changes))
+    return report_page(Report("A study & more", "2 of 2 runs.", LISTINGS, **changes))
 
 
 def test_a_page_shows_its_tables_and_escapes_what_it_shows():
@@ -30,7 +29,7 @@ def test_a_page_shows_its_tables_and_escapes_what_it_shows():
 def test_the_numbers_of_a_column_have_the_same_places():
     rows = [("vl0", 0.0006085, 3), ("vl1", 0.0148, 4)]
     listing = Listing("errors", "Errors", ("Parameter", "Mean", "Runs"), rows)
-    html = study_page(StudyReport("A study", "2 of 2 runs.", (listing,)))
+    html = report_page(Report("A study", "2 of 2 runs.", (listing,)))
     assert '<th scope="row">vl0</th><td>0.00061</td><td>3</td>' in html
     assert '<th scope="row">vl1</th><td>0.01480</td><td>4</td>' in html
 

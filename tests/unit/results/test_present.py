@@ -6,7 +6,8 @@ import pytest
 import turing_learning as tl
 from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import WHY_UNKNOWN
-from turing_learning.results._present import replay, run_table, summary
+from turing_learning.results._plots import replay
+from turing_learning.results._present import run_table, summary, write_report
 
 
 @pytest.fixture(scope="module")
@@ -55,13 +56,38 @@ def test_an_interval_that_is_not_known_is_explained_below_the_table(result):
     half = known | {"vr0": [UNKNOWN, UNKNOWN]}
     table = run_table(replace(result, interval=half, found=(Verdict.CONVERGED,)))
     assert table.note == f"The 90 % interval is unknown for vr0: {WHY_UNKNOWN}."
-    assert [row.interval for row in table.rows] == [(0.25, 0.75), (UNKNOWN, UNKNOWN), (0.25, 0.75), (0.25, 0.75)]
+    assert column(table, "90 % interval") == ["0.2500 to 0.7500", None, "0.2500 to 0.7500", "0.2500 to 0.7500"]
+
+
+def column(table, heading):
+    return [row[table.columns.index(heading)] for row in table.rows]
 
 
 def test_the_table_holds_the_papers_figures_and_their_source(result):
-    assert [row.published_error for row in run_table(result).rows] == [None] * 4  # not the paper's number of agents
+    assert "Paper\u2019s error" not in run_table(result).columns  # not the paper's number of agents
     papers = dict(zip(result.estimate, [0.01, 0.01, 0.07, 0.06], strict=True))
     table = run_table(replace(result, paper_absolute_error=papers))
-    assert [row.published_error for row in table.rows] == [0.01, 0.01, 0.07, 0.06]
-    assert [row.truth for row in table.rows] == [-0.7, -1.0, 1.0, -1.0]
+    assert table.columns == [
+        "Parameter", "Inferred", "90 % interval", "True", "Absolute error", "Paper\u2019s error", "Best model",
+        "Absolute error",
+    ]  # fmt: skip
+    assert column(table, "Paper\u2019s error") == ["0.01", "0.01", "0.07", "0.06"]
+    assert column(table, "True") == [-0.7, -1.0, 1.0, -1.0]
+    assert table.foot == ["Mean", "", "", "", result.estimate_mae, "", "", result.mae]
     assert "sections 4.3, 4.6.1, 5.4" in table.note
+
+
+def test_without_truth_the_table_shows_what_was_inferred(result):
+    unknown = dict.fromkeys(("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae"))
+    table = run_table(replace(result, **unknown))
+    assert table.columns == ["Parameter", "Inferred", "90 % interval", "Best model"]
+    assert not table.foot
+
+
+def test_a_run_whose_selection_stopped_says_when(result, tmp_path, monkeypatch):
+    history = result.history.load()
+    history["selection"][:] = [0, 2]
+    monkeypatch.setattr(type(result), "history", history)
+    page = write_report(result, tmp_path / "page.html", []).read_text()
+    assert "health warning" in page
+    assert "Selection stopped in 1 of 2 generations: 1 (all rejected). Many of them near the end" in page

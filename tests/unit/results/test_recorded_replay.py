@@ -5,7 +5,7 @@ import numpy as np
 import turing_learning as tl
 from turing_learning.families import BurstAndCoast
 from turing_learning.results import RunFolder
-from turing_learning.results._present import recorded_replay
+from turing_learning.results._plots import recorded_replay
 from turing_learning.systems import Source
 
 TANK = BurstAndCoast(individuals=3, steps=400, interval_s=0.2, tank_cm=(30.0, 20.0))
