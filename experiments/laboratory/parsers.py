@@ -30,7 +30,7 @@ from pathlib import Path
 
 from turing_learning.robots import EPuck, LinkError, open_link
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._lines import serve_terminal
+from turing_learning.robots.emulation._lines import TerminalServer
 
 HERE = Path(__file__).parent
 KINDS = {"e-puck": ("Asercom.c", "run_asercom", ""), "e-puck2": ("Asercom2.c", "run_asercom2", "-funsigned-char")}
@@ -178,10 +178,7 @@ print(json.dumps(out))
 
 
 class Body:
-    """Eight readings, and wheels."""
-
-    def set_speed(self, left: int, right: int) -> None:
-        """Do nothing."""
+    """Eight readings."""
 
     def proximity(self) -> tuple[int, ...]:
         """Return what the parsers' sensors read, too."""
@@ -239,7 +236,7 @@ def parser(program: Path) -> Iterator[str]:
 @contextmanager
 def emulated(kind: str) -> Iterator[str]:
     """Serve an emulated robot at a pseudo-terminal; yield its name."""
-    with serve_terminal(EmulatedRobot(Body(), selector=3, kind=kind)) as line:
+    with TerminalServer(EmulatedRobot(Body(), selector=3, kind=kind)) as line:
         yield line.port
 
 

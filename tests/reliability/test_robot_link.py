@@ -6,20 +6,12 @@ import pytest
 
 from turing_learning.robots import EPuck, LinkError, Model, open_link
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
+from turing_learning.robots.emulation._lines import TcpServer, TerminalServer
 
 READINGS = (1, 2, 3, 4, 5, 6, 7, 8)
 
 
 class Still:
-    """A robot's body that counts what it is told."""
-
-    def __init__(self):
-        self.speeds = []
-
-    def set_speed(self, left, right):
-        self.speeds.append((left, right))
-
     def proximity(self):
         return READINGS
 
@@ -27,7 +19,7 @@ class Still:
         return True
 
 
-@pytest.fixture(params=[serve_tcp, serve_terminal])
+@pytest.fixture(params=[TcpServer, TerminalServer])
 def served(request):
     with request.param(EmulatedRobot(Still())) as server:
         yield server
@@ -81,7 +73,7 @@ def test_a_binary_answer_whose_end_is_lost_is_asked_for_again(epuck, served):
 def test_a_lost_answer_is_asked_for_again(epuck, served):
     served.spoil = once(lambda data: [])
     epuck.set_speed(5, 6)
-    assert served.robot._body.speeds[-1] == (5, 6)
+    assert served.robot.wheels == (5, 6)
 
 
 def test_noise_that_leaves_the_robot_in_a_binary_request_does_not_block_it(epuck, served):

@@ -18,10 +18,6 @@ from ._clock import Clock, RealClock
 PARAMETER_UNIT = 1e-4  #: Models are sent as integer multiples of this
 SIGNALS = ("START", "STOP")
 LARGEST_SEQUENCE = 65535
-ALIVE, HALT, HALTED = "X,A*209D", "X,H*B1B4", "x,H*3772"
-"""The PC says that it is there, which has no answer; it halts a replica; the replica has halted."""
-GO, GOES = "X,G*405B", "x,G*C69D"
-"""The PC lets a robot begin its loop; the robot does."""
 
 
 @dataclass(frozen=True)
@@ -50,25 +46,13 @@ class Signal:
 
 @dataclass(frozen=True)
 class Status:
-    """Where a replica is in its loop.
+    """Where a replica is in its loop."""
 
-    Attributes
-    ----------
-    state
-        R1 to R5 of the paper; R0 before the loop has begun.
-    in_state_s
-        Time in that state.
-    waiting, executing
-        Sequence numbers of the model in the buffer and of the executed one, -1 for none.
-    battery_ok
-        Whether the battery is above its limit.
-    """
-
-    state: str
-    in_state_s: float
-    waiting: int
-    executing: int
-    battery_ok: bool
+    state: str  #: R1 to R5 of the paper; R0 before the loop has begun
+    in_state_s: float  #: Time in that state
+    waiting: int  #: Sequence number of the model in the buffer, -1 for none
+    executing: int  #: Sequence number of the executed model, -1 for none
+    battery_ok: bool  #: Whether the battery is above its limit
 
 
 class Replica(Protocol):
@@ -121,20 +105,6 @@ def whole_numbers(fields: Sequence[str]) -> list[int] | None:
     return [int(field) for field in fields] if all(part.isascii() and part.isdecimal() for part in digits) else None
 
 
-def write_model(model: Model) -> str:
-    """Return the line that carries a model."""
-    numbers = (round(value / PARAMETER_UNIT) for value in model.parameters)
-    return sealed(",".join(["X", "M", str(model.sequence), *map(str, numbers)]))
-
-
-def read_model(numbers: Sequence[int]) -> Model | None:
-    """Return the model in a message's integers, None if they are no valid model."""
-    try:
-        return Model(numbers[0], tuple(round(number * PARAMETER_UNIT, 4) for number in numbers[1:]))
-    except (IndexError, ValueError):
-        return None
-
-
 LARGEST_LINE = 4096
 _POLL_S = 0.02
 _GRACE_S = 1.0  # after a deadline, in which a busy program reads what came before it
@@ -146,10 +116,7 @@ class LinkError(ConnectionError):
 
 
 class Device(Protocol):
-    """The near end of a line, with the interface of pyserial; failures raise OSError.
-
-    `in_waiting` bytes have arrived; `read` returns fewer than `size` if they do not arrive within a short timeout.
-    """
+    """The near end of a line, as of pyserial: what does not arrive within a short timeout is not read; failures raise OSError."""
 
     @property
     def in_waiting(self) -> int: ...
@@ -228,7 +195,7 @@ class Link:
     def _stay_alive(self, device: Device, closed: threading.Event) -> None:
         while not closed.is_set():  # the first time at once, before any model is sent
             with self._writing, suppress(Exception):  # of a device that is being closed; others notice a lost line
-                device.write(ALIVE.encode("ascii") + b"\r")
+                device.write(sealed("X,A").encode("ascii") + b"\r")
             closed.wait(self._alive_s)
 
     def read_line(self, deadline: float) -> str | None:
@@ -300,10 +267,6 @@ of line alone it would take a binary request for text.
 """
 
 
-class _NotUnderstoodError(Exception):
-    """The robot answers that it does not know what arrived."""
-
-
 class EPuck:
     """The driver of an e-puck, a `Replica`.
 
@@ -329,8 +292,8 @@ class EPuck:
         self._link, self._timeout_s = link, number("timeout_s", timeout_s, above=0)
         self._retries = integer("retries", retries)
         self._signals: deque[Signal] = deque()
-        self.garbled = 0
-        self.reconnections = 0
+        self.garbled = self.reconnections = 0
+        self._refused = 0  # how often a command, since it was first sent, was answered as one that is not known
 
     def version(self) -> str:
         """Return the version of the robot's protocol."""
@@ -339,16 +302,16 @@ class EPuck:
     def set_speed(self, left: int, right: int) -> None:
         """Set the wheel speeds (steps per second, -1000 to 1000)."""
         _check_speeds(left, right)
-        self._ask(f"D,{left},{right}", lambda line: True if line == "d" else None)
+        self._tell(f"D,{left},{right}", "d")
 
     def speed(self) -> tuple[int, int]:
         """Return the wheel speeds (steps per second), left and right."""
-        left, right = self._ask("E", lambda line: _numbers(line, "e", (2,)))
+        left, right = self._ask("E", lambda line: _numbers(line, "e", 2))
         return left, right
 
     def proximity(self) -> tuple[int, ...]:
         """Return the readings of the eight infrared sensors, from the front right one clockwise."""
-        return tuple(self._ask("N", lambda line: _numbers(line, "n", (SENSORS, 10)))[:SENSORS])
+        return tuple(self._ask("N", lambda line: _numbers(line, "n", SENSORS, 10))[:SENSORS])
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
@@ -361,15 +324,15 @@ class EPuck:
 
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
-        self._ask("S", lambda line: True if line == "s" else None)
+        self._tell("S", "s")
 
     def halt(self) -> None:
         """Halt a replica: it stands and waits for the remote control; its models are forgotten."""
-        self._ask(HALT, lambda line: True if line == HALTED else None)
+        self._tell(sealed("X,H"), sealed("x,H"))
 
     def start(self) -> None:
         """Let a robot begin its loop, as the remote control does."""
-        self._ask(GO, lambda line: True if line == GOES else None)
+        self._tell(sealed("X,G"), sealed("x,G"))
 
     def close(self) -> None:
         """Close the line."""
@@ -396,18 +359,16 @@ class EPuck:
 
     def send_model(self, model: Model) -> None:
         """Put a model into the replica's buffer, to be executed from its next trial on."""
-        expected = sealed(f"x,M,{model.sequence}")
-        self._ask(write_model(model), lambda line: True if line == expected else None)
+        numbers = (model.sequence, *(round(value / PARAMETER_UNIT) for value in model.parameters))
+        self._tell(sealed(f"X,M,{','.join(map(str, numbers))}"), sealed(f"x,M,{model.sequence}"))
 
     def status(self) -> Status:
         """Return where the replica is in its loop; a LinkError tells one without a replica's firmware."""
 
         def read(line: str) -> Status | None:
-            fields = (opened(line) or "").split(",")
-            numbers = whole_numbers(fields[3:])
-            if fields[:2] != ["x", "Q"] or numbers is None or len(numbers) != 4:
-                return None
-            return Status(fields[2], 1e-3 * numbers[0], numbers[1], numbers[2], numbers[3] > 0)
+            state = line[4:6]
+            numbers = _numbers(opened(line) or "", f"x,Q,{state}", 4)
+            return Status(state, 1e-3 * numbers[0], numbers[1], numbers[2], numbers[3] > 0) if numbers else None
 
         return self._ask(sealed("X,Q"), read)
 
@@ -434,6 +395,9 @@ class EPuck:
     def _deadline(self) -> float:
         return self._link.clock.now() + self._timeout_s
 
+    def _tell(self, command: str, answer: str) -> None:
+        self._ask(command, lambda line: line == answer or None)
+
     def _ask(self, command: str, read: Callable[[str], Answer | None]) -> Answer:
         """Send a line and return what `read` makes of the answer; `_sort` takes the other lines."""
 
@@ -445,15 +409,15 @@ class EPuck:
                 if answer is not None:
                     return answer
                 if line.startswith("z,"):  # the robot has not understood what arrived
-                    self.garbled += 1
-                    raise _NotUnderstoodError
+                    self.garbled, self._refused = self.garbled + 1, self._refused + 1
+                    return None
                 self._sort(line)
             return None
 
         return self._try(repr(command), exchange)
 
     def _try(self, what: str, exchange: Callable[[], Answer | None]) -> Answer:
-        trouble, refused = "no answer that makes sense", 0
+        trouble, self._refused = "no answer that makes sense", 0
         for attempt in range(self._retries + 1):
             try:
                 if not self._link.is_open:
@@ -466,14 +430,12 @@ class EPuck:
                 else:
                     self._drain(0.0)
                 answer = exchange()
-            except _NotUnderstoodError:
-                refused, answer = refused + 1, None
             except LinkError as error:
                 trouble, answer = str(error), None
                 self._link.clock.sleep(min(self._timeout_s, 0.2))  # a port that has just gone may come back
             if answer is not None:
                 return answer
-        if refused > self._retries and what.startswith("'X,"):
+        if self._refused > self._retries and what.startswith("'X,"):
             trouble = (
                 "'Command not found', as of an ordinary e-puck without replica firmware (docs/robots/firmware.md),"
             )
@@ -491,13 +453,11 @@ class EPuck:
 
     def _sort(self, line: str) -> None:
         """Keep signals; count everything else that is not a greeting."""
-        text = opened(line)
-        fields = (text or "").split(",")
-        numbers = whole_numbers(fields[2:])
-        if fields[0] == "x" and fields[1] in SIGNALS and numbers is not None and len(numbers) == 2:
-            self._signals.append(Signal(fields[1], numbers[0], numbers[1], self._link.clock.now()))
-        elif not line.startswith(_EXPECTED):
-            self.garbled += 1
+        for kind in SIGNALS:
+            if numbers := _numbers(opened(line) or "", f"x,{kind}", 2):
+                self._signals.append(Signal(kind, numbers[0], numbers[1], self._link.clock.now()))
+                return
+        self.garbled += not line.startswith(_EXPECTED)
 
 
 def _check_speeds(left: int, right: int) -> None:
@@ -505,8 +465,7 @@ def _check_speeds(left: int, right: int) -> None:
     integer("right", right, -MAXIMUM_SPEED, MAXIMUM_SPEED)
 
 
-def _numbers(line: str, letter: str, counts: Sequence[int]) -> list[int] | None:
-    """Return the whole numbers of an answer, None if it is not that answer, whole."""
-    head, _, rest = line.partition(",")
-    numbers = whole_numbers(rest.split(","))
-    return numbers if head == letter and numbers is not None and len(numbers) in counts else None
+def _numbers(line: str, head: str, *counts: int) -> list[int] | None:
+    """Return the whole numbers that follow the head of an answer, None if it is not that answer, whole."""
+    numbers = whole_numbers(line.removeprefix(f"{head},").split(","))
+    return numbers if line.startswith(f"{head},") and numbers is not None and len(numbers) in counts else None

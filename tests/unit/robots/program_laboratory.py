@@ -84,9 +84,6 @@ class Wire:
 class Body:
     battery = True
 
-    def set_speed(self, left, right):
-        pass
-
     def proximity(self):
         return (0,) * 8
 

@@ -6,12 +6,8 @@ import select
 
 class Body:
     def __init__(self):
-        self.speeds = (0, 0)
         self.readings = (10, 200, -3, 4, 5, 6, 7, 3000)
         self.battery = True
-
-    def set_speed(self, left, right):
-        self.speeds = (left, right)
 
     def proximity(self):
         return self.readings

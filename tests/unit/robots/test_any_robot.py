@@ -17,7 +17,6 @@ from turing_learning.robots import (
     ArucoMarkers,
     EmulatedLaboratory,
     Fault,
-    Model,
     Track,
     as_emulated,
     inspect,
@@ -25,7 +24,7 @@ from turing_learning.robots import (
     real_equipment,
     rehearse,
 )
-from turing_learning.robots._link import opened, sealed, write_model
+from turing_learning.robots._link import PARAMETER_UNIT, opened, sealed
 from turing_learning.robots.emulation._lines import Line
 from turing_learning.robots.tracking._tracker import impossible
 from turing_learning.runs import read_events, read_post_evaluation, read_trials, resume_laboratory, start_laboratory
@@ -59,7 +58,8 @@ class JsonLine(Line):
     def _answer(self, message):
         did, told = message["do"], {}
         if did == "model":
-            self._tell(write_model(Model(message["sequence"], tuple(message["parameters"]))))
+            numbers = (round(value / PARAMETER_UNIT) for value in message["parameters"])
+            self._tell(sealed(f"X,M,{message['sequence']},{','.join(map(str, numbers))}"))
         elif did == "status":
             _, _, state, ms, waiting, executing, battery = opened(self._tell(sealed("X,Q"))).split(",")
             told = {"state": state, "in_state_s": int(ms) / 1000, "waiting": int(waiting), "executing": int(executing)}

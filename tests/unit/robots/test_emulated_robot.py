@@ -10,7 +10,7 @@ import pytest
 from robot_bodies import Body, Clock, PublicClient
 
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
+from turing_learning.robots.emulation._lines import TcpServer, TerminalServer
 
 
 @pytest.fixture
@@ -26,12 +26,12 @@ def robot(body):
 @pytest.fixture(params=["tcp", "terminal"])
 def client(request, robot):
     if request.param == "tcp":
-        with serve_tcp(robot) as server:
+        with TcpServer(robot) as server:
             host, port = server.port.removeprefix("socket://").split(":")
             with socket.create_connection((host, int(port)), timeout=60) as line:
                 yield PublicClient(line.fileno())
     else:
-        with serve_terminal(robot) as server:
+        with TerminalServer(robot) as server:
             descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
             client = PublicClient(descriptor)
             assert [client.line()[-6:] for _ in range(2)] == ["e-Puck", "r help"]
@@ -45,7 +45,7 @@ def test_a_public_client_is_told_the_version_in_two_lines(client):
 
 
 def test_a_robot_greets_when_it_is_switched_on_and_not_when_somebody_connects(robot):
-    with serve_terminal(robot) as server:
+    with TerminalServer(robot) as server:
         clients = [PublicClient(os.open(server.port, os.O_RDWR | os.O_NOCTTY)) for _ in range(2)]
         assert clients[0].line().endswith("WELCOME to the SerCom protocol on e-Puck")
         assert clients[0].line() == 'the EPFL education robot type "H" for help'
@@ -54,21 +54,21 @@ def test_a_robot_greets_when_it_is_switched_on_and_not_when_somebody_connects(ro
             os.close(each.descriptor)
 
 
-def test_a_public_client_sets_and_reads_speeds(client, body):
+def test_a_public_client_sets_and_reads_speeds(client, robot):
     assert client.ask("D,-700,1000") == "d"
     assert client.ask("E") == "e,-700,1000"
-    assert body.speeds == (-700, 1000)
+    assert robot.wheels == (-700, 1000)
 
 
 def test_a_public_client_reads_proximity(client):
     assert client.ask("N") == "n,10,200,-3,4,5,6,7,3000"
 
 
-def test_a_public_client_chains_binary_requests(client, body):
+def test_a_public_client_chains_binary_requests(client, robot):
     request = bytes([256 - ord("D")]) + struct.pack("<hh", -5, 300) + bytes([256 - ord("E"), 256 - ord("N"), 0])
     answer = client.binary(request, 20)
     assert struct.unpack("<10h", answer) == (-5, 300, 10, 200, -3, 4, 5, 6, 7, 3000)
-    assert body.speeds == (-5, 300)
+    assert robot.wheels == (-5, 300)
 
 
 def test_unknown_commands_are_answered_with_an_error_line(client):
@@ -120,29 +120,29 @@ def test_after_an_end_of_line_a_binary_request_is_taken_for_text(robot):
     assert robot.receive(b"E\r\n" + request + b"\r") == b"e,0,0\r\nz,Command not found\r\n"
 
 
-def test_speeds_beyond_the_maximum_are_cut(robot, body):
+def test_speeds_beyond_the_maximum_are_cut(robot):
     robot.receive(b"D,5000,-5000\r")
-    assert body.speeds == (1000, -1000)
+    assert robot.wheels == (1000, -1000)
 
 
-def test_a_speed_that_cannot_be_read_leaves_the_old_one(robot, body):
+def test_a_speed_that_cannot_be_read_leaves_the_old_one(robot):
     robot.receive(b"D,100,200\rD,7,x\r")
-    assert body.speeds == (7, 200)
+    assert robot.wheels == (7, 200)
 
 
-def test_stop_stops_the_wheels_and_the_lights(robot, body):
+def test_stop_stops_the_wheels_and_the_lights(robot):
     robot.receive(b"D,5,5\rL,0,1\rS\r")
-    assert body.speeds == (0, 0)
+    assert robot.wheels == (0, 0)
     assert robot.lights == [0] * 10
 
 
-def test_reset_stops_forgets_and_greets_again(robot, body):
+def test_reset_stops_forgets_and_greets_again(robot):
     robot.receive(b"D,5,5\r")
     robot.enter("R4")
     assert answers(robot, b"R\r")[:1] == ["r"]
     robot.enter("R4")
     assert answers(robot, b"R\r")[1].endswith("WELCOME to the SerCom protocol on e-Puck")
-    assert body.speeds == (0, 0)
+    assert robot.wheels == (0, 0)
     assert robot.state == "R0"
 
 
@@ -207,7 +207,7 @@ def test_a_line_without_end_does_not_fill_the_memory(robot):
 
 
 def test_the_pseudo_terminal_is_a_terminal(robot):
-    with serve_terminal(robot) as server:
+    with TerminalServer(robot) as server:
         descriptor = os.open(server.port, os.O_RDWR | os.O_NOCTTY)
         assert termios.tcgetattr(descriptor)
         os.close(descriptor)
@@ -215,7 +215,7 @@ def test_the_pseudo_terminal_is_a_terminal(robot):
 
 def test_a_client_that_says_nothing_gives_way_to_the_next(robot, monkeypatch):
     monkeypatch.setattr("turing_learning.robots.emulation._lines.IDLE_S", 0.2)
-    with serve_tcp(robot) as server:
+    with TcpServer(robot) as server:
         host, port = server.port.removeprefix("socket://").split(":")
         for _ in range(2):  # each is left as it is
             line = socket.create_connection((host, int(port)), timeout=60)
@@ -224,7 +224,7 @@ def test_a_client_that_says_nothing_gives_way_to_the_next(robot, monkeypatch):
 
 
 def test_a_client_that_speaks_is_not_disturbed_by_another(robot):
-    with serve_tcp(robot) as server:
+    with TcpServer(robot) as server:
         host, port = server.port.removeprefix("socket://").split(":")
         with socket.create_connection((host, int(port)), timeout=60) as line:
             first = PublicClient(line.fileno())

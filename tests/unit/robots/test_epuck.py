@@ -6,8 +6,8 @@ from robot_bodies import Body, Clock
 from turing_learning.robots import EPuck, Link, LinkError, Model, open_link
 from turing_learning.robots._clock import VirtualClock
 from turing_learning.robots._link import RESYNCHRONIZE
-from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
-from turing_learning.robots.emulation._lines import serve_tcp, serve_terminal
+from turing_learning.robots.emulation._emulated_robot import NOT_FOUND, EmulatedRobot
+from turing_learning.robots.emulation._lines import TcpServer, TerminalServer
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def robot(body):
     return EmulatedRobot(body, clock=Clock())
 
 
-@pytest.fixture(params=[serve_tcp, serve_terminal])
+@pytest.fixture(params=[TcpServer, TerminalServer])
 def served(request, robot):
     with request.param(robot) as server:
         yield server
@@ -32,22 +32,22 @@ def epuck(served):
         yield EPuck(link, timeout_s=20.0, retries=1)
 
 
-def test_the_driver_speaks_with_a_robot_over_tcp_and_serial(epuck, body):
+def test_the_driver_speaks_with_a_robot_over_tcp_and_serial(epuck, robot, body):
     assert epuck.version() == "Version 1.2.2 emulated"
     epuck.set_speed(-300, 450)
-    assert body.speeds == (-300, 450)
+    assert robot.wheels == (-300, 450)
     assert epuck.speed() == (-300, 450)
     assert epuck.proximity() == body.readings
     assert epuck.battery_ok()
     epuck.stop()
-    assert body.speeds == (0, 0)
+    assert robot.wheels == (0, 0)
     assert epuck.garbled == 0
 
 
-def test_one_binary_request_sets_speeds_and_reads_proximity(epuck, body):
+def test_one_binary_request_sets_speeds_and_reads_proximity(epuck, robot, body):
     epuck.version()
     assert epuck.drive(-1000, 12) == body.readings
-    assert body.speeds == (-1000, 12)
+    assert robot.wheels == (-1000, 12)
 
 
 def test_a_model_arrives_and_is_told_by_the_status(epuck, robot):
@@ -226,13 +226,14 @@ def test_a_reset_that_no_robot_answers_is_followed_by_its_version():
 def test_a_broken_command_is_ended_stopped_and_followed_by_any_other(robot, body, broken):
     robot.receive(b"D,300,300\r" + broken)
     robot.receive(RESYNCHRONIZE)
-    assert body.speeds == (0, 0)
+    assert robot.wheels == (0, 0)
     assert robot.receive(b"\xb2\0") == struct.pack("<8h", *body.readings)
 
 
 def test_an_epuck_without_the_firmware_of_a_replica_is_named(robot, monkeypatch):
-    monkeypatch.setattr(robot, "_converse", lambda line: b"z,Command not found\r\n")
-    with serve_tcp(robot) as server, open_link(server.port) as link:
+    obey = robot._obey
+    monkeypatch.setattr(robot, "_obey", lambda line: NOT_FOUND if line.startswith("X") else obey(line))
+    with TcpServer(robot) as server, open_link(server.port) as link:
         epuck = EPuck(link, timeout_s=20.0, retries=1)
         assert epuck.version().startswith("Version")
         with pytest.raises(LinkError, match="an ordinary e-puck without replica firmware"):

@@ -25,9 +25,9 @@ class Rig:
         self.cycle = 0
         self.entered = {}
 
-    def step(self, sight=0, proximity=NOTHING, manual=(0.0, 0.0)):
+    def step(self, sight=0, proximity=NOTHING):
         self.clock.now = self.cycle * 0.1
-        wheels = self.firmware.step(self.clock.now * self.rate, sight, proximity, manual)
+        wheels = self.firmware.step(self.clock.now * self.rate, sight, proximity)
         self.entered.setdefault(self.robot.state, round(self.clock.now, 6))
         self.cycle += 1
         return wheels
@@ -88,7 +88,8 @@ def test_a_robot_with_a_slow_clock_is_late_and_does_not_add_up_its_cycles():
 
 def test_a_robot_that_waits_for_the_remote_control_obeys_the_pc():
     rig = Rig()
-    assert rig.step(manual=(0.3, -0.2)) == (0.3, -0.2)
+    rig.robot.receive(b"D,300,-200\r")
+    assert rig.step() == (0.3, -0.2)
     assert rig.robot.state == "R0"
     assert rig.signals == []
 

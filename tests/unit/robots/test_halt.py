@@ -13,7 +13,7 @@ from turing_learning.robots import ArenaService, EPuck, Model, open_link
 from turing_learning.robots._link import sealed
 from turing_learning.robots.emulation._emulated_robot import EmulatedRobot
 from turing_learning.robots.emulation._laboratory import obey
-from turing_learning.robots.emulation._lines import serve_tcp
+from turing_learning.robots.emulation._lines import TcpServer
 from turing_learning.robots.emulation._robot import Firmware
 
 ALIVE = (sealed("X,A") + "\r").encode()
@@ -52,17 +52,16 @@ class Replica:
 
 
 def test_a_replica_that_is_halted_stands_and_waits_for_the_remote_control():
-    body = Body()
-    robot = EmulatedRobot(body, clock=Clock())
+    robot = EmulatedRobot(Body(), clock=Clock())
     robot.receive(MODEL + b"D,300,300\r")
     robot.enter("R3")
     assert robot.receive(b"X,H*B1B4\r") == b"x,H*3772\r\n"
-    assert (robot.state, robot.executing, body.speeds) == ("R0", None, (0, 0))
+    assert (robot.state, robot.executing, robot.wheels) == ("R0", None, (0, 0))
 
 
 def test_the_driver_halts_a_replica():
     robot = EmulatedRobot(Body())
-    with serve_tcp(robot) as server, open_link(server.port) as link:
+    with TcpServer(robot) as server, open_link(server.port) as link:
         epuck = EPuck(link, timeout_s=20.0)
         epuck.send_model(Model(1, (0.1, 0.2)))
         robot.enter("R5")

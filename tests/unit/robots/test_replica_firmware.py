@@ -84,8 +84,6 @@ class Both:
         library.board(*(ctypes.cast(one, ctypes.c_void_p) for one in self._kept))
         speeds = [round(10_000 * speed) for speed in controller]
         library.replica_begin((ctypes.c_int * max(len(speeds), 1))(*speeds), len(speeds), 0)
-        self.manual = (0, 0)
-        self.body.set_speed = lambda *wheels: setattr(self, "manual", wheels)
         self.robot = EmulatedRobot(self.body, clock=self.clock)
         self.python = Firmware(self.robot, Choices(seed), controller=controller or None, signal=self._signal)
 
@@ -104,7 +102,7 @@ class Both:
 
     def step(self, sight, proximity):
         self.c.replica_step(self.now_ms, sight, (ctypes.c_int * 8)(*proximity))
-        wheels = self.python.step(self.clock.now, sight, proximity, tuple(speed / 1000 for speed in self.manual))
+        wheels = self.python.step(self.clock.now, sight, proximity)
         assert self.wheels == tuple(round(10_000 * wheel) for wheel in wheels), (self.clock.now, self.robot.state)
         assert self.sent == self.said
 

@@ -4,21 +4,12 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Generator, Sequence
+from contextlib import suppress
 from itertools import takewhile
 from typing import Protocol
 
 from turing_learning.errors import choice
-from turing_learning.robots._link import (
-    GOES,
-    HALTED,
-    LARGEST_SEQUENCE,
-    SIGNALS,
-    Model,
-    opened,
-    read_model,
-    sealed,
-    whole_numbers,
-)
+from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNALS, Model, opened, sealed, whole_numbers
 
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
@@ -33,14 +24,10 @@ _ANSWERS = {letter: letter.lower() for letter in "BFJLPTW"} | {
 }
 _BINARY_ARGUMENTS = {"D": 4, "L": 2, "P": 4, "W": 3, "w": 35}
 _SECOND_ARGUMENTS = {"Y": 2, "\x09": 19, "\x0a": 12, "\x0f": 1, "\x10": 1, "\x11": 1}  # of an e-puck2
-Listener = Generator[None, int, None]
 
 
 class Body(Protocol):
-    """The hardware of a robot: what its program moves and reads."""
-
-    def set_speed(self, left: int, right: int) -> None:
-        """Turn the wheels (steps per second, -1000 to 1000)."""
+    """What a robot's program reads of its hardware."""
 
     def proximity(self) -> Sequence[int]:
         """Return the eight infrared readings."""
@@ -53,15 +40,16 @@ class EmulatedRobot:
     """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
 
     It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
-    binary request that ends with a zero; after an end of line whatever comes next begins a text. Commands act
-    on `body`; `selector` is the position of the robot's switch, 0 to 15; a `kind` "e-puck2" answers some
-    commands otherwise than an "e-puck".
+    binary request that ends with a zero; after an end of line whatever comes next begins a text. `selector` is the
+    position of the robot's switch, 0 to 15; a `kind` "e-puck2" answers some commands otherwise than an "e-puck".
 
     Attributes
     ----------
     state, executing, called
         State of the replica's program, "R0" before it begins, see `enter`; the model that it executes; whether the
         PC wants it to begin.
+    wheels
+        The wheel speeds that the PC wants (steps per second, -1000 to 1000).
     lights
         State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
     """
@@ -72,24 +60,29 @@ class EmulatedRobot:
         self._body, self._clock, self._selector, self._second = body, clock, selector, kind == "e-puck2"
         self._kind = choice("kind", kind, _VERSIONS)
         self._answer = bytearray()
-        self._lock = threading.Lock()
-        self._begin()
+        self._lock = threading.RLock()
+        self.restart()
 
-    def _forget(self) -> None:
-        self.lights = [0] * 10
-        self._speed: tuple[int, ...] = (0, 0)
-        self._steps: tuple[int, ...] = (0, 0)
-        self._image: tuple[int, ...] = (1, 40, 40, 8)  # mode (color), width, height, zoom
-        self.executing: Model | None = None
-        self._waiting: Model | None = None
-        self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
-        self._alive_at: float | None = None  # when a PC that keeps itself known was heard
-        self._asked_at: float | None = None  # when the PC sent anything else
+    def restart(self) -> None:
+        """Switch off and on: everything is forgotten."""
+        with self._lock:
+            self.halt()
+            self._listener = self._listen()
+            next(self._listener)
 
-    def _begin(self) -> None:
-        self._forget()
-        self._listener = self._listen()
-        next(self._listener)
+    def halt(self) -> None:
+        """Stand, leave the loop, forget models and settings."""
+        with self._lock:
+            self.lights = [0] * 10
+            self.wheels: tuple[int, ...] = (0, 0)
+            self._speed: tuple[int, ...] = (0, 0)  # what is answered to E
+            self._steps: tuple[int, ...] = (0, 0)
+            self._image: tuple[int, ...] = (1, 40, 40, 8)  # mode (color), width, height, zoom
+            self.executing: Model | None = None
+            self._waiting: Model | None = None
+            self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
+            self._alive_at: float | None = None  # when a PC that keeps itself known was heard
+            self._asked_at: float | None = None  # when the PC sent anything else
 
     def receive(self, data: bytes) -> bytes:
         """Read bytes and return the answers."""
@@ -99,11 +92,6 @@ class EmulatedRobot:
             answer = bytes(self._answer)
             self._answer.clear()
         return answer
-
-    def restart(self) -> None:
-        """Switch off and on: everything is forgotten."""
-        with self._lock:
-            self._begin()
 
     def enter(self, state: str) -> None:
         """Enter a state of the replica's program; R3 takes the model from the buffer."""
@@ -122,11 +110,6 @@ class EmulatedRobot:
         """Time since the PC asked or commanded something; 0 if it never has."""
         return 0.0 if self._asked_at is None else self._clock() - self._asked_at
 
-    def halt(self) -> None:
-        """Stand, leave the loop, forget models."""
-        with self._lock:
-            self._halt()
-
     def signal(self, kind: str) -> bytes:
         """Return the signal that a trial starts or has stopped; each start begins another trial."""
         choice("kind", kind, SIGNALS)
@@ -135,36 +118,30 @@ class EmulatedRobot:
                 self._trial = (self._trial + 1) % (LARGEST_SEQUENCE + 1)
             return _line(sealed(f"x,{kind},{self._trial},{_sequence(self.executing)}"))
 
-    def _listen(self) -> Listener:
-        """Read bytes for ever; answers are appended to `_answer`."""
+    def _listen(self) -> Generator[None, int, None]:
+        """Read bytes for ever; answers are appended to `_answer`, those to binary requests when a zero ends the chain."""
+        counts = _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
         while True:
-            first = yield
-            if first >= 128:
-                yield from self._read_binary(first)
-            elif first:
+            first, answer = (yield), bytearray()
+            if 0 < first < 128:
                 while first in b"\r\n":
                     first = yield
                 line = bytearray([first])
                 while (byte := (yield)) not in b"\r\n":
                     if len(line) < LONGEST_COMMAND:
                         line.append(byte)
-                self._answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
+                answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
+                first = 0
+            while first:
+                letter, arguments = chr(256 - first), bytearray()
+                for _ in range(counts.get(letter, 0)):
+                    arguments.append((yield))
+                answer += self._obey_binary(letter, bytes(arguments))
+                first = yield
+            self._answer += answer
 
-    def _read_binary(self, command: int) -> Listener:
-        """Read requests until a zero, then answer all of them at once; unknown ones are ignored."""
-        answer, counts = bytearray(), _BINARY_ARGUMENTS | (_SECOND_ARGUMENTS if self._second else {})
-        while command:
-            letter, arguments = chr((256 - command) % 256), bytearray()
-            for _ in range(counts.get(letter, 0)):
-                arguments.append((yield))
-            answer += self._obey_binary(letter, bytes(arguments))
-            if self._second:
-                answer += self._obey_second(letter, bytes(arguments))
-            command = yield
-        self._answer += answer
-
-    def _obey_binary(self, letter: str, arguments: bytes) -> bytes:
-        mode, width, height, _ = self._image
+    def _obey_binary(self, letter: str, arguments: bytes = b"") -> bytes:
+        """Return the answer to a binary request; unknown ones are ignored. Those from \\x08 on are an e-puck2's alone."""
         match letter:
             case "D":
                 self._drive(*struct.unpack("<hh", arguments))
@@ -175,7 +152,7 @@ class EmulatedRobot:
             case "A":
                 return struct.pack("<3f", 812.0, 37.0, 1.0)
             case "I":
-                return bytes([mode, width, height]) + bytes(self._size)
+                return bytes(self._image[:3]) + bytes(self._size)
             case "U":
                 return b"" if self._second else bytes(601)
             case "t":
@@ -183,32 +160,26 @@ class EmulatedRobot:
             case "b":
                 return struct.pack("<h", self._charge if self._second else self._body.battery_ok())
             case "M":
-                return struct.pack("<4h" if self._second else "<5h", *self._numbers("M")[: 4 if self._second else 5])
+                return _packed(self._numbers("M")[: 4 if self._second else 5])
             case "a" | "E" | "g" | "N" | "O" | "Q" | "u":
-                numbers = self._numbers(letter if letter == "g" else letter.upper())
-                return struct.pack(f"<{len(numbers)}h", *numbers)
-        return b""
-
-    def _obey_second(self, letter: str, arguments: bytes) -> bytes:
-        numbers = {"\x0c": (*_SENSED["U"], 10), "\x0d": (2000,)}  # microphones, distance
+                return _packed(self._numbers(letter if letter == "g" else letter.upper()))
+        if not self._second:
+            return b""
         match letter:
             case "\x08":  # all sensors
                 moving, near, heard, rest = (
-                    b"".join(self._obey_binary(one, b"") + self._obey_second(one, b"") for one in letters)
-                    for letters in ("aAg", "tNO", "\x0d\x0c", "Qb")
+                    b"".join(map(self._obey_binary, letters)) for letters in ("aAg", "tNO", "\x0d\x0c", "Qb")
                 )
-                floor = self._obey_binary("M", b"")[:6]
+                floor = self._obey_binary("M")[:6]
                 return moving + bytes(12) + near + heard + rest + bytes([0, 0, 0, 0, self._selector]) + floor + bytes(7)
             case "\x09":  # all actuators: behaviors, wheels, lights, colors, sound
-                wheels = struct.unpack_from("<hh", arguments, 1)
-                if arguments[0] & 4:
-                    self._steps = wheels
-                else:
-                    self._drive(*wheels)
+                self._obey_binary("P" if arguments[0] & 4 else "D", arguments[1:5])
                 for k, light in enumerate((0, 2, 4, 6, 8, 9)):
                     self._light(light, arguments[5] >> k & 1)
-            case "\x0c" | "\x0d":
-                return struct.pack(f"<{len(numbers[letter])}h", *numbers[letter])
+            case "\x0c":  # microphones
+                return _packed((*_SENSED["U"], 10))
+            case "\x0d":  # distance
+                return _packed((2000,))
             case "Y" | "\x0b" | "\x0e" | "\x0f" | "\x10" | "\x11":
                 return b"\0"
         return b""
@@ -234,16 +205,17 @@ class EmulatedRobot:
             case "R":
                 if self._second:
                     return b""
-                self._halt()
+                self.halt()
                 return _line("r") + GREETING
             case "S":
-                self._body.set_speed(0, 0)  # what is answered to E stays
+                self.wheels = (0, 0)
                 self.lights[:8] = [0] * 8
                 return _line("s")
             case "V":
                 return _line(f"v,{_VERSIONS[self._kind]} emulated") + _line("HW version: 102")
             case "X":
-                return self._converse(line)
+                answer = self._converse(line)
+                return _line(sealed(f"x,{answer}")) if answer else b""
             case "Y":
                 return _line("y," + ",".join(map(str, self._scanned(fields, (0, 0))))) + _line("y,0")
             case "Z":
@@ -282,49 +254,47 @@ class EmulatedRobot:
         return found + before[len(found) :]
 
     def _drive(self, left: int, right: int) -> None:
-        self._speed = (max(-1000, min(left, 1000)), max(-1000, min(right, 1000)))
-        self._body.set_speed(*self._speed)
+        self.wheels = self._speed = (max(-1000, min(left, 1000)), max(-1000, min(right, 1000)))
 
     def _light(self, light: int, action: int) -> None:
         for one in [light] if 0 <= light < 10 else range(8):
             self.lights[one] = 1 - self.lights[one] if action == 2 else int(action == 1)
 
-    def _halt(self) -> None:
-        self._drive(0, 0)
-        self._forget()
-
-    def _converse(self, line: str) -> bytes:
-        text = opened(line)
+    def _converse(self, line: str) -> str:
+        """Return what a replica answers to a message, without head and checksum; nothing to a PC that is only there."""
+        text, now = opened(line), self._clock()
         if text is None:
-            return _line(sealed("x,E,checksum"))
-        fields = text.split(",")[1:]
-        now = self._clock()
-        if fields == ["A"]:
+            return "E,checksum"
+        kind, *rest = text.split(",")[1:] or [""]
+        if (kind, rest) == ("A", []):
             self._alive_at = now
-            return b""
+            return ""
         self._asked_at = now
         if self._alive_at is not None:
             self._alive_at = now
-        if fields == ["H"]:
-            self._halt()
-            return _line(HALTED)
-        if fields == ["G"]:
-            self.called = True
-            return _line(GOES)
-        if fields == ["Q"]:
-            elapsed, battery = round(1000 * (now - self._entered)), int(self._body.battery_ok())
-            models = f"{_sequence(self._waiting)},{_sequence(self.executing)}"
-            return _line(sealed(f"x,Q,{self.state},{elapsed},{models},{battery}"))
-        numbers = whole_numbers(fields[1:])
-        model = read_model(numbers) if fields[:1] == ["M"] and numbers is not None else None
-        if model is None:
-            return _line(sealed("x,E,message"))
-        self._waiting = model
-        return _line(sealed(f"x,M,{model.sequence}"))
+        match kind, whole_numbers(rest):
+            case "H", []:
+                self.halt()
+                return "H"
+            case "G", []:
+                self.called = True
+                return "G"
+            case "Q", []:
+                elapsed, battery = round(1000 * (now - self._entered)), int(self._body.battery_ok())
+                return f"Q,{self.state},{elapsed},{_sequence(self._waiting)},{_sequence(self.executing)},{battery}"
+            case "M", [sequence, *parameters]:
+                with suppress(ValueError):
+                    self._waiting = Model(sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters))
+                    return f"M,{sequence}"
+        return "E,message"
 
 
 def _line(text: str) -> bytes:
     return text.encode("ascii") + b"\r\n"
+
+
+def _packed(numbers: Sequence[int]) -> bytes:
+    return struct.pack(f"<{len(numbers)}h", *numbers)
 
 
 def _sequence(model: Model | None) -> int:

@@ -145,7 +145,9 @@ class EmulatedOperator:
 
     def replace_battery(self, name: str) -> None:
         """Put a full battery into a robot, which restarts and waits for the remote control."""
-        self._arena.robot(name).replace_battery()
+        robot = self._arena.robot(name)
+        robot.charge = 1.0
+        robot.restart()
 
     def restart(self, name: str) -> None:
         """Switch a robot off and on; it waits for the remote control."""

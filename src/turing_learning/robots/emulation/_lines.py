@@ -7,12 +7,11 @@ import socket
 import tempfile
 import threading
 import time
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from functools import partial
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 
@@ -33,16 +32,13 @@ def whole(data: bytes) -> Iterable[bytes]:
     return [data]
 
 
-class Line(ABC):
+class Line(AbstractContextManager["Line"]):
     """The robot's end of a line; it is reached at `port`. A context manager."""
 
     port: str
 
     def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
         self.robot, self.spoil = robot, spoil
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -80,14 +76,13 @@ class VirtualLine(Line):
         rng: np.random.Generator,
     ) -> None:  # fmt: skip
         super().__init__(robot)
-        self.port = name
-        self._clock, self._latency_s, self._rng = clock, latency_s, rng
-        self._there = True
-        self._near = _NearEnd(self, clock)
+        self.port, self.clock = name, clock
+        self._latency_s, self._rng = latency_s, rng
+        self._there, self._near = True, _NearEnd(self, there=False)
         self._last = {"in": 0.0, "out": 0.0}
 
     def link(self) -> Link:
-        link = Link(self.port, clock=self._clock, connect=self._connect)
+        link = Link(self.port, clock=self.clock, connect=self._connect)
         link.open()
         return link
 
@@ -110,22 +105,21 @@ class VirtualLine(Line):
         if not self._there:
             raise OSError("no connection")
         self._near.there = False
-        self._near = _NearEnd(self, self._clock, there=True)
+        self._near = _NearEnd(self)
         return self._near
 
     def _later(self, way: str, pause_s: float, action: Callable[[], None]) -> None:
         """Do something when the bytes have arrived; they do not overtake each other."""
-        due = self._clock.now() + pause_s + self._rng.uniform(*self._latency_s)
+        due = self.clock.now() + pause_s + self._rng.uniform(*self._latency_s)
         self._last[way] = due = max(due, self._last[way])
-        self._clock.call_at(due, action)
+        self.clock.call_at(due, action)
 
 
 class _NearEnd:
     """The PC's end of a virtual line, a `Device`."""
 
-    def __init__(self, line: VirtualLine, clock: VirtualClock, *, there: bool = False) -> None:
-        self._line, self._clock, self.there = line, clock, there
-        self.arrived = bytearray()
+    def __init__(self, line: VirtualLine, there: bool = True) -> None:
+        self._line, self.there, self.arrived = line, there, bytearray()
 
     @property
     def in_waiting(self) -> int:
@@ -135,7 +129,8 @@ class _NearEnd:
 
     def read(self, size: int) -> bytes:
         if not self.in_waiting:
-            self._clock.sleep_until(self._clock.now() + _POLL_S, ready=lambda: len(self.arrived) > 0)
+            clock = self._line.clock
+            clock.sleep_until(clock.now() + _POLL_S, ready=lambda: len(self.arrived) > 0)
         data = bytes(self.arrived[: min(size, self.in_waiting)])
         del self.arrived[:size]
         return data
@@ -148,8 +143,8 @@ class _NearEnd:
         """Leave the line as it is."""
 
 
-class RobotServer(Line):
-    """A line in real time; see `serve_tcp` and `serve_terminal`. `spoil` is where tests put noise."""
+class _Server(Line):
+    """A line in real time, served in a thread until closed."""
 
     _open: Callable[[], None]  # makes the port
     _shut: Callable[[], None]  # takes the port away
@@ -158,8 +153,7 @@ class RobotServer(Line):
 
     def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
         super().__init__(robot, spoil)
-        self._lock = threading.Lock()
-        self._done = threading.Event()
+        self._lock, self._done = threading.Lock(), threading.Event()
         self._thread: threading.Thread | None = None
         self.restore()
 
@@ -194,11 +188,14 @@ class RobotServer(Line):
                 self._send(answer)
 
 
-class _TcpServer(RobotServer):
-    """One client at a time. One that has been silent gives way to the next."""
+class TcpServer(_Server):
+    """Serve a robot on a TCP port (0: any free one); raise OSError if it is taken.
 
-    def __init__(self, robot: EmulatedRobot, spoil: Spoil, address: tuple[str, int]) -> None:
-        self._address = address
+    One client at a time; one that has been silent gives way to the next.
+    """
+
+    def __init__(self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, spoil: Spoil = whole) -> None:
+        self._address = host, port
         self._client: socket.socket | None = None
         self._heard_s = 0.0
         super().__init__(robot, spoil)
@@ -246,10 +243,10 @@ class _TcpServer(RobotServer):
             self._hang_up()
 
 
-class _TerminalServer(RobotServer):
-    """A pseudo-terminal whose name stays the same when the link comes back."""
+class TerminalServer(_Server):
+    """Serve a robot on a pseudo-terminal, whose name stays the same when the link comes back; raise OSError without them."""
 
-    def __init__(self, robot: EmulatedRobot, spoil: Spoil) -> None:
+    def __init__(self, robot: EmulatedRobot, *, spoil: Spoil = whole) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="emulated-robot-")
         self.port = str(Path(self._folder.name) / "serial")
         super().__init__(robot, spoil)
@@ -283,13 +280,3 @@ class _TerminalServer(RobotServer):
     def _write(self, data: bytes) -> None:
         with suppress(OSError):  # nobody reads, and the line is full: a serial line loses bytes then, too
             os.write(self._master, data)
-
-
-def serve_tcp(robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, spoil: Spoil = whole) -> RobotServer:
-    """Serve a robot on a TCP port (0: any free one), in a thread, until closed; raise OSError if the port is taken."""
-    return _TcpServer(robot, spoil, (host, port))
-
-
-def serve_terminal(robot: EmulatedRobot, *, spoil: Spoil = whole) -> RobotServer:
-    """Serve a robot on a pseudo-terminal, in a thread, until closed; raise OSError on a system without them."""
-    return _TerminalServer(robot, spoil)

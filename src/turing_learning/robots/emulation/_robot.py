@@ -13,7 +13,7 @@ import numpy as np
 from turing_learning.robots._clock import Clock, RealClock
 
 from ._emulated_robot import Body, EmulatedRobot
-from ._lines import Line, serve_tcp
+from ._lines import Line, TcpServer
 
 LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
 _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
@@ -31,12 +31,12 @@ ALONE_S = 2.0
 MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
 Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
 STILL: Wheels = (0.0, 0.0)
+FULL_SPEED = 1000
 
 
 def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forward: float = 1.0) -> bool:
-    """Return whether the strongest reading reaches a threshold, at a sensor that points where the robot goes.
-
-    `least` is the cosine of the widest angle from there that counts; `forward` is negative for a robot that drives backward.
+    """Return whether the strongest reading reaches a threshold, at a sensor whose direction, from where the robot goes, has a
+    cosine above `least`; `forward` is negative for a robot that drives backward.
     """
     strongest = int(np.argmax(proximity))
     toward = math.copysign(1.0, forward) * math.cos(SENSOR_ANGLES[strongest])
@@ -77,17 +77,17 @@ class Firmware:
         self._stood = False
         self._enter("R1", time_s)
 
-    def step(self, time_s: float, sight: int, proximity: Sequence[int], manual: Wheels = STILL) -> Wheels:
-        """Return the wheel speeds of a control cycle at a time by the robot's own clock.
+    def step(self, time_s: float, sight: int, proximity: Sequence[int]) -> Wheels:
+        """Return the wheel speeds of a control cycle at a time by the robot's own clock: before the loop, what the PC commands.
 
-        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings, `manual`
-        the wheel speeds that the PC has commanded, executed before the loop has begun.
+        `sight` is the reading I of the line-of-sight sensor, `proximity` (8,) are infrared readings.
         """
         if self._robot.called:
             self._robot.called = False
             self.start(time_s)
         if self._robot.state not in LOOP:
-            return manual
+            left, right = self._robot.wheels
+            return left / FULL_SPEED, right / FULL_SPEED
         while time_s >= self._until - _TICK:
             self._enter(_AFTER[self._robot.state], self._until)
         if self._controller is None and self._robot.unasked_s > MOST_LOOPS * sum(LOOP.values()):
@@ -122,7 +122,6 @@ class Firmware:
         self._side = float(self._rng.choice((-1.0, 1.0)))
 
 
-FULL_SPEED = 1000
 LOW_BATTERY = 0.15  #: Share of its charge below which a robot's LED lights
 BATTERY_LIGHT = 8
 
@@ -144,19 +143,12 @@ class ArenaRobot:
         self.silent = False
         self.charge = 1.0
         self._firmware = Firmware(self.emulated, rng, controller=controller, signal=self._signal)
-        self._manual: Wheels = STILL
         self._readings: Sequence[int] = (0,) * 8
 
-    def set_speed(self, left: int, right: int) -> None:
-        """Turn the wheels (steps per second); during the loop, the program decides."""
-        self._manual = (left / FULL_SPEED, right / FULL_SPEED)
-
     def proximity(self) -> Sequence[int]:
-        """Return the eight infrared readings."""
         return self._readings
 
     def battery_ok(self) -> bool:
-        """Return whether the battery is above its limit."""
         return self.charge > LOW_BATTERY
 
     def hear_remote(self) -> None:
@@ -166,15 +158,10 @@ class ArenaRobot:
 
     def restart(self) -> None:
         """Switch off and on: state, models and silence are forgotten, the connection is lost."""
-        self.silent, self._manual = False, STILL
+        self.silent = False
         self.emulated.restart()
         self.line.drop()
         self.line.restore()
-
-    def replace_battery(self) -> None:
-        """Put a full battery in."""
-        self.charge = 1.0
-        self.restart()
 
     def step(self, interval_s: float, sight: int, proximity: Sequence[int]) -> Wheels:
         """Return the wheel speeds of a control cycle; see `Firmware.step`."""
@@ -185,7 +172,7 @@ class ArenaRobot:
         self.emulated.lights[BATTERY_LIGHT] = int(not self.battery_ok())
         if self.charge == 0.0:
             self.line.drop()
-        return self._firmware.step(self._own_time(), sight, proximity, self._manual)
+        return self._firmware.step(self._own_time(), sight, proximity)
 
     def _own_time(self) -> float:
         return self._clock() * self._rate
@@ -198,18 +185,11 @@ class ArenaRobot:
 class RobotBody(Body, Protocol):
     """The hardware of a real robot on whose computer Python runs."""
 
+    def set_speed(self, left: int, right: int) -> None:
+        """Turn the wheels (steps per second, -1000 to 1000)."""
+
     def sight(self) -> int:
         """Return the reading I of the line-of-sight sensor: 1 if a robot is ahead."""
-
-
-class _Held:
-    """A body whose wheels the loop turns: what the PC commands is kept for the loop, which obeys it until it has begun."""
-
-    def __init__(self, body: RobotBody) -> None:
-        self.proximity, self.battery_ok, self.manual = body.proximity, body.battery_ok, STILL
-
-    def set_speed(self, left: int, right: int) -> None:
-        self.manual = (left / FULL_SPEED, right / FULL_SPEED)
 
 
 def live(
@@ -221,14 +201,14 @@ def live(
     Speaks the protocol, and goes through the loop, dispersing and avoiding walls, until `ended` returns true.
     Then, and after an error, it stands. The PC must have an address of it, and starts it.
     """
-    clock, held = clock or RealClock(), _Held(body)
-    robot = EmulatedRobot(held, clock=clock.now)
+    clock = clock or RealClock()
+    robot = EmulatedRobot(body, clock=clock.now)
     try:
-        with serve_tcp(robot, host=host, port=port) as line:
+        with TcpServer(robot, host=host, port=port) as line:
             firmware = Firmware(robot, np.random.default_rng(), controller=controller, signal=line.signal)
             due = clock.now()
             while not ended():
-                left, right = firmware.step(clock.now(), body.sight(), body.proximity(), held.manual)
+                left, right = firmware.step(clock.now(), body.sight(), body.proximity())
                 body.set_speed(round(FULL_SPEED * left), round(FULL_SPEED * right))
                 due = max(due + interval_s, clock.now())
                 clock.sleep(due - clock.now())

@@ -17,11 +17,11 @@ from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions
 from ._laboratory import EmulatedLaboratory
-from ._lines import serve_tcp, serve_terminal
+from ._lines import TcpServer, TerminalServer
 from ._robot import LOOP
 
 _POLL_S = 0.005
-_SERVERS = {"terminal": serve_terminal, "tcp": serve_tcp}
+_SERVERS = {"terminal": TerminalServer, "tcp": TcpServer}
 LABORATORY_FILE, CALIBRATION_FILE = "lab.toml", "camera.json"
 HOST, STREAM = "127.0.0.1", "/camera.mjpg"
 QUALITY = 92
