@@ -134,9 +134,7 @@ def laboratory(tmp_path, monkeypatch):
     text += "[timing]\n" + "".join(f"{name} = {value}\n" for name, value in timing.items()) + "tolerance_s = 1.0\n"
     for name in served.names:
         role = name.partition("-")[0]
-        text += (
-            f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{served.line(name).port}"\n'
-        )
+        text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{served.robot(name).line.port}"\n'
     text += f"[scenario.robot]\nmaximum_speed_cm_s = {12.8 * SPEED}\n[scenario.trial]\nduration_s = {1 / SPEED}\n"
     text += "[models]\npopulation = 4\n[classifiers]\npopulation = 8\n[run]\ngenerations = 2\nthreads = 1\n"
     (tmp_path / "lab.toml").write_text(text)

@@ -28,9 +28,8 @@ def read_infrared(
 ) -> np.ndarray:
     """Return the readings (A, 8) of robots at poses (A, 3), with noise.
 
-    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 /
-    (1 + (d / h)^2); of all surfaces the strongest counts. The light falls off with the square of the distance,
-    as it does.
+    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 / (1 + (d / h)^2); of
+    all surfaces the strongest counts.
     """
     angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
@@ -49,13 +48,15 @@ def _reflected(distance: np.ndarray, cosine: np.ndarray) -> np.ndarray:
     return np.maximum(cosine, 0) ** 2 / (1 + (np.maximum(distance, 0) / HALF_CM) ** 2)
 
 
+def sides_cm(scenario: Scenario) -> tuple[float, float]:
+    """Return the width and height of a scenario's arena, 0 without walls."""
+    return float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
+
+
 def move_for_a_cycle(
     scenario: Scenario, poses: np.ndarray, wheels: np.ndarray, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return poses (A, 3) after a control cycle with wheel speeds (A, 2), and readings I (A,) at its end.
-
-    A trial of one step, in which every sensor state has the same wheel speeds.
-    """
+    """Return poses (A, 3) after a control cycle with wheel speeds (A, 2), and readings I (A,) at its end: a trial of one step."""
     controllers = np.tile(wheels, (1, scenario.sensor.states))[None]
     trial = simulate(scenario, controllers, poses[None], control_steps=1, seed=seed, threads=1)
     return trial.poses[0, 1], trial.sensors[0, 1]
@@ -64,16 +65,12 @@ def move_for_a_cycle(
 def move_alone(
     scenario: Scenario, controller: np.ndarray, start: np.ndarray, *, cycles: int, seed: int
 ) -> Iterator[np.ndarray]:
-    """Let robots execute a controller among walls without a PC, as in state R5: they avoid walls, and meet each other.
+    """Let robots execute a controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4): they avoid walls.
 
-    Yields the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle. Of the scenario the
-    robot, its sensor and the walls count; `controller` (2 n,) are wheel speeds for each sensor state, fractions
-    of the maximum.
-
-    Source: paper, section 5.4: trials of 600 s with 40 robots.
+    Yields the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle. Of the scenario the robot, its sensor and
+    the walls count.
     """
-    arena = float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
-    rng, table = np.random.default_rng(seed), np.reshape(controller, (-1, 2))
+    arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)
     yield poses
     for _ in range(cycles):
@@ -158,7 +155,7 @@ class EmulatedCamera:
         self._calibration = calibration
         self._optics = optics or Optics()
         self._rng = np.random.default_rng(seed)
-        self._heights = markers.height_cm
+        self._height = markers.height_cm
         self._body = _CIRCLE * body_radius_cm
         disk: Shapes = [(_CIRCLE * markers.disk_radius_cm, _DISK)]
         self._tops = [disk + markers.shapes(label) for label in labels]
@@ -202,9 +199,7 @@ class EmulatedCamera:
         cv2 = vision()
         turn = np.array([[math.cos(pose[2]), math.sin(pose[2])], [-math.sin(pose[2]), math.cos(pose[2])]])
         flat = np.concatenate([self._body, self._body, *(outline for outline, _ in top)]) @ turn + pose[:2]
-        heights = np.full(len(flat), self._heights)
-        heights[: len(self._body)] = 0.0
-        pixels = self._calibration.project(np.column_stack([flat, heights]))
+        pixels = self._project(flat, np.where(np.arange(len(flat)) < len(self._body), 0.0, self._height))
         body, outlines = pixels[: 2 * len(self._body)], pixels[2 * len(self._body) :]
         rows, columns = self._region(body, 1)
         if rows.start >= rows.stop or columns.start >= columns.stop:
@@ -212,11 +207,10 @@ class EmulatedCamera:
         patch = np.repeat(np.repeat(canvas[rows, columns], _FINE, axis=0), _FINE, axis=1)
         origin = (columns.start, rows.start)
         hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
-        cv2.fillConvexPoly(patch, _fine(hull, origin), _SKIRT, shift=_BITS)
-        first = 0
+        cv2.fillConvexPoly(patch, _enlarged(hull - origin, _FINE), _SKIRT, shift=_BITS)
         for outline, color in top:
-            cv2.fillConvexPoly(patch, _fine(outlines[first : first + len(outline)], origin), color, shift=_BITS)
-            first += len(outline)
+            corners, outlines = outlines[: len(outline)], outlines[len(outline) :]
+            cv2.fillConvexPoly(patch, _enlarged(corners - origin, _FINE), color, shift=_BITS)
         size = (columns.stop - columns.start, rows.stop - rows.start)
         canvas[rows, columns] = cv2.resize(patch, size, interpolation=cv2.INTER_AREA)
         return self._region(body, 1 + self._margin)
@@ -239,7 +233,7 @@ class EmulatedCamera:
         margin = self._margin
         above, before = max(top - margin, 0), max(left - margin, 0)
         wide = canvas[above : bottom + margin, before : right + margin]
-        if wide.size == 0 or bottom <= top or right <= left:
+        if bottom <= top or right <= left:
             return canvas[rows, columns]
         side = 2 * margin + 1
         blurred = cv2.GaussianBlur(wide, (side, side), self._optics.blur_px)
@@ -256,26 +250,22 @@ class EmulatedCamera:
         steps = np.linspace(0, 1, 40)[:, None]
         edges = [start + steps * (end - start) for start, end in pairwise(corners)]
         for side, edge in enumerate(edges):
-            face = np.concatenate([_at(edge, 0.0), _at(edge[::-1], wall_cm)])
+            face = np.concatenate([self._project(edge, 0.0), self._project(edge[::-1], wall_cm)])
             shade = tuple(value - 6 * (side % 2) for value in _WALL)
-            cv2.fillPoly(large, [self._doubled(face)], shade, shift=_BITS)
-        cv2.fillPoly(large, [self._doubled(_at(np.concatenate(edges), 0.0))], _FLOOR, shift=_BITS)
+            cv2.fillPoly(large, [_enlarged(face, 2)], shade, shift=_BITS)
+        cv2.fillPoly(large, [_enlarged(self._project(np.concatenate(edges), 0.0), 2)], _FLOOR, shift=_BITS)
         ground = cv2.resize(large, (columns, rows), interpolation=cv2.INTER_AREA)
         stains = self._rng.normal(0, 3.0, (rows // 24 + 1, columns // 24 + 1)).astype(np.float32)
         stains = cv2.resize(stains, (columns, rows), interpolation=cv2.INTER_CUBIC)
         return np.clip(np.rint(ground + stains[..., None]), 0, 255).astype(np.uint8)
 
-    def _doubled(self, points: np.ndarray) -> np.ndarray:
-        pixels = (self._calibration.project(points) + 0.5) * 2 - 0.5
-        return np.rint(np.clip(pixels, -8000, 8000) * 2**_BITS).astype(np.int32)
+    def _project(self, places: np.ndarray, heights: float | np.ndarray) -> np.ndarray:
+        return self._calibration.project(np.insert(places, 2, heights, axis=1))
 
 
-def _at(points: np.ndarray, height: float) -> np.ndarray:
-    return np.column_stack([points, np.full(len(points), height)])
-
-
-def _fine(pixels: np.ndarray, origin: tuple[int, int]) -> np.ndarray:
-    return np.rint(((pixels - origin + 0.5) * _FINE - 0.5) * 2**_BITS).astype(np.int32)
+def _enlarged(pixels: np.ndarray, times: int) -> np.ndarray:
+    """Return pixels in an image that is so many times as large, as OpenCV draws them with `_BITS`."""
+    return np.rint(np.clip((pixels + 0.5) * times - 0.5, -8000, 8000) * 2**_BITS).astype(np.int32)
 
 
 LABORATORY = replace(
@@ -316,10 +306,9 @@ class Conditions:
 
 
 class ArenaCamera:
-    """Take images as `Capture` does: each waits, by the laboratory's clock, for the next.
+    """Take images as `Capture` does, the first at `lag_s`: each shows where the robots were when it was due, even if it is late.
 
-    An image shows where the robots were when it was due, even if it is rendered late. The first is taken at `lag_s`. A `frozen`
-    camera gives the same image again and again, an `unplugged` one none.
+    A `frozen` camera gives the same image again and again, an `unplugged` one none.
     """
 
     def __init__(

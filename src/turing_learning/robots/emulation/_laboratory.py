@@ -37,12 +37,13 @@ from ._arena import (
     move_for_a_cycle,
     overhead_camera,
     read_infrared,
+    sides_cm,
 )
 from ._emulated_robot import EmulatedRobot
 from ._lines import Line, Spoil, VirtualLine, whole
 from ._robot import ArenaRobot
 
-GARBAGE = b"\x9a\xff\x01x,START,9"
+_GARBAGE = b"\x9a\xff\x01x,START,9"
 """Noise on a line: bytes that are no text, and the beginning of a line that never ends."""
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
@@ -58,11 +59,11 @@ class Faults:
 
     def lose_link(self, name: str) -> None:
         """Break a robot's connection, until the operator resets it."""
-        self._arena.line(name).drop()
+        self._arena.robot(name).line.drop()
 
     def garble(self, name: str) -> None:
         """Put garbage before what the robot sends next."""
-        self._spoil_once(name, lambda data: [GARBAGE + b"\r\n" + data])
+        self._spoil_once(name, lambda data: [_GARBAGE + b"\r\n" + data])
 
     def cut_reply(self, name: str) -> None:
         """Send the next reply in two pieces, with a pause between them."""
@@ -106,7 +107,7 @@ class Faults:
         self._arena.camera.unplugged = True
 
     def _spoil_once(self, name: str, spoil: Spoil) -> None:
-        line = self._arena.line(name)
+        line = self._arena.robot(name).line
 
         def once(data: bytes) -> Iterable[bytes]:
             line.spoil = whole
@@ -155,7 +156,7 @@ class EmulatedOperator:
 
     def reset_link(self, name: str) -> None:
         """Make it possible to connect to a robot again."""
-        self._arena.line(name).restore()
+        self._arena.robot(name).line.restore()
 
     def free(self, name: str) -> None:
         """Lift a robot that is stuck."""
@@ -268,7 +269,7 @@ class EmulatedLaboratory:
     @property
     def arena_cm(self) -> tuple[float, float]:
         """Width and height of the arena."""
-        return float(self.scenario.arena.width_cm or 0), float(self.scenario.arena.height_cm or 0)
+        return sides_cm(self.scenario)
 
     @property
     def interval_s(self) -> float:
@@ -277,15 +278,17 @@ class EmulatedLaboratory:
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
-        worn, optics, arena = (self.markers, self.labels), self.conditions.optics, self.arena_cm
-        return EmulatedCamera(self.calibration, *worn, arena_cm=arena, optics=optics, seed=self._seed)
+        optics, arena = self.conditions.optics, self.arena_cm
+        return EmulatedCamera(
+            self.calibration, self.markers, self.labels, arena_cm=arena, optics=optics, seed=self._seed
+        )
 
     def _render(self, at_s: float | None) -> np.ndarray:
         return self._eye.render(self.poses(at_s), tuple(self.covered))
 
     def link(self, name: str) -> Link:
         """Return an open link to a robot, as `open_link` does; raise LinkError if the connection is lost."""
-        return self.line(name).link()
+        return self.robot(name).line.link()
 
     def poses(self, at_s: float | None = None) -> np.ndarray:
         """Return where the robots are now (A, 3), or were at a time of the last cycles: x, y (cm), heading (rad)."""
@@ -315,10 +318,6 @@ class EmulatedLaboratory:
         """Return a robot."""
         return self._robots[self.number(name)]
 
-    def line(self, name: str) -> Line:
-        """Return the robot's end of its line."""
-        return self.robot(name).line
-
     def close(self) -> None:
         """End all lines."""
         for robot in self._robots:
@@ -340,13 +339,11 @@ class EmulatedLaboratory:
         self.clock.call_at(self._cycle * self.interval_s, self._advance)
 
 
-def usage(laboratory: EmulatedLaboratory) -> list[tuple[str, str]]:
-    """Return each command with its arguments, and what it does."""
-    found = laboratory.commands.items()
-    words = [" ".join([name, *map(str.upper, inspect.signature(method).parameters)]) for name, method in found]
-    return [
-        (typed, (inspect.getdoc(method) or "").splitlines()[0]) for typed, (_, method) in zip(words, found, strict=True)
-    ]
+def usage(laboratory: EmulatedLaboratory) -> Iterator[tuple[str, str]]:
+    """Yield each command with its arguments, and what it does."""
+    for name, method in laboratory.commands.items():
+        typed = " ".join([name, *map(str.upper, inspect.signature(method).parameters)])
+        yield typed, (inspect.getdoc(method) or "").split("\n")[0]
 
 
 def obey(laboratory: EmulatedLaboratory, text: str) -> None:
@@ -414,11 +411,9 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 
 
 class SimulatedLaboratory(Source):
-    """Samples of trials in which each replica executes a model of its own, among the same agents, in plain simulation.
+    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images, dispersal and sensors.
 
-    The counterpart of `LaboratorySource` in the paper's comparison: the same setup, without links, images, a
-    tracker, dispersal and infrared sensors. The robots begin each trial at places drawn uniformly; a wall only
-    stops them. The seed is that of `observe`; `of_trials` as there. Source: paper, section 5.4.
+    The robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:

@@ -25,10 +25,7 @@ _SERVERS = {"terminal": TerminalServer, "tcp": TcpServer}
 LABORATORY_FILE, CALIBRATION_FILE = "lab.toml", "camera.json"
 HOST, STREAM = "127.0.0.1", "/camera.mjpg"
 QUALITY = 92
-_BOUNDARY = "image"
 _FRAME_POLL_S = 0.002
-Frames = Callable[[int], tuple[int, np.ndarray | None]]
-"""Number of the last image -> number and image (H, W, 3) of the next; no image if there is no newer one."""
 
 
 class ArenaService:
@@ -75,7 +72,7 @@ class ArenaService:
     @property
     def addresses(self) -> dict[str, str]:
         """Robot's name -> its address for `open_link`."""
-        return {name: self.laboratory.line(name).port for name in self.laboratory.names}
+        return {name: self.laboratory.robot(name).line.port for name in self.laboratory.names}
 
     def close(self) -> None:
         """End everything."""
@@ -134,33 +131,29 @@ class ArenaService:
             return number, laboratory.camera.snapshot(laboratory.camera.due_s(number))
 
 
-class CameraStream:
-    """Serve images as JPEG over HTTP, in threads, until closed: any program for network cameras can open it.
+class CameraStream(ThreadingHTTPServer):
+    """Serve images as JPEG over HTTP at `url`, in threads, until closed: any program for network cameras can open it.
 
-    `frames` gives the images, `url` is the address for `Capture`.
+    `frames` takes the number of the last image, and gives number and image (H, W, 3) of the next, or None if there is no newer one.
     """
 
-    def __init__(self, frames: Frames) -> None:
-        self._closed = threading.Event()
-        given = {"frames": staticmethod(frames), "closed": self._closed}
-        Handler = type("Handler", (_Handler,), given)
-        self._server = ThreadingHTTPServer((HOST, 0), Handler)
-        self._server.daemon_threads = True
-        self.url = f"http://{HOST}:{self._server.server_address[1]}{STREAM}"
-        self._thread = threading.Thread(target=self._server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
-        self._thread.start()
+    daemon_threads = True
+
+    def __init__(self, frames: Callable[[int], tuple[int, np.ndarray | None]]) -> None:
+        super().__init__((HOST, 0), _Handler)
+        self.frames, self.closed = frames, threading.Event()
+        self.url = f"http://{HOST}:{self.server_port}{STREAM}"
+        threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
 
     def close(self) -> None:
         """End the service."""
-        self._closed.set()
-        self._server.shutdown()
-        self._thread.join()
-        self._server.server_close()
+        self.closed.set()
+        self.shutdown()
+        self.server_close()
 
 
 class _Handler(BaseHTTPRequestHandler):
-    frames: Frames
-    closed: threading.Event
+    server: CameraStream
     timeout = 10.0  # of a request that is not complete, and of a viewer that takes nothing
 
     def do_GET(self) -> None:
@@ -169,17 +162,17 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_error(404, f"the camera is at {STREAM}")
             return
         self.send_response(200)
-        self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
+        self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=image")
         self.send_header("Cache-Control", "no-store")
         self.end_headers()
         number = -1
-        while not self.closed.is_set():
-            number, image = self.frames(number)
+        while not self.server.closed.is_set():
+            number, image = self.server.frames(number)
             if image is None:
                 time.sleep(_FRAME_POLL_S)
                 continue
             jpeg = encode(image)
-            head = f"--{_BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
+            head = f"--image\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
             try:
                 self.wfile.write(head.encode("ascii") + jpeg + b"\r\n")
             except OSError:
