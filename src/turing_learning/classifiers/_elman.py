@@ -3,16 +3,14 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Integral, Real
-from typing import Any
 
 import numpy as np
 
-from turing_learning.arrays import array
-from turing_learning.errors import require
-from turing_learning.kernels.elman import ElmanKernels, load_elman
-from turing_learning.kernels.elman_source import LANES, LARGEST_SUM, LIMIT
-from turing_learning.kernels.parallel import run_range
+from ..arrays import array
+from ..errors import integer, refuse, require
+from ..kernels.elman import ElmanKernels, load_elman
+from ..kernels.elman_source import LANES, LARGEST_SUM, LIMIT
+from ..kernels.parallel import run_range
 
 _SMALLEST_SCALE, _LARGEST_SCALE = 1e-50, 1e50
 
@@ -67,16 +65,16 @@ class ElmanClassifier:
     threads: int | None = None
 
     def __post_init__(self) -> None:
-        _check_count("inputs", self.inputs)
-        _check_count("hidden", self.hidden)
-        if self.inputs + self.hidden >= LARGEST_SUM:
-            raise ValueError(
-                f"`inputs` + `hidden` must be at most {LARGEST_SUM - 1}; got {self.inputs} + {self.hidden}."
-            )
+        both = integer("inputs", self.inputs, 1) + integer("hidden", self.hidden, 1)
+        rule = f"be at most {LARGEST_SUM - 1}"
+        require(both < LARGEST_SUM, "inputs + hidden", rule, f"{self.inputs} + {self.hidden}")
         if self.threads is not None:
-            _check_count("threads", self.threads)
+            integer("threads", self.threads, 1)
         if self.scale is not None:
-            object.__setattr__(self, "scale", _checked_scale(self.scale, self.inputs))
+            scale = array("scale", self.scale, "D", finite=False, D=self.inputs)
+            rule = f"be numbers between {_SMALLEST_SCALE:g} and {_LARGEST_SCALE:g}, one per input"
+            require(((scale >= _SMALLEST_SCALE) & (scale <= _LARGEST_SCALE)).all(), "scale", rule, f"{self.scale}")
+            object.__setattr__(self, "scale", tuple(scale.tolist()))
 
     @property
     def parameters(self) -> int:
@@ -102,10 +100,12 @@ class ElmanClassifier:
         samples = _as_float64("samples", samples, "S T D", self.inputs)
         require(samples.shape[1], "samples", "have at least one time step", samples.shape)
         weights = self._weights(genomes)
-        chosen, places = _distinct(weights)
+        first: dict[bytes, int] = {}  # of the networks that are equal
+        same = [first.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
+        chosen = np.array(list(first.values()), dtype=np.int64)
         if len(chosen) == len(weights):
             return self._judge(weights, samples)
-        return self._judge(weights[chosen], samples)[places]
+        return self._judge(weights[chosen], samples)[np.searchsorted(chosen, same)]
 
     def _judge(self, weights: np.ndarray, samples: np.ndarray) -> np.ndarray:
         outputs = np.empty((len(weights), len(samples)), np.float32)
@@ -122,32 +122,24 @@ class ElmanClassifier:
         scale = np.ones(signals) if self.scale is None else np.array(self.scale)
         run_range(kernels.pack, len(blocks), self.threads, samples, 1.0 / scale, blocks, faults)
         if faults.max() >= 0:
-            _refuse_sample(samples, int(faults[faults >= 0][0]))
+            s, t, d = (int(k) for k in np.unravel_index(int(faults[faults >= 0][0]), samples.shape))
+            place = f"sample {s}, step {t}, signal {d}"
+            refuse("samples", "be finite", f"{samples[s, t, d]}", "Remove or repair it.", place=place)
         return blocks
 
     def _weights(self, genomes: np.ndarray) -> np.ndarray:
+        """Return the genomes in single precision, the weights of neurons with a larger one than 1e8 shortened by one factor."""
         if not genomes.size or np.abs(genomes).max() <= LIMIT:
             return genomes.astype(np.float32)
         if not np.isfinite(genomes).all():
             n, q = (int(k) for k in np.argwhere(~np.isfinite(genomes))[0])
-            raise ValueError(f"`genomes` must be finite; got {genomes[n, q]} [genome {n}, parameter {q}].")
-        return self._shortened(genomes).astype(np.float32)
-
-    def _shortened(self, genomes: np.ndarray) -> np.ndarray:
+            refuse("genomes", "be finite", f"{genomes[n, q]}", place=f"genome {n}, parameter {q}")
         count, (d, h) = len(genomes), (self.inputs, self.hidden)
         weights, recurrent, biases, output = np.split(genomes, np.cumsum([h * d, h * h, h]), axis=1)
         parts = (weights.reshape(count, h, d), recurrent.reshape(count, h, h), biases.reshape(count, h, 1))
         hidden = _limited(np.concatenate(parts, axis=2))
         blocks = (hidden[..., :d], hidden[..., d : d + h], hidden[..., -1], _limited(output))
-        return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1)
-
-
-def _distinct(weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which networks (N, Q) differ from all before them, and for each network its like among those."""
-    first: dict[bytes, int] = {}
-    same = [first.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
-    chosen = np.array(list(first.values()), dtype=np.int64)
-    return chosen, np.searchsorted(chosen, same)
+        return np.concatenate([block.reshape(count, -1) for block in blocks], axis=1).astype(np.float32)
 
 
 def _limited(vectors: np.ndarray) -> np.ndarray:
@@ -169,27 +161,3 @@ def _as_float64(name: str, values: np.ndarray, shape: str, last: int) -> np.ndar
     with np.errstate(over="ignore"):  # extended precision beyond float64 becomes infinite
         given = array(name, values, shape, finite=False, empty=True, remedy=remedy, **{shape[-1]: last})  # type: ignore[arg-type]
     return np.require(given, np.float64, ["C_CONTIGUOUS", "ALIGNED"])
-
-
-def _refuse_sample(samples: np.ndarray, fault: int) -> None:
-    s, t, d = (int(k) for k in np.unravel_index(fault, samples.shape))
-    raise ValueError(
-        f"`samples` must be finite; got {samples[s, t, d]} [sample {s}, step {t}, signal {d}]. Remove or repair it."
-    )
-
-
-def _check_count(name: str, value: Any) -> None:
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < 1:
-        raise ValueError(f"`{name}` must be an integer >= 1; got {value!r}.")
-
-
-def _checked_scale(scale: Sequence[float], inputs: int) -> tuple[float, ...]:
-    scale = tuple(scale)
-    if len(scale) != inputs or not all(
-        isinstance(value, Real) and _SMALLEST_SCALE <= value <= _LARGEST_SCALE for value in scale
-    ):
-        raise ValueError(
-            f"`scale` must be {inputs} numbers between {_SMALLEST_SCALE:g} and {_LARGEST_SCALE:g}, one per input; "
-            f"got {scale}."
-        )
-    return tuple(float(value) for value in scale)

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..arrays import array
+from ..errors import integer
 from ._representation import Behavior, Jumps
 
 STEADY_STEPS = 20
@@ -47,9 +49,8 @@ class ElmanModel:
     hidden: int = 5
 
     def __post_init__(self) -> None:
-        for name, value in (("states", self.states), ("hidden", self.hidden)):
-            if value < 1:
-                raise ValueError(f"`{name}` must be 1 or more; got {value}.")
+        integer("states", self.states, 1)
+        integer("hidden", self.hidden, 1)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -108,8 +109,11 @@ class ElmanModel:
         (..., T, 2)
             Left and right wheel speed, -1 to 1, in each time step; the network is reset before the first.
         """
-        models = self._checked(models)
-        lead, h = models.shape[:-1], self.hidden
+        h, count = self.hidden, len(self.parameter_names)
+        models = array(
+            "models", models, "... Q", empty=True, remedy=f"{h} hidden neurons have {count} weights.", Q=count
+        )
+        lead = models.shape[:-1]
         inputs, recurrent, biases, output, last = np.split(models, np.cumsum([h, h * h, h, 2 * h]), axis=-1)
         recurrent, output = recurrent.reshape(*lead, h, h), output.reshape(*lead, 2, h)
         activations = np.zeros((*lead, h))
@@ -118,18 +122,6 @@ class ElmanModel:
             activations = _logistic(inputs * reading + biases + np.einsum("...jk,...k->...j", recurrent, activations))
             outputs[..., t, :] = 2 * _logistic(np.einsum("...sj,...j->...s", output, activations) + last) - 1
         return outputs
-
-    def _checked(self, models: np.ndarray) -> np.ndarray:
-        models = np.asarray(models, dtype=np.float64)
-        count = len(self.parameter_names)
-        if models.ndim == 0 or models.shape[-1] != count:
-            raise ValueError(
-                f"`models` must have the shape (..., Q) with Q = {count} weights for {self.hidden} hidden neurons; "
-                f"got {models.shape}."
-            )
-        if not np.isfinite(models).all():
-            raise ValueError(f"`models` must be finite; got {models[~np.isfinite(models)].flat[0]}.")
-        return models
 
 
 def _logistic(z: np.ndarray) -> np.ndarray:

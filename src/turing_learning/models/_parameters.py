@@ -66,11 +66,35 @@ class Parameter:
             raise ValueError(f'`scale` must be "linear" or "log"; got {self.scale!r}.')
         if not isinstance(self.unit, str):
             raise ValueError(f"`unit` must be a text; got {self.unit!r}.")  # noqa: TRY004 - a setting that is refused
-        for name in ("low", "high"):
-            object.__setattr__(self, name, self._checked_bound(name, getattr(self, name)))
-        if self.low is not None and self.high is not None and not self.low < self.high:
-            raise ValueError(f"`low` must be below `high`; got {self.low} and {self.high}.")
-        object.__setattr__(self, "initial", self._checked_initial())
+        decades = self.scale == "log"
+        smallest = 1 / LARGEST if decades else -LARGEST
+        for name, value in (("low", self.low), ("high", self.high)):
+            if value is not None and not (_is_number(value) and smallest <= value <= LARGEST):
+                kind = " on a logarithmic scale" if decades else ""
+                raise ValueError(
+                    f"`{name}` must be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side; "
+                    f"got {value!r}."
+                )
+            object.__setattr__(self, name, None if value is None else float(value))
+        low, high, initial = self.low, self.high, self.initial
+        if low is not None and high is not None and not low < high:
+            raise ValueError(f"`low` must be below `high`; got {low} and {high}.")
+        if initial is None:
+            first = (
+                self._value(-OPEN_WIDTH / 2 if high is None else self._axis(high) - OPEN_WIDTH) if low is None else low
+            )
+            last = (
+                self._value(OPEN_WIDTH / 2 if low is None else self._axis(low) + OPEN_WIDTH) if high is None else high
+            )
+            initial = (first, last)
+        else:
+            below = (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST) if low is None else low
+            above = INITIAL_LARGEST if high is None else high
+            pair = isinstance(initial, tuple | list) and len(initial) == 2 and all(map(_is_number, initial))
+            if not pair or not below <= initial[0] < initial[1] <= above:
+                rule = f"be two numbers from {below:g} to {above:g}, the lower first"
+                raise ValueError(f"`initial` must {rule}; got {initial!r}.")
+        object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))
 
     def to_units(self, numbers: np.ndarray) -> np.ndarray:
         """Return the values, in the user's units, of an optimizer's numbers of any shape."""
@@ -113,41 +137,6 @@ class Parameter:
         if self.high is not None:
             return self._axis(self.high) - np.abs(places - self._axis(self.high))
         return places
-
-    def _checked_bound(self, name: str, value: Any) -> float | None:
-        if value is None:
-            return None
-        smallest = 1 / LARGEST if self.scale == "log" else -LARGEST
-        if not _is_number(value) or not smallest <= value <= LARGEST:
-            kind = " on a logarithmic scale" if self.scale == "log" else ""
-            raise ValueError(
-                f"`{name}` must be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side; "
-                f"got {value!r}."
-            )
-        return float(value)
-
-    def _checked_initial(self) -> tuple[float, float]:
-        if self.initial is None:
-            return self._default_initial()
-        given, below, above = self.initial, self.low, self.high
-        if below is None:
-            below = self._value(-LARGEST_DECADE) if self.scale == "log" else -INITIAL_LARGEST
-        above = INITIAL_LARGEST if above is None else above
-        pair = isinstance(given, tuple | list) and len(given) == 2 and all(_is_number(value) for value in given)
-        if not pair or not below <= given[0] < given[1] <= above:
-            raise ValueError(
-                f"`initial` must be two numbers from {below:g} to {above:g}, the lower first; got {given!r}."
-            )
-        return (float(given[0]), float(given[1]))
-
-    def _default_initial(self) -> tuple[float, float]:
-        if self.low is not None and self.high is not None:
-            return (self.low, self.high)
-        if self.low is not None:
-            return (self.low, self._value(self._axis(self.low) + OPEN_WIDTH))
-        if self.high is not None:
-            return (self._value(self._axis(self.high) - OPEN_WIDTH), self.high)
-        return (self._value(-OPEN_WIDTH / 2), self._value(OPEN_WIDTH / 2))
 
 
 def _is_number(value: Any) -> bool:

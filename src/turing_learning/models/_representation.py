@@ -64,24 +64,19 @@ class Representation(Protocol):
     @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the P parameters."""
-        ...
 
     @property
     def jumps(self) -> Jumps:
         """What jumps may do to genomes."""
-        ...
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return the parameters (..., P) of genomes (..., P)."""
-        ...
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
         """Return what a robot with these parameters (..., P) executes."""
-        ...
 
     def described(self, parameters: np.ndarray) -> np.ndarray:
         """Return models with these parameters (..., P) in those that the agents have too, to be compared with theirs."""
-        ...
 
 
 class AgentsRepresentation(Representation, Protocol):
@@ -90,11 +85,9 @@ class AgentsRepresentation(Representation, Protocol):
     @property
     def parameter_units(self) -> tuple[str, ...]:
         """Units of the P parameters; empty for none."""
-        ...
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the parameters (P,) of agents with these wheel speeds (2 n,) and field of view (rad)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -141,12 +134,12 @@ class ReactiveModel:
         return Behavior(parameters)
 
     def described(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the parameters (..., 2 n) as they are."""
+        """Return the parameters (..., P) as they are."""
         return parameters
 
 
 @dataclass(frozen=True)
-class MorphologyModel:
+class MorphologyModel(ReactiveModel):
     """A reactive model whose last parameter is the field of view: theta = 2 pi sig(x) of the optimizer's number x.
 
     Parameters
@@ -159,24 +152,21 @@ class MorphologyModel:
     Paper, section 4.6.1.
     """
 
-    states: int
-
     @property
     def parameter_names(self) -> tuple[str, ...]:
         """Names: vl0, vr0, vl1, vr1, ..., theta."""
-        return (*ReactiveModel(self.states).parameter_names, "theta")
+        return (*super().parameter_names, "theta")
 
     @property
     def parameter_units(self) -> tuple[str, ...]:
         """No units, and rad."""
-        return (*ReactiveModel(self.states).parameter_units, "rad")
+        return (*super().parameter_units, "rad")
 
     @property
     def jumps(self) -> Jumps:
         """Sensor states exchange the speeds of both wheels, and the field of view, which tells them apart, is drawn anew."""
         speeds = 2 * self.states
-        groups = ReactiveModel(self.states).jumps.groups
-        return Jumps(groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
+        return Jumps(super().jumps.groups, dependent=(speeds,), reach=(1.0,) * speeds + (VIEW_REACH,))
 
     def truth(self, wheel_speeds: tuple[float, ...], field_of_view: float) -> tuple[float, ...]:
         """Return the wheel speeds and the field of view (2 n + 1,)."""
@@ -191,10 +181,6 @@ class MorphologyModel:
     def behavior(self, parameters: np.ndarray) -> Behavior:
         """Return wheel speeds and field of view."""
         return Behavior(parameters[..., :-1], parameters[..., -1])
-
-    def described(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the parameters (..., 2 n + 1) as they are."""
-        return parameters
 
 
 REPRESENTATIONS: dict[str, Callable[[int], AgentsRepresentation]] = {

@@ -145,18 +145,29 @@ def test_values_that_are_not_real_numbers_are_refused(bad):
 @pytest.mark.parametrize("field", ["inputs", "hidden", "threads"])
 @pytest.mark.parametrize("value", [0, -1, 1.5, True, "2"])
 def test_counts_must_be_positive_integers(field, value):
-    with pytest.raises(ValueError, match=f"`{field}` must be an integer >= 1; got "):
+    with pytest.raises(ValueError, match=f"`{field}` must be an integer of at least 1; got "):
         ElmanClassifier(**{field: value})
 
 
 def test_a_network_beyond_the_range_of_single_precision_is_refused():
-    with pytest.raises(ValueError, match=r"`inputs` \+ `hidden` must be at most 255; got 200 \+ 56"):
+    with pytest.raises(ValueError, match=r"`inputs \+ hidden` must be at most 255; got 200 \+ 56"):
         ElmanClassifier(200, 56)
 
 
-@pytest.mark.parametrize("scale", [(1.0,), (1.0, 0.0), (1.0, -2.0), (1.0, np.nan), (1.0, np.inf), (1.0, 1e-51), "ab"])
+@pytest.mark.parametrize("scale", [(1.0, 0.0), (1.0, -2.0), (1.0, np.nan), (1.0, np.inf), (1.0, 1e-51)])
 def test_a_scale_that_cannot_divide_is_refused(scale):
-    with pytest.raises(ValueError, match="`scale` must be 2 numbers between 1e-50 and 1e"):
+    with pytest.raises(
+        ValueError, match=r"`scale` must be numbers between 1e-50 and 1e\+50, one per input; got \(1\.0, "
+    ):
+        ElmanClassifier(scale=scale)
+
+
+@pytest.mark.parametrize(
+    ("scale", "message"),
+    [((1.0,), r"be of shape \(D,\) = \(2,\); got \(1,\)"), ("ab", "be an array of numbers; got 'ab'")],
+)
+def test_a_scale_of_another_shape_or_kind_is_refused(scale, message):
+    with pytest.raises(ValueError, match=f"`scale` must {message}"):
         ElmanClassifier(scale=scale)
 
 

@@ -67,7 +67,7 @@ def test_outputs_of_huge_weights_stay_within_the_largest_speeds():
 @pytest.mark.parametrize(
     ("weights", "message"),
     [
-        (np.zeros((2, 6)), r"`models` must have the shape \(\.\.\., Q\) with Q = 7 weights for 1 hidden neurons; got"),
+        (np.zeros((2, 6)), r"`models` must be of shape .* \(..., 7\); got \(2, 6\). 1 hidden neurons have 7 weights"),
         (np.full(7, np.inf), "`models` must be finite; got inf"),
     ],
 )
@@ -77,7 +77,7 @@ def test_networks_that_do_not_fit_are_refused(weights, message):
 
 
 def test_a_network_without_hidden_neurons_is_refused():
-    with pytest.raises(ValueError, match="`hidden` must be 1 or more; got 0"):
+    with pytest.raises(ValueError, match="`hidden` must be an integer of at least 1; got 0"):
         ElmanModel(hidden=0)
 
 
