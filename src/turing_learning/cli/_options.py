@@ -207,7 +207,7 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
 def watched(scenario: str | None, passive: str) -> "StimulatedSystem":
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
     from turing_learning.interaction import STIMULATED
-    from turing_learning.interaction._describe import read_stimuli
+    from turing_learning.interaction._system import read_stimuli
 
     known, remedy = scenario in STIMULATED, f"Choose from: {', '.join(STIMULATED)}."
     require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy)

@@ -103,23 +103,12 @@ class Stimulus:
 
 @dataclass(frozen=True)
 class Interrogator:
-    """What an Elman network judges, and with further outputs of the same neurons which stimulus comes next.
+    """What an Elman network judges, and with O further outputs of the same hidden neurons which stimulus comes next.
 
-    A genome is that of the network, see `classifiers.ElmanClassifier`, then the weights (O, H) and biases (O)
-    of O more logistic outputs. They are 0 to 1 of a stimulus' range, or, of one of n levels, the largest of n
-    outputs counts. The first stimulus is chosen with all hidden activations 0.
-
-    Parameters
-    ----------
-    network
-        The Elman network that judges; its inputs are the signals of the response, then the stimuli.
-    stimulus
-        What it chooses.
-
-    Source
-    ------
-    Paper, section 3.1, footnote 1; Li, Gauci and Gross, A coevolutionary approach to learn animal behavior through controlled
-    interaction (2013).
+    A genome is that of the network, whose inputs are the signals of the response, then the stimuli; then come the weights (O, H)
+    and biases (O) of the further logistic outputs. They are 0 to 1 of a stimulus' range, or, of one of n levels, the largest of n
+    outputs counts. The first stimulus is chosen with all hidden activations 0. Source: paper, section 3.1, footnote 1; Li, Gauci
+    and Gross, A coevolutionary approach to learn animal behavior through controlled interaction (2013).
     """
 
     network: ElmanClassifier
@@ -136,13 +125,7 @@ class Interrogator:
 
 
 class Dialogue:
-    """N interrogators (N, Q), each in k dialogues at once: hidden activations and outputs in single precision.
-
-    Attributes
-    ----------
-    stimuli : (N, k, S)
-        What each has chosen last.
-    """
+    """N interrogators (N, Q), each in k dialogues at once, in single precision; `stimuli` (N, k, S) are the last ones chosen."""
 
     def __init__(self, interrogator: Interrogator, genomes: np.ndarray, dialogues: int) -> None:
         network, o = interrogator.network, interrogator.stimulus.outputs

@@ -1,9 +1,9 @@
 """Systems that answer to stimuli: as frozen data, and as trials in which classifiers choose them or only watch."""
 
-import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from ..classifiers import ElmanClassifier
 from ..coevolution import THRESHOLD, Classifier, InteractiveInterrogation, Interrogation, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
-from ..systems import CustomSystem, CustomSystemError, Given, GuardedInterrogation, Source
-from ..systems._genuine import SCALE_PERCENTILE, SMALLEST_SCALE
-from ..systems._system import FailureLog
+from ..purposes import GENUINE
+from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Range, System
+from ..systems._custom import FallibleSource
+from ..systems._describe import read_parameters
+from ..systems._genuine import scales_of
 from . import _examples
-from ._stimulus import Dialogue, Interrogator, Stimulus
+from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 
-_LOGGER = logging.getLogger("turing_learning")
 Step = Callable[[Any, np.ndarray, np.ndarray, np.random.Generator], tuple[Any, np.ndarray]]
 """(state, parameters (n, P), stimulus (n, S), rng) -> the next state, and what is observed (n, D); for n trials at once.
 
@@ -29,6 +30,8 @@ BEHAVIORS: dict[str, Step] = {
     "light-response-stochastic": _examples.LightResponse(stochastic=True),
     "sensor-configuration": _examples.SensorConfiguration(),
 }
+_OBSERVED = 200  # trials that the scale of what is observed is found in
+_NOT_FOR_STIMULI = ("length", "held_out", "samples_per_generation", "vectorized", "batches", "workers", "timeout_s")
 _TOLD_APART = 20  # models with another value of a parameter, by which an interrogator is chosen for a report
 
 
@@ -59,20 +62,24 @@ class StimulatedSystem(CustomSystem):
     opponents: int = 10
     states: int = 1
 
-    kind: ClassVar[str] = "one on a system with stimuli"
-    stimulated: ClassVar[bool] = True
+    kind = "one on a system with stimuli"
+    stimulated = True
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, least in (("opponents", 1), ("states", 1)):
-            integer(name, getattr(self, name), least)
+        for name in ("opponents", "states"):
+            integer(name, getattr(self, name), 1)
         given, count = len(self.true), len(self.parameters)
         require(given in (0, count), "true", f"be {count} numbers, or none", given)
-        own = self.signals[len(self.signals) - len(self.stimulus.names) :]
-        require(own == self.stimulus.names, "signals", f"end with the stimuli, {', '.join(self.stimulus.names)}", own)
-        steps, recorded = self.steps, np.shape(self.stimulus.recorded)
-        require(not self.stimulus.recorded or recorded[1] == steps, "recorded",
-                f"be series of {steps} steps, as long as a trial", f"{recorded[1:2]}")  # fmt: skip
+        last, names = self.signals[self.own :], self.stimulus.names
+        require(last == names, "signals", f"end with the stimuli, {', '.join(names)}", last)
+        rule, recorded = f"be series of {self.steps} steps, as long as a trial", np.shape(self.stimulus.recorded)
+        require(recorded[1:2] in ((), (self.steps,)), "recorded", rule, f"{recorded[1:2]}")
+
+    @property
+    def own(self) -> int:
+        """Number of the signals that are no stimuli."""
+        return len(self.signals) - len(self.stimulus.names)
 
     @property
     def truth(self) -> tuple[float, ...] | None:
@@ -94,12 +101,9 @@ class StimulatedSystem(CustomSystem):
         """Return what evolves: networks that choose stimuli, too, unless they only watch."""
         if self.stimulus.passive:
             return network
-        rule, remedy = (
-            "be an Elman network where classifiers choose stimuli",
-            'Or set scenario.stimulus.passive="random".',
-        )
         if not isinstance(network, ElmanClassifier):
-            refuse("classifier", rule, type(network).__name__, remedy)
+            rule = "be an Elman network where classifiers choose stimuli"
+            refuse("classifier", rule, type(network).__name__, 'Or set scenario.stimulus.passive="random".')
         return Interrogator(network, self.stimulus)
 
     def require_trials(self) -> None:
@@ -111,24 +115,9 @@ class StimulatedSystem(CustomSystem):
         """Return the system whose truth is a model with parameters (P,)."""
         return replace(self, true=tuple(np.asarray(values, dtype=float).tolist()))
 
-    def scaled(self, seen: np.ndarray) -> "StimulatedSystem":
-        """Return the system with center and scale of the inputs as they are found in observations (n, D)."""
-        center, scale = (np.array(each) for each in (self.center, self.input_scale))
-        middle = np.median(seen, axis=0)
-        spread = np.percentile(np.abs(seen - middle), SCALE_PERCENTILE, axis=0)
-        center[: len(middle)], scale[: len(middle)] = middle, np.where(spread < SMALLEST_SCALE, 1.0, spread)
-        return replace(self, center=tuple(center.tolist()), input_scale=tuple(scale.tolist()))
-
-    def watched(self, series: np.ndarray) -> "StimulatedSystem":
-        """Return the system under recorded stimuli (R, T, S), which nobody chooses."""
-        recorded = tuple(tuple(map(tuple, one)) for one in np.asarray(series).tolist())
-        return replace(self, stimulus=replace(self.stimulus, passive="recorded", recorded=recorded))
-
     def again(self, path: str) -> Text:
         """Return how to run it again."""
-        if self.resuming:
-            return super().again(path)
-        return f"Run it again: turing-learning infer --config {path} --set run.history=full"
+        return super().again(path) if self.resuming else System.again(self, path)
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
         """Return samples and bytes of motion in a generation of so many models."""
@@ -141,11 +130,10 @@ class StimulatedSystem(CustomSystem):
             used = Setting(name) in self.resuming or (name == "genuine" and self.true and not self.behavior_name)
             rule, shown = f"be left out for {self.name}", type(value).__name__
             require(value is None or used, name, rule, shown, "It is simulated here, by what its folder says.")
-        for name in ("simulate", "genuine"):
-            value = getattr(given, name)
-            fits = value is None or callable(value) or (name == "genuine" and isinstance(value, Mapping))
-            require(fits, name, "be a function", brief(value))
-        if isinstance(given.genuine, Mapping):
+        truth = isinstance(given.genuine, Mapping)
+        for name, value in (("simulate", given.simulate), ("genuine", None if truth else given.genuine)):
+            require(value is None or callable(value), name, "be a function", brief(value))
+        if truth:
             same, got = self.true_of(given.genuine, self.parameters) == self.true, brief(dict(given.genuine))
             require(same, "genuine", f"be what the run began with, {self.shown(np.array(self.true))}", got)
         return given
@@ -168,34 +156,24 @@ class StimulatedSystem(CustomSystem):
         return StimulatedSource(self, step, None if self.true else given.genuine)
 
 
-class StimulatedSource(Source):
-    """Trials of a system with stimuli and of models of it.
+class StimulatedSource(FallibleSource):
+    """Trials of a system with stimuli and of models of it, which answer by `step`.
 
-    Parameters
-    ----------
-    system
-        What is known of it.
-    step
-        How models answer.
-    genuine
-        How the system answers, (state, stimulus, rng) -> (state, observation); None for a model with the true parameters.
+    `genuine` is how the system answers, (state, stimulus, rng) -> (state, observation); None for a model with the true parameters.
     """
 
+    system: StimulatedSystem
+
     def __init__(self, system: StimulatedSystem, step: Step, genuine: Any = None) -> None:
-        self.system, self._step, self._genuine = system, step, genuine
-        self.failures: FailureLog = FailureLog(system.parameter_names)
-        self.failed = np.zeros(0, dtype=bool)
+        super().__init__(system)
+        self.step, self.answering = step, genuine
 
     def interrogation(self, classifier: Classifier) -> Interrogation:
         """Return what lets classifiers choose stimuli, or watch; no model is accepted whose answers are not finite."""
         if self.system.stimulus.passive:
-            return GuardedInterrogation(self, classifier)
+            return super().interrogation(classifier)
         self._interrogator = classifier
         return InteractiveInterrogation(self, self.system.opponents)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the parameters (M, P) in their units of models (M, P) as the optimizer has them."""
-        return self.system.to_units(models)
 
     def confront(
         self, models: np.ndarray, classifiers: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
@@ -233,23 +211,17 @@ class StimulatedSource(Source):
     ) -> dict[str, np.ndarray]:
         """Return what the best interrogators of N (N, Q) do: one trial with the system, one with the estimate (P,).
 
-        There is one for each parameter: that which tells the system best from models in which this parameter is drawn anew.
-
-        Returns
-        -------
-        dict
-            "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and "outputs" (P, 2), "accuracy" (P,), shares of such
-            models and of trials of the system; where classifiers only watch, one trial, and neither of the two.
+        There is one for each parameter: that which tells the system best from models in which this parameter is drawn anew. The
+        arrays are "stimuli" (P, 2, T, S), "answers" (P, 2, T, D), "ranges" (S, 2), and "outputs" (P, 2), "accuracy" (P,), shares of
+        such models and of trials of the system; where classifiers only watch, those of one trial, and neither of the last two.
         """
-        system, own = self.system, len(self.system.signals) - len(self.system.stimulus.names)
-        passive, found = (
-            bool(system.stimulus.passive),
-            {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)},
-        )
-        n, chosen, count = 1, classifiers[:1], len(estimate)
+        system, count, passive = self.system, len(estimate), bool(self.system.stimulus.passive)
+        found = {"ranges": np.stack((system.stimulus.low, system.stimulus.high), 1)}
+        n, chosen = 1, classifiers[:1]
         if not passive:
             moved = np.tile(np.arange(count), _TOLD_APART)
-            models = np.tile(self._numbers(estimate), (len(moved), 1))
+            numbers = [one.to_numbers(value) for one, value in zip(system.parameters.values(), estimate, strict=True)]
+            models = np.tile(numbers, (len(moved), 1))
             models[np.arange(len(moved)), moved] = rng.uniform(-1, 1, len(moved))
             met = np.tile(np.arange(len(moved)), (len(classifiers), 1))
             genuine, counterfeit = self.confront(models, classifiers, met, 2 * _TOLD_APART, rng)
@@ -266,13 +238,8 @@ class StimulatedSource(Source):
             if talk is not None:
                 talk.observe(answers[-1])
         found["stimuli"] = np.stack(stimuli, axis=2)
-        found["answers"] = np.stack(answers, axis=2) + np.array(system.center[:own])
+        found["answers"] = np.stack(answers, axis=2) + np.array(system.center[: system.own])
         return found | ({} if talk is None else {"outputs": talk.outputs})
-
-    def _numbers(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the optimizer's numbers of a model (P,)."""
-        pairs = zip(self.system.parameters.values(), parameters, strict=True)
-        return np.array([each.to_numbers(value) for each, value in pairs])
 
     def _dialogue(self, classifiers: np.ndarray, count: int) -> Dialogue:
         network = self._interrogator
@@ -283,30 +250,21 @@ class StimulatedSource(Source):
         """Return centered samples of the system, then of models (n, P), and which models failed."""
         system, count = self.system, genuine + len(parameters)
         trials = _Trials(self, genuine, parameters, rng)
-        stimuli, own = system.stimulus.drawn(count, system.steps, rng), len(system.signals) - len(system.stimulus.names)
+        stimuli = system.stimulus.drawn(count, system.steps, rng)
         samples = np.empty((count, system.steps, len(system.signals)))
         for t in range(system.steps):
-            samples[:, t, :own] = trials.answer(stimuli[:, t][None])[0]
-        samples[:, :, own:] = stimuli - system.stimulus.center
+            samples[:, t, : system.own] = trials.answer(stimuli[:, t][None])[0]
+        samples[:, :, system.own :] = stimuli - system.stimulus.center
         return samples, trials.failed.ravel()
 
     def _as_observed(self, samples: np.ndarray) -> np.ndarray:
         return samples + np.asarray(self.system.center)
 
     def _note(self, parameters: np.ndarray, met: np.ndarray, failed: np.ndarray) -> None:
-        """List models (M, P) that failed in one of the trials that met them (N, k)."""
-        self.failed = np.isin(np.arange(len(parameters)), met[failed.reshape(met.shape)])
-        places = np.flatnonzero(self.failed)
-        if len(places) and self.failures.count == 0:
-            _LOGGER.warning("%d of %d models failed: an answer was not finite.", len(places), len(parameters))
-        for k in places:
-            self.failures.add(self.generation, parameters[k], "an answer was not finite")
-        if 2 * len(places) > len(parameters):
-            raise CustomSystemError(
-                f"`simulate` must return finite observations; it failed for {len(places)} of {len(parameters)} models "
-                f"[generation {self.generation}], the first with {self.system.shown(parameters[places[0]])}. Repair it, or "
-                "narrow the bounds of the parameters."
-            )
+        """Note which models (M, P) failed in one of the trials that met them (N, k)."""
+        self.note(
+            parameters, dict.fromkeys(np.unique(met[failed.reshape(met.shape)]).tolist(), "an answer was not finite")
+        )
 
 
 class _Trials:
@@ -315,18 +273,22 @@ class _Trials:
     def __init__(
         self, source: StimulatedSource, genuine: int, parameters: np.ndarray, rng: np.random.Generator
     ) -> None:
-        system = source.system
-        self._system, self._rng, self._number, self._generation = system, rng, 0, source.generation
-        self._genuine, self._count = genuine, genuine + len(parameters)
-        self._own = len(system.signals) - len(system.stimulus.names)
-        self._center = np.array(system.center[: self._own])
-        self._given = source._genuine if genuine else None
-        if genuine and self._given is None:
-            parameters = np.concatenate((np.tile(system.true, (genuine, 1)), parameters))
-        self._step, self._parameters = source._step, parameters
-        self._state = self._initial(self._step, len(parameters)) if len(parameters) else None
-        self._genuine_state = None if self._given is None else self._initial(self._given, genuine)
+        system, answering = source.system, source.answering if genuine else None
+        self._rng, self._genuine, self._count = rng, genuine, genuine + len(parameters)
+        self._number, self._generation = 0, source.generation
+        self._center = np.array(system.center[: system.own])
         self._failed = np.zeros(self._count, bool)
+        if genuine and answering is None:
+            parameters = np.concatenate((np.tile(system.true, (genuine, 1)), parameters))
+        self._answering: list[tuple[str, Any, tuple[np.ndarray, ...], int]] = []
+        if answering is not None:
+            self._answering.append(("genuine", answering, (), genuine))
+        if len(parameters):
+            self._answering.append(("simulate", source.step, (parameters,), len(parameters)))
+        self._states: dict[str, Any] = {}
+        for name, step, _, count in reversed(self._answering):
+            initial = getattr(step, "initial", None)
+            self._states[name] = np.zeros((count, system.states)) if initial is None else initial(count, rng)
 
     @property
     def failed(self) -> np.ndarray:
@@ -336,94 +298,135 @@ class _Trials:
     def answer(self, stimuli: np.ndarray) -> np.ndarray:
         """Return centered observations (N, g + k, D) of the next step, under stimuli (N, g + k, S); not finite ones are 0."""
         self._rows = len(stimuli)
-        genuine, models = np.split(stimuli, [self._genuine // self._rows], axis=1)
-        width, found = stimuli.shape[2], []
-        if self._given is None:
-            both = np.concatenate((genuine.reshape(-1, width), models.reshape(-1, width)))
-            self._state, seen = self._called("simulate", self._step, self._state, (self._parameters,), both)
-            found.append(seen)
-        else:
-            ahead = genuine.reshape(-1, width)
-            self._genuine_state, seen = self._called("genuine", self._given, self._genuine_state, (), ahead)
-            found.append(seen)
-            if len(self._parameters):
-                behind = models.reshape(-1, width)
-                self._state, seen = self._called("simulate", self._step, self._state, (self._parameters,), behind)
-                found.append(seen)
-        observed = np.concatenate(found) if len(found) > 1 else found[0]
-        bad = ~np.isfinite(observed).all(axis=1)
-        if bad.any():
-            observed = np.where(bad[:, None], self._center, observed)
-            self._failed |= bad
-            if bad[: self._genuine].any():
-                raise CustomSystemError(
-                    f"`genuine` must return finite observations; got one that is not [step {self._number}, generation "
-                    f"{self._generation}]. Repair it."
+        parts = np.split(stimuli, [self._genuine // self._rows], axis=1)
+        given = np.concatenate([part.reshape(-1, stimuli.shape[2]) for part in parts])
+        observed: np.ndarray = np.empty((self._count, len(self._center)))
+        start = 0
+        for name, step, parameters, count in self._answering:
+            rule = f"return the next state, and observations (n, D) = ({count}, {len(self._center)})"
+            place = f"[step {self._number}, generation {self._generation}]"
+            try:
+                self._states[name], seen = step(
+                    self._states[name], *parameters, given[start : start + count], self._rng
                 )
+                seen = np.asarray(seen, dtype=np.float64)
+            except Exception as error:
+                got = f"it raised {type(error).__name__}: {error}"
+                raise CustomSystemError(f"`{name}` must {rule}; {got} {place}.") from error
+            if seen.shape != (count, len(self._center)):
+                raise CustomSystemError(f"`{name}` must {rule}; got shape {seen.shape} {place}. Repair it.")
+            observed[start : start + count] = seen
+            start += count
+        bad = ~np.isfinite(observed).all(axis=1)
+        if bad[: self._genuine].any():
+            place = f"[step {self._number}, generation {self._generation}]"
+            raise CustomSystemError(
+                f"`genuine` must return finite observations; got one that is not {place}. Repair it."
+            )
+        observed[bad] = self._center
+        self._failed |= bad
         self._number += 1
         return np.concatenate(self._arranged(observed - self._center), axis=1)
 
     def _arranged(self, flat: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return rows of trials as (N, g, ...) of the system, and (N, k, ...) of models."""
-        split, shape = self._genuine, flat.shape[1:]
-        return (
-            flat[:split].reshape(self._rows, split // self._rows, *shape),
-            flat[split:].reshape(self._rows, (self._count - split) // self._rows, *shape),
-        )
-
-    def _initial(self, step: Any, count: int) -> Any:
-        initial = getattr(step, "initial", None)
-        return np.zeros((count, self._system.states)) if initial is None else initial(count, self._rng)
-
-    def _called(
-        self, name: str, step: Any, state: Any, parameters: tuple[np.ndarray, ...], stimuli: np.ndarray
-    ) -> tuple[Any, np.ndarray]:
-        """Return the next state and what is observed (n, D), by a function that may be the caller's."""
-        count, place = len(stimuli), f"[step {self._number}, generation {self._generation}]"
-        rule = f"return the next state, and observations (n, D) = ({count}, {self._own})"
-        try:
-            state, seen = step(state, *parameters, stimuli, self._rng)
-            observed = np.asarray(seen, dtype=np.float64)
-        except Exception as error:
-            raise CustomSystemError(
-                f"`{name}` must {rule}; it raised {type(error).__name__}: {error} {place}."
-            ) from error
-        if observed.shape != (count, self._own):
-            raise CustomSystemError(f"`{name}` must {rule}; got shape {observed.shape} {place}. Repair it.")
-        return state, observed
+        genuine, models = np.split(flat, [self._genuine])
+        return genuine.reshape(self._rows, -1, *flat.shape[1:]), models.reshape(self._rows, -1, *flat.shape[1:])
 
 
-def _built_in(
-    name: str, title: str, parameters: dict[str, Parameter], true: tuple[float, ...], ranges: dict[str, tuple[float, float]],
-    center: dict[str, float], scale: tuple[float, ...],
-) -> StimulatedSystem:  # fmt: skip
-    stimulus = Stimulus(ranges)
+def _system_of(
+    stimulus: Stimulus, signals: Sequence[str], center: Sequence[float], scale: Sequence[float], **more: Any
+) -> StimulatedSystem:
+    """Return a system of which these signals are observed; the inputs that are stimuli have half their range as a scale."""
+    half = (stimulus.high - stimulus.low) / 2
     return StimulatedSystem(
-        name=name, title=title, parameters=parameters, signals=(*center, *ranges), steps=100, interval_s=0.1,
-        center=(*center.values(), *stimulus.center.tolist()),
-        input_scale=(*scale, *((stimulus.high - stimulus.low) / 2).tolist()),
-        samples=0, samples_per_generation=0, stimulus=stimulus, behavior_name=name, true=true,
+        signals=(*signals, *stimulus.names), center=(*center, *stimulus.center.tolist()), input_scale=(*scale, *half.tolist()),
+        samples=0, samples_per_generation=0, stimulus=stimulus, **more,
     )  # fmt: skip
 
 
+def describe_stimulated(
+    genuine: Any, simulate: Any, parameters: Mapping[str, Range], options: CustomOptions
+) -> StimulatedSystem:
+    """Return a system with stimuli as frozen data.
+
+    Parameters
+    ----------
+    genuine
+        The system: name -> true parameter, or a function (state, stimulus (n, S), rng) -> (state, observation (n, D)).
+    simulate
+        How a model answers, see `Step`.
+    parameters, options
+        As for `turing_learning.infer`; the options name `signals`, `steps` and `stimulus`.
+    """
+    given: dict[str, Any] = dict(options)
+    for name in _NOT_FOR_STIMULI:
+        require(name not in given, name, "be left out for a system with stimuli", given.get(name))
+    for name, rule in (("signals", "name what is observed"), ("steps", "be the number of steps of a trial")):
+        require(name in given, name, rule, "nothing", 'For example signals=("speed",), steps=100.')
+    require(callable(simulate), "simulate", "be a function (state, parameters, stimulus, rng)", brief(simulate))
+    ranges, known = given["stimulus"], read_parameters(parameters)
+    if isinstance(ranges, Mapping):
+        pairs = {str(name): ends for name, ends in ranges.items()}
+        ranges = {name: tuple(array("stimulus", ends, "2", place=repr(name)).tolist()) for name, ends in pairs.items()}
+    passive, recorded = given.get("passive", ""), cast(Any, ())
+    if not isinstance(passive, str):
+        series = array("passive", passive, "R T S", remedy="Series of stimuli, or one of: " + ", ".join(PASSIVE))
+        passive, recorded = "recorded", _frozen(series)
+    stimulus, count = Stimulus(ranges, given.get("levels", 0), cast(Any, passive), recorded), len(given["signals"])
+    true = StimulatedSystem.true_of(genuine, known) if isinstance(genuine, Mapping) else ()
+    name = given.get("name", "own-system")
+    system = _system_of(
+        stimulus, given["signals"], [0.0] * count, [1.0] * count, name=name, title=given.get("title", name), parameters=known,
+        steps=given["steps"], interval_s=float(given.get("interval_s", 0.0)), true=true, opponents=given.get("opponents", 10),
+        states=given.get("states", 1),
+    )  # fmt: skip
+    try:
+        with system.open(Given(genuine=None if true else genuine, simulate=simulate)) as source:
+            seen = source.genuine_samples(_OBSERVED, np.random.default_rng(GENUINE))[..., :count].reshape(-1, count)
+    except CustomSystemError as error:
+        raise CustomSystemError(f"{error} [the first {_OBSERVED} trials, under stimuli by chance]") from error
+    center, scale = scales_of(seen)
+    return replace(system, center=center + system.center[count:], input_scale=scale + system.input_scale[count:])
+
+
+def read_stimuli(path: Path, system: StimulatedSystem) -> StimulatedSystem:
+    """Return a system that is watched under stimuli of a table with a heading (CSV): a column for each, and "trial" for several."""
+    try:
+        table: Any = np.genfromtxt(path, delimiter=",", names=True, dtype=np.float64, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        refuse("passive", f"be one of {', '.join(PASSIVE[:2])}, or a file", f"{path} ({error})")
+    columns, names = table.dtype.names or (), system.stimulus.names
+    rule = f"have the columns {', '.join(names)}, and trial for several series"
+    require(set(names) <= set(columns), "passive", rule, ", ".join(columns) or "none", place=str(path))
+    rows = np.stack([np.atleast_1d(table[name]) for name in names], axis=-1)
+    trial = np.atleast_1d(table["trial"]) if "trial" in columns else np.zeros(len(rows))
+    series = [rows[trial == number] for number in dict.fromkeys(trial.tolist())]
+    lengths = sorted({len(one) for one in series})
+    require(lengths == [system.steps], "passive", f"hold series of {system.steps} steps", lengths, place=str(path))
+    recorded = _frozen(np.stack(series))
+    return replace(system, stimulus=replace(system.stimulus, passive="recorded", recorded=recorded))
+
+
+def _frozen(series: np.ndarray) -> tuple[tuple[tuple[float, ...], ...], ...]:
+    return tuple(tuple(map(tuple, one)) for one in series.tolist())
+
+
 _LIGHT: dict[str, Any] = {
+    "stimulus": Stimulus({"light": (0.0, 1.0)}), "signals": ("speed",), "center": (5.0,), "scale": (4.0,),
     "parameters": _examples.LIGHT_PARAMETERS, "true": _examples.LIGHT_TRUTH,
-    "ranges": {"light": (0.0, 1.0)}, "center": {"speed": 5.0}, "scale": (4.0,),
+}  # fmt: skip
+_SENSORS: dict[str, Any] = {
+    "stimulus": Stimulus({"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)}),
+    "signals": ("reading1", "reading2", "reading3"), "center": (15.0,) * 3, "scale": (15.0,) * 3,
+    "parameters": _examples.SENSOR_PARAMETERS, "true": _examples.SENSOR_TRUTH,
 }  # fmt: skip
 STIMULATED: dict[str, StimulatedSystem] = {
-    system.name: system
-    for system in (
-        _built_in("light-response", "Response to light", **_LIGHT),
-        _built_in("light-response-stochastic", "Response to light, by chance", **_LIGHT),
-        _built_in(
-            "sensor-configuration",
-            "Sensors of a robot",
-            _examples.SENSOR_PARAMETERS,
-            _examples.SENSOR_TRUTH,
-            {"left_wheel": (-1.0, 1.0), "right_wheel": (-1.0, 1.0)},
-            dict.fromkeys(("reading1", "reading2", "reading3"), 15.0),
-            (15.0,) * 3,
-        ),
+    name: _system_of(name=name, title=title, behavior_name=name, steps=100, interval_s=0.1, **known)
+    for name, title, known in (
+        ("light-response", "Response to light", _LIGHT),
+        ("light-response-stochastic", "Response to light, by chance", _LIGHT),
+        ("sensor-configuration", "Sensors of a robot", _SENSORS),
     )
 }
 """Built-in systems that answer to stimuli, by name."""

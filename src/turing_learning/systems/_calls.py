@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
+from itertools import starmap
 from typing import Any
 
 import numpy as np
@@ -55,14 +56,6 @@ def _found(name: str) -> Any:
     return found
 
 
-@dataclass(frozen=True, eq=False)
-class Call:
-    """One call of a simulator: parameters (m, P) of its models and a generator of its own."""
-
-    parameters: np.ndarray
-    rng: np.random.Generator
-
-
 @dataclass(frozen=True)
 class Failed:
     """A call that brought no samples, and why."""
@@ -74,11 +67,13 @@ class Failed:
 Answer = np.ndarray | Failed
 
 
-def answer(simulate: Simulator, vectorized: bool, call: Call) -> Answer:
-    """Call a simulator; return what it returns as an array, with the models first, or why there is none."""
-    given = call.parameters.copy()
+def answer(
+    simulate: Simulator, vectorized: bool, shape: tuple[int, int], parameters: np.ndarray, rng: np.random.Generator
+) -> Answer:
+    """Call a simulator for models (m, P); return its samples (m, C, T, D), (T, D) being the shape, or why there are none."""
+    given = parameters.copy()
     try:
-        returned = with_gaps(simulate(given if vectorized else given[0], call.rng))
+        returned = with_gaps(simulate(given if vectorized else given[0], rng))
         if np.iscomplexobj(returned):
             return Failed("it returned complex numbers")
         samples = np.asarray(returned, dtype=np.float64)
@@ -86,7 +81,15 @@ def answer(simulate: Simulator, vectorized: bool, call: Call) -> Answer:
         return Failed(f"it raised {type(error).__name__}: {error}{_place(error)}")
     if returned is None:
         return Failed("it returned None")
-    return samples if vectorized else samples[None]
+    samples = samples if vectorized else samples[None]
+    if samples.ndim in (3, 4) and samples.size and (len(samples), *samples.shape[-2:]) == (len(parameters), *shape):
+        return samples.reshape(len(samples), -1, *shape)
+    rule = (
+        f"(M, T, D) = {(len(parameters), *shape)} or (M, C, T, D)" if vectorized else f"(T, D) = {shape} or (C, T, D)"
+    )
+    return Failed(
+        f"it returned shape {samples.shape if vectorized else samples.shape[1:]} instead of {rule}", misshapen=True
+    )
 
 
 def _place(error: Exception) -> str:
@@ -101,23 +104,22 @@ def _place(error: Exception) -> str:
 
 
 class Runner:
-    """Call a simulator: here, or in worker processes, which are started on the first call and stay.
+    """Call a simulator: here, or in worker processes, which are started on the first call and stay; see `answer`.
 
-    Parameters
-    ----------
-    simulate
-        The simulator; with workers a fresh process must be able to import it.
-    vectorized
-        Whether it takes several models at once.
-    workers
-        Number of processes; None for this one. The answers do not depend on it.
-    timeout_s
-        With workers only: a call that takes longer is given up, and its process killed; None waits for ever.
+    The answers do not depend on the number of workers. With them a call that takes longer than `timeout_s` (s) is given up, and
+    its process killed.
     """
 
-    def __init__(self, simulate: Simulator, *, vectorized: bool, workers: int | None, timeout_s: float | None) -> None:
+    def __init__(
+        self,
+        simulate: Simulator,
+        vectorized: bool,
+        shape: tuple[int, int],
+        workers: int | None,
+        timeout_s: float | None,
+    ) -> None:
         require(callable(simulate), "simulate", "be a function of (parameters, rng)", type(simulate).__name__)
-        self._answer = partial(answer, simulate, vectorized)
+        self._answer = partial(answer, simulate, vectorized, shape)
         self._count, self._timeout_s = workers, timeout_s
         self._workers: Workers | None = None
         if workers is None:
@@ -134,14 +136,14 @@ class Runner:
             remedy = "Define it at the top level of a module, or leave `workers` out."
             refuse("simulate", rule, f"{simulate!r} ({error})", remedy)
 
-    def run(self, calls: Sequence[Call]) -> Iterator[Answer]:
+    def run(self, calls: Sequence[tuple[np.ndarray, np.random.Generator]]) -> Iterator[Answer]:
         """Yield the answers in the order of the calls; raise CustomSystemError if a worker cannot load the simulator."""
         if self._count is None:
-            yield from map(self._answer, calls)
+            yield from starmap(self._answer, calls)
             return
         if self._workers is None:
             self._workers = Workers(self._function, self._count, timeout_s=self._timeout_s)
-        for future in self._workers.in_order((call,) for call in calls):
+        for future in self._workers.in_order(calls):
             try:
                 yield future.result()
             except TimeoutError as error:

@@ -4,18 +4,17 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass, replace
-from typing import Any, ClassVar, Literal, NoReturn, Protocol
+from typing import Any, ClassVar, Literal, NoReturn
 
 import numpy as np
 
-from ..coevolution import Classifier, Judgments, PassiveInterrogation, Samples, SampleSource
+from ..coevolution import Classifier, Interrogation, Judgments, PassiveInterrogation, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Behavior, Jumps, Parameter
-from ..swarm import Scenario
 from ..trajectories import SIGNALS
-from ._calls import Answer, Call, Failed, Runner, Simulator
+from ._calls import Answer, Failed, Runner, Simulator
 from ._genuine import Genuine, cut_samples, observed, shown
-from ._system import CustomSystemError, FailureLog, Given, Source
+from ._system import CustomSystemError, FailureLog, Given, Source, System
 
 _LOGGER = logging.getLogger("turing_learning")
 MOST = 10**9  # samples, steps or calls
@@ -33,7 +32,7 @@ def same_time_step(one_s: float, other_s: float) -> bool:
 
 
 @dataclass(frozen=True)
-class CustomSystem:
+class CustomSystem(System):
     """A system that was observed, and how models of it are simulated.
 
     Parameters
@@ -85,22 +84,18 @@ class CustomSystem:
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1
 
-    kind: ClassVar[str] = "one on a custom system"
-    stimulated: ClassVar[bool] = False
-    simulated: ClassVar[Scenario | None] = None
-    jumps: ClassVar[Jumps] = Jumps()
-    step_unit: ClassVar[str] = ", in halves of its initial range"
+    kind = "one on a custom system"
+    jumps = Jumps()
+    step_unit = ", in halves of its initial range"
 
     def __post_init__(self) -> None:
         rule = "be of 1 to 60 letters, digits, _ and -"
         require(isinstance(self.name, str) and _NAME.fullmatch(self.name), "name", rule, brief(self.name))
         named = isinstance(self.parameters, Mapping) and self.parameters
         require(named, "parameters", "name one parameter or more", brief(self.parameters))
+        rule = "have names of 1 to 60 letters, digits, _ and -"
         for name in self.parameters:
-            rule, fits = (
-                "have names of 1 to 60 letters, digits, _ and -",
-                isinstance(name, str) and _NAME.fullmatch(name),
-            )
+            fits = isinstance(name, str) and _NAME.fullmatch(name)
             require(fits, "parameters", rule, brief(name), "Give the unit to `Parameter`.")
         require(
             len(self.signals) == len(self.center) == len(self.input_scale) > 0,
@@ -110,14 +105,9 @@ class CustomSystem:
         )
         different = len(set(self.signals)) == len(self.signals)
         require(different, "signals", "have different names", ", ".join(self.signals))
-        for name, least in (
-            ("steps", 1),
-            ("samples", 0),
-            ("samples_per_generation", 0),
-            ("batches", 0),
-            ("smooth_frames", 1),
-        ):
-            if integer(name, getattr(self, name), least) > MOST:
+        least = {"steps": 1, "samples": 0, "samples_per_generation": 0, "batches": 0, "smooth_frames": 1}
+        for name, lowest in least.items():
+            if integer(name, getattr(self, name), lowest) > MOST:
                 refuse(name, f"be at most {MOST}", getattr(self, name))
         require(self.interval_s >= 0, "interval_s", "be at least 0", self.interval_s)
         known = self.headings in ("", "with", "without")
@@ -129,25 +119,9 @@ class CustomSystem:
         return tuple(self.parameters)
 
     @property
-    def parameter_labels(self) -> tuple[str, ...]:
-        """Names of the model parameters, with units where they have any, for figures."""
-        pairs = self.parameters.items()
-        return tuple(f"{name} ({parameter.unit})" if parameter.unit else name for name, parameter in pairs)
-
-    @property
-    def truth(self) -> tuple[float, ...] | None:
-        """None: it is not known."""
-        return None
-
-    @property
     def signal_units(self) -> Mapping[str, str]:
         """Units of its signals by name, where they are known: of a recording, whose signals this library measures."""
         return SIGNALS if self.interval_s > 0 and not self.stimulated else {}
-
-    @property
-    def trials_per_model(self) -> int:
-        """Number of simulations of a model in a generation."""
-        return 1
 
     @property
     def resuming(self) -> tuple[Setting, ...]:
@@ -165,7 +139,7 @@ class CustomSystem:
         return self.batches > 0
 
     @property
-    def model(self) -> "CustomSystem":
+    def model(self) -> "CustomSystem":  # type: ignore[override]
         """The system itself says what its models are."""
         return self
 
@@ -186,17 +160,6 @@ class CustomSystem:
     def centered(self, samples: np.ndarray) -> np.ndarray:
         """Return samples (..., T, D) as the classifiers see them before their inputs are divided by the scale."""
         return samples - np.asarray(self.center)
-
-    def evolved(self, network: Classifier) -> Classifier:
-        """Return the network itself."""
-        return network
-
-    def require_trials(self) -> None:
-        """Do nothing: samples can be judged again."""
-
-    def imitated(self, values: np.ndarray) -> "CustomSystem":
-        """Return the system itself, whose samples a check simulates."""
-        return self
 
     def classifier(self, network: Classifier) -> "CenteredClassifier":
         """Return what judges samples as they were observed."""
@@ -233,15 +196,15 @@ class CustomSystem:
     def open(self, given: Given) -> Source:
         """Return the samples of the system and of its simulator."""
         given = self.accept(given)
+        rule = "be given for a custom system, which no folder holds completely"
+        remedy = (
+            "Give ",
+            Setting("genuine"),
+            " and ",
+            Setting("simulate"),
+            " as the run began with them, from Python.",
+        )
         for name in ("genuine", "simulate"):
-            rule = "be given for a custom system, which no folder holds completely"
-            remedy = (
-                "Give ",
-                Setting("genuine"),
-                " and ",
-                Setting("simulate"),
-                " as the run began with them, from Python.",
-            )
             require(getattr(given, name) is not None, name, rule, "nothing", remedy)
         return CustomSource(self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s)
 
@@ -273,33 +236,31 @@ class CustomSystem:
 
     def _refuse_other_simulator(self, simulate: Any) -> None:
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""
-
-        def refuse_as(rule: str, got: str, remedy: str) -> NoReturn:
-            refuse("simulate", rule, got, remedy)
-
         asked = ("parameters", "signals", "interval_s", "steps")
         parameters, signals, interval, steps = (getattr(simulate, name, None) for name in asked)
-        name, known = type(simulate).__name__, self.interval_s  # the interval is 0 if it is not known
+        name, known, headings = type(simulate).__name__, self.interval_s, (self.headings, headings_of(simulate))
         if isinstance(parameters, Mapping) and tuple(parameters) != self.parameter_names:
             rule = f"have the parameters of the run, {', '.join(self.parameters)}, in this order"
-            refuse_as(rule, ", ".join(map(str, parameters)), "Give the simulator that the run has, or its parameters.")
-        if isinstance(signals, tuple) and signals != self.signals and {*signals, *self.signals} <= set(SIGNALS):
+            got, remedy = ", ".join(map(str, parameters)), "Give the simulator that the run has, or its parameters."
+        elif isinstance(signals, tuple) and signals != self.signals and {*signals, *self.signals} <= set(SIGNALS):
             rule = f"have the signals of the samples, {', '.join(self.signals)}, in this order"
-            refuse_as(rule, ", ".join(signals), f"Give the family of models signals={self.signals}.")
-        if (self.headings, headings_of(simulate)) == ("without", "with"):
-            got = f"{name}, whose speeds are negative backwards"
+            got, remedy = ", ".join(signals), f"Give the family of models signals={self.signals}."
+        elif headings == ("without", "with"):
+            rule, got = "have no headings, as the samples have none", f"{name}, whose speeds are negative backwards"
             remedy = "Give another family of models, or windows of a recording with headings."
-            refuse_as("have no headings, as the samples have none", got, remedy)
-        if (self.headings, headings_of(simulate)) == ("with", "without"):
+        elif headings == ("with", "without"):
+            rule, got = "have headings, as the samples do", f"{name}, whose speeds are never negative"
             remedy = "Give a family of models with headings, or measure the samples without: "
             remedy += "dataclasses.replace(recording, headings=None).windows(...)."
-            refuse_as("have headings, as the samples do", f"{name}, whose speeds are never negative", remedy)
-        if known and isinstance(interval, float | int) and not same_time_step(interval, known):
-            rule, remedy = f"have the time step of the samples, {known:.6g} s", f"interval_s={known:.6g}"
-            refuse_as(rule, f"{interval:.6g} s", f"Give the family of models {remedy}, or samples at its rate.")
-        if isinstance(steps, int) and steps != self.steps:
-            rule, remedy = f"have as many steps as the samples, {self.steps}", f"steps={self.steps}"
-            refuse_as(rule, str(steps), f"Give the family of models {remedy}.")
+        elif known and isinstance(interval, float | int) and not same_time_step(interval, known):
+            rule, got = f"have the time step of the samples, {known:.6g} s", f"{interval:.6g} s"
+            remedy = f"Give the family of models interval_s={known:.6g}, or samples at its rate."
+        elif isinstance(steps, int) and steps != self.steps:
+            rule, got = f"have as many steps as the samples, {self.steps}", str(steps)
+            remedy = f"Give the family of models steps={self.steps}."
+        else:
+            return
+        refuse("simulate", rule, got, remedy)
 
 
 def headings_of(measured: Any) -> Literal["", "with", "without"]:
@@ -327,7 +288,55 @@ class CenteredClassifier:
         return self.classifier.judge(genomes, self.system.centered(samples))
 
 
-class CustomSource(Source):
+class FallibleSource(Source):
+    """A source whose models are simulated by a caller's function, which may fail for some of them.
+
+    A failed model is marked in `failed`, and no classifier accepts it.
+    """
+
+    failures: FailureLog
+
+    def __init__(self, system: CustomSystem) -> None:
+        self.system = system
+        self.failures = FailureLog(system.parameter_names)
+        self.failed = np.zeros(0, dtype=bool)  # of the models that were simulated last, (M,)
+
+    def interrogation(self, classifier: Classifier) -> Interrogation:
+        """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
+        return GuardedInterrogation(self, classifier)
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
+        return self.system.to_units(models)
+
+    def note(self, parameters: np.ndarray, reasons: Mapping[int, str]) -> None:
+        """Mark and count the models, of those with parameters (M, P), that failed; end the run if these are more than half."""
+        self.failed = np.isin(np.arange(len(parameters)), list(reasons))
+        if not reasons:
+            return
+        generation, count, first = self.generation, len(reasons), min(reasons)
+        told = f"{self.system.shown(parameters[first])}: {reasons[first]}"
+        if 2 * count > len(parameters):
+            of, place, remedy = (
+                " of a generation",
+                f" [generation {generation}]",
+                "Narrow the bounds of the parameters, or repair",
+            )
+            if generation is None:
+                of, place, remedy = "", "", "Repair"
+            raise CustomSystemError(
+                f"`simulate` must not fail for more than half of the {len(parameters)} models{of}; got {count} failures or "
+                f"more{place}, the first with {told}. {remedy} the simulator."
+            )
+        if self.failures.count == 0:
+            when = "" if generation is None else f" in generation {generation}"
+            message = "%d of %d simulations failed%s, the first with %s."
+            _LOGGER.warning(message, count, len(parameters), when, told)
+        for k in sorted(reasons):
+            self.failures.add(generation, parameters[k], reasons[k])
+
+
+class CustomSource(FallibleSource):
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
     A simulation fails if the simulator raises, takes too long, or returns the wrong shape, or a number masked
@@ -348,19 +357,9 @@ class CustomSource(Source):
         Number of worker processes; None calls the simulator in this process. The samples do not depend on it.
     timeout_s
         Longest duration of a call (s), with workers only; None for no limit.
-
-    Attributes
-    ----------
-    system, genuine
-        As given.
-    generation
-        Number of the generation that is collected next; whoever runs the generations keeps it. None for simulations after a
-        run, as in a check: there models fail as in later generations, and no message speaks of generations and bounds.
-    failed : (M,) bool
-        Which simulations of the last generation failed.
-    failures
-        All failures.
     """
+
+    genuine: Genuine
 
     def __init__(
         self,
@@ -371,50 +370,47 @@ class CustomSource(Source):
         workers: int | None = None,
         timeout_s: float | None = None,
     ) -> None:
-        self.system = system
-        self.genuine: Genuine = genuine
-        self.generation: int | None = 0
-        self.failed = np.zeros(0, dtype=bool)
-        self.failures: FailureLog = FailureLog(system.parameter_names)
-        self._live = genuine.live
-        self._learning = system.centered(genuine.learning)
-        self._simulate = simulate
-        self._runner = Runner(simulate, vectorized=system.vectorized, workers=workers, timeout_s=timeout_s)
+        super().__init__(system)
+        self.genuine, self._live, self._learning = genuine, genuine.live, system.centered(genuine.learning)
+        self._simulate, shape = simulate, (system.steps, len(system.signals))
+        self._runner = Runner(simulate, system.vectorized, shape, workers, timeout_s)
 
     def close(self) -> None:
         """End the worker processes, if there are any."""
         self._runner.close()
-
-    def interrogation(self, classifier: Classifier) -> "GuardedInterrogation":
-        """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
-        return GuardedInterrogation(self, classifier)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
-        return self.system.to_units(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (K, T, D), and counterfeit ones (M, C, T, D) of models (M, P) as the optimizer has them.
 
         A CustomSystemError ends the run: simulations fail in such a way, or a live source yields no proper samples.
         """
-        parameters = self.system.to_units(models)
         genuine = self._observed(len(models), rng)
-        return Samples(genuine=genuine, counterfeit=self.system.centered(self.simulated(parameters, rng)))
+        return Samples(genuine, self.system.centered(self.simulated(self.to_units(models), rng)))
 
     def simulated(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (M, C, T, D) of models with parameters (M, P), both in their users' units; `failed` marks zeros."""
-        found = _Simulated(self.system, parameters, self.generation)
+        samples: np.ndarray | None = None  # C is that of the first proper answer
+        reasons: dict[int, str] = {}
         for places, answer in self._answers(parameters, rng):
-            found.take(places, answer)
-        self.failed = found.failed
-        if found.reasons and self.failures.count == 0:
-            when = "" if self.generation is None else f" in generation {self.generation}"
-            failed, first = len(found.reasons), found.first_failure()
-            _LOGGER.warning("%d of %d simulations failed%s, the first with %s.", failed, len(parameters), when, first)
-        for k in sorted(found.reasons):
-            self.failures.add(self.generation, parameters[k], found.reasons[k])
-        return found.samples()
+            if not isinstance(answer, Failed) and samples is not None and answer.shape[1] != samples.shape[1]:
+                answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {samples.shape[1]} of others")
+            if isinstance(answer, Failed):
+                if self.generation == 0:
+                    self._refuse(answer, self.system.shown(parameters[places[0]]))
+                reasons |= dict.fromkeys(places.tolist(), answer.reason)
+            else:
+                samples = np.zeros((len(parameters), *answer.shape[1:])) if samples is None else samples
+                samples[places] = answer
+                for k in np.flatnonzero(~np.isfinite(answer).all(axis=(1, 2, 3))):
+                    c, t, d = (int(place) for place in np.argwhere(~np.isfinite(answer[k]))[0])
+                    got = f"{shown(answer[k, c, t, d])} [step {t}, signal {self.system.signals[d]}]"
+                    reasons[int(places[k])] = f"it returned {got}"
+                    samples[places[k]] = 0
+            if 2 * len(reasons) > len(parameters):
+                break
+        self.note(parameters, reasons)
+        assert samples is not None  # more than half of the models would have failed
+        return samples
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, C, T, D) of models with parameters (M, P); after a run, without those that fail."""
@@ -477,104 +473,38 @@ class CustomSource(Source):
 
     def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
         """Yield what the simulator says of which models: of groups, and of each model of a group that failed."""
+
+        def asked(groups: list[np.ndarray], generators: list[np.random.Generator]) -> Iterator[Answer]:
+            return self._runner.run([(parameters[k], rng) for k, rng in zip(groups, generators, strict=True)])
+
         count = self.system.batches or len(parameters)
         groups = [part for part in np.array_split(np.arange(len(parameters)), count) if len(part)]
         generators = rng.spawn(len(groups))
         singles: list[np.ndarray] = []
         again: list[np.random.Generator] = []
-        for group, generator, found in zip(groups, generators, self._run(parameters, groups, generators), strict=True):
+        for group, generator, found in zip(groups, generators, asked(groups, generators), strict=True):
             if not isinstance(found, Failed) or len(group) == 1:
                 yield group, found
                 continue
             if self.generation == 0 and found.misshapen:
-                models = f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more"
-                raise CustomSystemError(_refusal(self.system, found.reason, models))
+                self._refuse(found, f"{self.system.shown(parameters[group[0]])} and {len(group) - 1} more")
             singles += [np.array([k]) for k in group]
             again += _untouched(generator).spawn(len(group))
-        yield from zip(singles, self._run(parameters, singles, again), strict=True)
+        yield from zip(singles, asked(singles, again), strict=True)
         if singles and self.generation == 0:
             raise CustomSystemError(
                 "`simulate` must return samples of several models at once; it failed for a group of models, and for none of "
                 "them alone [generation 0]. Repair it, or set vectorized=False for a function of one model's parameters (P,)."
             )
 
-    def _run(
-        self, parameters: np.ndarray, groups: list[np.ndarray], generators: list[np.random.Generator]
-    ) -> Iterator[Answer]:
-        calls = [Call(parameters[group], rng) for group, rng in zip(groups, generators, strict=True)]
-        for group, found in zip(groups, self._runner.run(calls), strict=True):
-            yield found if isinstance(found, Failed) else self._shaped(found, len(group))
-
-    def _shaped(self, samples: np.ndarray, count: int) -> Answer:
-        """Return samples as (count, C, T, D), or that they are of another shape."""
-        steps, signals = self.system.steps, len(self.system.signals)
-        if samples.ndim in (3, 4) and samples.size and (len(samples), *samples.shape[-2:]) == (count, steps, signals):
-            return samples.reshape(count, -1, steps, signals)
-        if self.system.vectorized:
-            rule, shape = f"(M, T, D) = ({count}, {steps}, {signals}) or (M, C, T, D)", samples.shape
-        else:
-            rule, shape = f"(T, D) = ({steps}, {signals}) or (C, T, D)", samples.shape[1:]
-        return Failed(f"it returned shape {shape} instead of {rule}", misshapen=True)
-
-
-class _Simulated:
-    """The samples of one generation, or of one step of a check, as they come in."""
-
-    def __init__(self, system: CustomSystem, parameters: np.ndarray, generation: int | None) -> None:
-        self.parameters = parameters
-        self.failed = np.zeros(len(parameters), dtype=bool)  # which models have no samples, (M,)
-        self.reasons: dict[int, str] = {}
-        self._system = system
-        self._generation = generation
-        self._samples: np.ndarray | None = None  # (M, C, T, D), C being that of the first proper answer
-
-    def take(self, places: np.ndarray, answer: Answer) -> None:
-        """Take an answer for the models at `places`; raise CustomSystemError where the run has to end."""
-        if not isinstance(answer, Failed) and self._samples is not None and answer.shape[1] != self._samples.shape[1]:
-            answer = Failed(f"it returned {answer.shape[1]} samples of a model, and {self._samples.shape[1]} of others")
-        if isinstance(answer, Failed):
-            if self._generation == 0:
-                raise CustomSystemError(
-                    _refusal(self._system, answer.reason, self._system.shown(self.parameters[places[0]]))
-                )
-            self._fail(places, answer.reason)
-            return
-        if self._samples is None:
-            self._samples = np.zeros((len(self.parameters), *answer.shape[1:]))
-        if np.isfinite(answer).all():  # as nearly always
-            self._samples[places] = answer
-            return
-        fine = np.isfinite(answer).all(axis=(1, 2, 3))
-        self._samples[places[fine]] = answer[fine]
-        for k in np.flatnonzero(~fine):
-            c, t, d = (int(place) for place in np.argwhere(~np.isfinite(answer[k]))[0])
-            self._fail(
-                places[k : k + 1],
-                f"it returned {shown(answer[k, c, t, d])} [step {t}, signal {self._system.signals[d]}]",
-            )
-
-    def samples(self) -> np.ndarray:
-        """Return the samples (M, C, T, D), zeros for models that failed."""
-        assert self._samples is not None  # more than half of the models would have failed
-        return self._samples
-
-    def first_failure(self) -> str:
-        """Return the first model that failed, and why."""
-        k = min(self.reasons)
-        return f"{self._system.shown(self.parameters[k])}: {self.reasons[k]}"
-
-    def _fail(self, places: np.ndarray, reason: str) -> None:
-        self.reasons |= dict.fromkeys(places.tolist(), reason)
-        self.failed[places] = True
-        if 2 * len(self.reasons) > len(self.parameters):
-            of, place, remedy = "", "", "Repair the simulator."
-            if self._generation is not None:
-                of, place = " of a generation", f" [generation {self._generation}]"
-                remedy = "Narrow the bounds of the parameters, or repair the simulator."
-            raise CustomSystemError(
-                f"`simulate` must not fail for more than half of the {len(self.parameters)} models{of}; got "
-                f"{len(self.reasons)} failures or more{place}, the first with {self.first_failure()}. {remedy}"
-            )
+    def _refuse(self, failed: Failed, models: str) -> NoReturn:
+        advice = (
+            "; for a function of one model's parameters (P,) set vectorized=False" if self.system.vectorized else ""
+        )
+        raise CustomSystemError(
+            f"`simulate` must return samples of every model; {failed.reason} [generation 0, {models}]. Repair it, or narrow "
+            f"the bounds of the parameters{advice}."
+        )
 
 
 def _untouched(rng: np.random.Generator) -> np.random.Generator:
@@ -585,21 +515,7 @@ def _untouched(rng: np.random.Generator) -> np.random.Generator:
     return np.random.Generator(type(rng.bit_generator)(seeds))
 
 
-def _refusal(system: CustomSystem, reason: str, models: str) -> str:
-    advice = "; for a function of one model's parameters (P,) set vectorized=False" if system.vectorized else ""
-    return (
-        f"`simulate` must return samples of every model; {reason} [generation 0, {models}]. Repair it, or narrow the bounds "
-        f"of the parameters{advice}."
-    )
-
-
-class Guarded(SampleSource, Protocol):
-    """A source that says which models failed (M,) when it last collected samples."""
-
-    failed: np.ndarray
-
-
-class GuardedInterrogation:
+class GuardedInterrogation(PassiveInterrogation):
     """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
 
     Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
@@ -613,9 +529,7 @@ class GuardedInterrogation:
         Judges them.
     """
 
-    def __init__(self, source: Guarded, classifier: Classifier) -> None:
-        self._source = source
-        self._interrogate = PassiveInterrogation(source, classifier)
+    source: FallibleSource
 
     def __call__(
         self,
@@ -625,8 +539,8 @@ class GuardedInterrogation:
         referees: np.ndarray | None = None,
     ) -> Judgments:
         """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
-        judgments = self._interrogate(models, classifiers, rng, referees)
-        failed = self._source.failed
+        judgments = super().__call__(models, classifiers, rng, referees)
+        failed = self.source.failed
         if not failed.any():
             return judgments
         outputs, referees_outputs = judgments.counterfeit_outputs, judgments.referee_outputs

@@ -83,10 +83,14 @@ class Genuine:
         The median, and the 99th percentile of the distance from it, so that nearly all inputs lie within [-1,
         1] and a few outliers change nothing; 1 for a signal that does not vary.
         """
-        values = self.learning.reshape(-1, self.samples.shape[2])
-        center = np.median(values, axis=0)
-        spread = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
-        return tuple(center.tolist()), tuple(np.where(spread < SMALLEST_SCALE, 1.0, spread).tolist())
+        return scales_of(self.learning.reshape(-1, self.samples.shape[2]))
+
+
+def scales_of(values: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the center and the scale of the values (n, D) of each signal, see `Genuine.scales`."""
+    center = np.median(values, axis=0)
+    spread = np.percentile(np.abs(values - center), SCALE_PERCENTILE, axis=0)
+    return tuple(center.tolist()), tuple(np.where(spread < SMALLEST_SCALE, 1.0, spread).tolist())
 
 
 def read_genuine(

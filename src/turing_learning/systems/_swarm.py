@@ -1,14 +1,12 @@
 """Swarms of a scenario as systems: simulated, or of robots in a laboratory."""
 
-import shlex
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..coevolution import Classifier, Samples
-from ..errors import Setting, Text, brief, refuse, require
+from ..coevolution import Samples
+from ..errors import Text, brief, refuse, require
 from ..models import FULL_VIEW, ElmanModel, Parameter, Representation
 from ..swarm import Scenario
 from ..trajectories import SIGNALS
@@ -29,19 +27,7 @@ def system_of(
     threads: int | None = None,
     initial: tuple[float, float] = (-1.0, 1.0),
 ) -> System:
-    """Return the system of a scenario.
-
-    Parameters
-    ----------
-    scenario
-        A swarm, or a custom system, which is one already.
-    hidden
-        Hidden neurons of models that are networks; 0 for models in the agents' parameters.
-    threads
-        Number of threads; None takes every processor.
-    initial
-        Range of the first models in each parameter of a swarm.
-    """
+    """Return the system of a scenario, a custom system being one already; models are networks of so many hidden neurons, if any."""
     if not isinstance(scenario, Scenario):
         rule = "be 0 for a custom system, whose simulator takes the parameters of its models"
         require(hidden == 0, "models.hidden", rule, str(hidden))
@@ -53,8 +39,8 @@ def system_of(
     return Swarm(scenario, model, threads, initial)
 
 
-@dataclass(frozen=True)
-class Swarm:
+@dataclass
+class Swarm(System):
     """Simulated robots: agents that execute the scenario's controller, and replicas that execute models.
 
     Parameters
@@ -77,34 +63,18 @@ class Swarm:
     signals = SPEEDS
     signal_units = SIGNALS
     headings = "with"
-    smooth_frames = 1
     kind = "one on simulated robots"
-    stimulated = False
-    resuming: tuple[Setting, ...] = ()
 
-    @property
-    def name(self) -> str:
-        """A word for folders and tables."""
-        return self.scenario.name
-
-    @property
-    def title(self) -> str:
-        """Heading of the report."""
-        return self.scenario.title
-
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """Name -> parameter of the agents, with the range of the first models, or of what models can be at all."""
-        names = self.scenario.parameter_names
+    def __post_init__(self) -> None:
+        scenario = self.scenario
+        self.name, self.title, self.simulated = scenario.name, scenario.title, scenario
+        self.steps, self.interval_s = scenario.control_steps, scenario.trial.control_interval_s
+        names, angle = scenario.parameter_names, Parameter(0, FULL_VIEW, unit="rad")
         networks = self.model.parameter_names != names  # their outputs are from -1 to 1, whatever their weights
         speed = Parameter(-1, 1) if networks else Parameter(None, None, initial=self.initial)
-        angle = Parameter(0, FULL_VIEW, unit="rad")
-        return {name: angle if name == "theta" else speed for name in names}
-
-    @property
-    def parameter_labels(self) -> tuple[str, ...]:
-        """Names of the parameters, with units where they have any."""
-        return self.scenario.parameter_labels
+        self.parameters = {name: angle if name == "theta" else speed for name in names}
+        if scenario.representation == "morphology":
+            self.step_unit = " (that of theta is of the number x, theta = 2 pi sig(x))"
 
     @property
     def truth(self) -> tuple[float, ...] | None:
@@ -116,50 +86,12 @@ class Swarm:
         """Two where agents and replicas move apart."""
         return _groups(self.scenario)
 
-    @property
-    def steps(self) -> int:
-        """Control cycles of a trial, T."""
-        return self.scenario.control_steps
-
-    @property
-    def interval_s(self) -> float:
-        """Duration of a control cycle (s)."""
-        return self.scenario.trial.control_interval_s
-
-    @property
-    def simulated(self) -> Scenario | None:
-        """The scenario."""
-        return self.scenario
-
-    @property
-    def step_unit(self) -> str:
-        """A field of view steps as a number, not as an angle."""
-        inferred = self.scenario.representation == "morphology"
-        return " (that of theta is of the number x, theta = 2 pi sig(x))" if inferred else ""
-
-    def evolved(self, network: Classifier) -> Classifier:
-        """Return the network itself."""
-        return network
-
-    classifier = evolved
-
-    def require_trials(self) -> None:
-        """Do nothing: samples can be judged again."""
-
     def imitated(self, values: np.ndarray) -> Scenario:
         """Return the scenario with agents that have these parameters (P,)."""
         robot = self.scenario.model.behavior(values)
         view = self.scenario.sensor.field_of_view if robot.field_of_view is None else float(robot.field_of_view)
         controller, sensor = tuple(robot.wheel_speeds.tolist()), replace(self.scenario.sensor, field_of_view=view)
         return replace(self.scenario, controller=controller, sensor=sensor, known=True)
-
-    def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-        """Return the summary of all parameters at once: all scales are linear, and no side has a bound."""
-        return summarize(models)
-
-    def again(self, path: str) -> Text:
-        """Return the command that runs it again."""
-        return f"Run it again: turing-learning infer --config {shlex.quote(path)} --set run.history=full"
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
         """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
@@ -192,10 +124,9 @@ class Laboratory(Swarm):
         assert isinstance(swarm, Swarm)
         return cls(swarm.scenario, swarm.model, swarm.threads, swarm.initial)
 
-    @property
-    def simulated(self) -> Scenario | None:
-        """None: a simulation would not be these robots."""
-        return None
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.simulated = None  # a simulation would not be these robots
 
     def again(self, path: str) -> Text:
         """Return what to do in the laboratory."""

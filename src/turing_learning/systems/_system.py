@@ -1,17 +1,18 @@
 """What a run asks of a system, whatever its kind."""
 
+import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol, Self
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, Self
 
 import numpy as np
 
 from ..coevolution import Classifier, Interrogation, PassiveInterrogation, Samples
 from ..errors import Setting, Text, refuse
 from ..models import Parameter, Representation
+from ..swarm import Scenario
 
 if TYPE_CHECKING:
-    from ..swarm import Scenario
     from ._genuine import Genuine
 
 MOST_LISTED = 100
@@ -63,107 +64,108 @@ class Given:
         return {name: getattr(self, name) for name in names} | dict(self.more or {})
 
 
-class System(Protocol):
-    """What is observed, and what imitates it: `Swarm`, `CustomSystem`, `Laboratory`."""
+class System:
+    """What is observed, and what imitates it: `Swarm`, `CustomSystem`, `Laboratory`.
 
-    @property
-    def name(self) -> str:
-        """A word for folders and tables."""
+    Attributes
+    ----------
+    name, title
+        A word for folders and tables; heading of the report.
+    kind
+        What a run of it is, in messages: "one in a laboratory".
+    parameters
+        Name -> parameter, in which results state models, with units and the range of the first models.
+    signals
+        Names of the D signals per time step.
+    steps, interval_s
+        Time steps of a sample, T; duration of one (s), 0 if it is not known.
+    headings
+        Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference.
+    smooth_frames
+        Frames over which recorded positions were averaged; 1 for none.
+    model
+        From the optimizer's numbers to the parameters of models, and to those that results state.
+    simulated
+        The scenario, where the computer can simulate swarms of its individuals.
+    stimulated
+        Whether something is done to it while it is observed, see `Source.dialogues`.
+    step_unit
+        What a caption adds on the unit of the models' step sizes.
+    """
 
-    @property
-    def title(self) -> str:
-        """Heading of the report."""
-
-    @property
-    def kind(self) -> str:
-        """What a run of it is, in messages: "one in a laboratory"."""
-
-    @property
-    def stimulated(self) -> bool:
-        """Whether something is done to it while it is observed, see `Source.dialogues`."""
-
-    @property
-    def parameters(self) -> Mapping[str, Parameter]:
-        """Name -> parameter, in which results state models, with units and the range of the first models."""
+    name: str
+    title: str
+    kind: str
+    parameters: Mapping[str, Parameter]
+    signals: tuple[str, ...]
+    steps: int
+    interval_s: float
+    headings: Literal["", "with", "without"] = ""
+    smooth_frames: int = 1
+    model: Representation
+    simulated: Scenario | None = None
+    stimulated: bool = False
+    step_unit: str = ""
 
     @property
     def parameter_labels(self) -> tuple[str, ...]:
         """Names of the parameters, with units where they have any, for figures."""
+        return tuple(f"{name} ({one.unit})" if one.unit else name for name, one in self.parameters.items())
 
     @property
     def truth(self) -> tuple[float, ...] | None:
         """The true parameters; None where they are not known."""
-
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """Names of the D signals per time step."""
+        return None
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """Units of its signals by name, where they are known."""
+        """Units of the signals by name, where they are known."""
+        return {}
 
     @property
     def trials_per_model(self) -> int:
         """Number of trials in which a model is executed in a generation."""
-
-    @property
-    def steps(self) -> int:
-        """Time steps of a sample, T."""
-
-    @property
-    def interval_s(self) -> float:
-        """Duration of a time step (s); 0 if it is not known."""
-
-    @property
-    def headings(self) -> str:
-        """Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference."""
-
-    @property
-    def smooth_frames(self) -> int:
-        """Frames over which recorded positions were averaged."""
-
-    @property
-    def model(self) -> Representation:
-        """From the optimizer's numbers to the parameters of models, and to those that results state."""
-
-    @property
-    def simulated(self) -> "Scenario | None":
-        """The scenario, where the computer can simulate swarms of its individuals."""
+        return 1
 
     @property
     def resuming(self) -> tuple[Setting, ...]:
         """Arguments that `resume` needs besides the folder."""
-
-    @property
-    def step_unit(self) -> str:
-        """What a caption adds on the unit of the models' step sizes."""
+        return ()
 
     def evolved(self, network: Classifier) -> Classifier:
         """Return what evolves, made of the network that judges: the network itself, or one that chooses stimuli, too."""
+        return network
 
     def classifier(self, network: Classifier) -> Classifier:
         """Return what judges samples as they were observed."""
+        return network
 
     def require_trials(self) -> None:
         """Refuse a run of few trials, which judges samples again, where that cannot be."""
 
     def imitated(self, values: np.ndarray) -> Any:
         """Return the scenario of a system whose truth is a model with parameters (P,), to be simulated."""
+        return self
 
     def on_scales(self, models: np.ndarray, summarize: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
         """Return a summary of models (..., P), parameter by parameter, on the scale of each and within its bounds."""
+        return summarize(models)
 
     def again(self, path: str) -> Text:
         """Return how to run it again with its full history, where `path` is its configuration."""
+        return f"Run it again: turing-learning infer --config {shlex.quote(path)} --set run.history=full"
 
     def demands(self, models: int) -> tuple[float, float, tuple[str, ...]]:
         """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
+        raise NotImplementedError
 
     def accept(self, given: Given) -> Given:
         """Return what is given, checked; refuse what it has no use for, and what differs from that of the stored run."""
+        raise NotImplementedError
 
     def open(self, given: Given) -> "Source":
         """Return its samples; the caller closes them. Refuse what is missing."""
+        raise NotImplementedError
 
 
 class Source:
@@ -249,13 +251,7 @@ class Source:
 
 
 class FailureLog:
-    """Failed simulations of a run: all of them counted, the first hundred listed.
-
-    Parameters
-    ----------
-    names
-        Names of the P model parameters.
-    """
+    """Failed simulations of a run, of models with P parameters of these names: all of them counted, the first hundred listed."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.count = 0
