@@ -1,7 +1,7 @@
 """Robots in the emulated laboratory: runs, the same runs in plain simulation, swarms before the camera, random models."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ import numpy as np
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 
-from ._experiment import RunSizes, Work
+from ._experiment import Sizes, Stop, Work
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
@@ -20,48 +20,6 @@ REPLICAS = {"replica-1": "orange", "replica-2": "purple"}  # name and marker; as
 AGENTS = 8
 KINDS = ("agents", "model")
 MARKER = "red"
-Stop = Callable[[], bool]
-
-
-@dataclass(frozen=True)
-class LaboratoryRunSizes(RunSizes):
-    """How many runs, how long, which generations' classifiers are kept, and how often the last models are observed again."""
-
-    runs: int = 10
-    generations: int = 100
-    first_seed: int = 5001
-    repeats: int = 5
-    kept: tuple[int, ...] = (0, 1, 2, 3, 4, 5, 10, 20, 50, 99)
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-    def overrides(self, seed: int) -> dict[str, Any]:
-        """Return the settings of a run."""
-        return {**self.settings, "run.generations": self.generations, "run.seed": seed, "run.threads": 1}
-
-
-@dataclass(frozen=True)
-class ValidationSizes:
-    """How many trials of how many robots, how long, how often the camera looks, and which moments are shown."""
-
-    robots: int = 40
-    trials: int = 10
-    duration_s: float = 600.0
-    every_s: float = 2.0
-    shown_s: tuple[float, ...] = (0, 20, 40, 180, 360, 420, 480, 600)
-    seed: int = 1
-
-    @property
-    def times_s(self) -> np.ndarray:
-        """When the camera takes an image (K,)."""
-        return np.arange(round(self.duration_s / self.every_s) + 1) * self.every_s
-
-
-@dataclass(frozen=True)
-class RandomModelSizes:
-    """How many models, drawn uniformly from all wheel speeds."""
-
-    models: int = 100
-    seed: int = 6001
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +55,7 @@ def laboratory_file(work: Work, preset: str) -> Path:
     """Write the laboratory's file and the calibration of its camera, if they are not there; return the file's path."""
     from turing_learning.robots import overhead_camera
 
-    folder = work.folder(f"laboratory-{preset}")
+    folder = work.store.path / f"laboratory-{preset}"
     folder.mkdir(parents=True, exist_ok=True)
     overhead_camera().save(folder / "camera.json", force=True)
     robots = [f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)]
@@ -106,53 +64,54 @@ def laboratory_file(work: Work, preset: str) -> Path:
     text = f'preset = "{preset}"\n\n[camera]\ncalibration = "camera.json"\n\n'
     text += "\n".join(f"[[robots]]\n{robot}" for robot in robots)
     path = folder / "lab.toml"
-    path.write_text(f"{text}\n[evaluation]\nrepeats = {work.sizes.runs.repeats}\n", encoding="utf-8")
+    path.write_text(f"{text}\n[evaluation]\nrepeats = {work.sizes['runs']['repeats']}\n", encoding="utf-8")
     return path
 
 
 def emulated_runs(work: Work) -> LaboratoryRuns:
     """Conduct the runs in the emulated laboratory, a piece of work for each that can be resumed."""
-    sizes: LaboratoryRunSizes = work.sizes.runs
-    path = laboratory_file(work, "default")
-    given = {
-        f"emulated-seed{seed}": (path, work.folder(f"emulated-run-seed{seed}"), sizes.overrides(seed), sizes.kept)
-        for seed in sizes.seeds
-    }
+    path, sizes = laboratory_file(work, "default"), work.sizes["runs"]
+    given = {}
+    for seed, overrides in _settings(sizes).items():
+        out = work.store.path / f"emulated-run-seed{seed}"
+        given[f"emulated-seed{seed}"] = (path, out, overrides, sizes["kept"])
     return LaboratoryRuns.stacked(work.all_arrays(_emulated, given))
 
 
 def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
     """Conduct the same runs in plain simulation."""
-    sizes: LaboratoryRunSizes = work.sizes.runs
-    path = laboratory_file(work, preset)
-    given = {
-        f"simulated-{preset}-seed{seed}": (path, sizes.overrides(seed), sizes.kept, sizes.repeats)
-        for seed in sizes.seeds
-    }
+    path, sizes = laboratory_file(work, preset), work.sizes["runs"]
+    given = {}
+    for seed, overrides in _settings(sizes).items():
+        given[f"simulated-{preset}-seed{seed}"] = (path, overrides, sizes["kept"], sizes["repeats"])
     return LaboratoryRuns.stacked(work.all_arrays(_simulated, given))
 
 
+def _settings(sizes: Sizes) -> dict[int, dict[str, Any]]:
+    """Return seed -> settings of each run."""
+    own = {**sizes["settings"], "run.generations": sizes["generations"], "run.threads": 1}
+    return {seed: own | {"run.seed": seed} for seed in range(sizes["first_seed"], sizes["first_seed"] + sizes["runs"])}
+
+
 def _emulated(
-    should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: tuple[int, ...]
+    should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: list[int]
 ) -> dict[str, np.ndarray] | None:
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
     from turing_learning import results, runs
     from turing_learning.robots import load_laboratory, rehearse
 
     laboratory = load_laboratory(path, overrides)
+    how: dict[str, Any] = {"should_stop": should_stop}
     if not runs.is_laboratory_run(out):
-        result = runs.start_laboratory(
-            laboratory, out, equipment=rehearse(laboratory), force=True, should_stop=should_stop
-        )
+        result = runs.start_laboratory(laboratory, out, equipment=rehearse(laboratory), force=True, **how)
     else:
         begun = results.stored_generations(results.RunFolder(out).checkpoints_path)
         seed = int(np.random.SeedSequence((laboratory.configuration.run.seed, 1 + begun)).generate_state(1)[0])
-        result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), should_stop=should_stop)
+        result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), **how)
     evaluation = runs.read_post_evaluation(out)
     if evaluation is None or not evaluation.complete:
         return None
-    history = result.history
-    judging = history[["classifier", "classifier_fitness"]].isel(generation=list(kept))
+    history, judging = result.history, result.history.isel(generation=list(kept))
     return {
         "models": history["model"].to_numpy(),
         "fitness": history["model_fitness"].to_numpy(),
@@ -163,7 +122,7 @@ def _emulated(
 
 
 def _simulated(
-    should_stop: Stop, path: Path, overrides: dict[str, Any], kept: tuple[int, ...], repeats: int
+    should_stop: Stop, path: Path, overrides: dict[str, Any], kept: list[int], repeats: int
 ) -> dict[str, np.ndarray] | None:
     from turing_learning.robots import load_laboratory
     from turing_learning.runs import simulate_laboratory
@@ -210,19 +169,22 @@ def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
     from turing_learning.robots import LABORATORY
 
-    sizes: ValidationSizes = work.sizes.validation
-    controllers = dict(zip(KINDS, (np.array(LABORATORY.controller), model), strict=True))
+    sizes, found = work.sizes["validation"], []
     given = {
-        f"validation-{kind}-trial{trial:02d}": (sizes, controllers[kind], trial, KINDS.index(kind))
-        for kind in KINDS
-        for trial in range(1, sizes.trials + 1)
+        f"validation-{kind}-trial{trial:02d}": (sizes, controller, trial, number)
+        for number, (kind, controller) in enumerate(zip(KINDS, (np.array(LABORATORY.controller), model), strict=True))
+        for trial in range(1, sizes["trials"] + 1)
     }
     pieces = list(work.all_arrays(_filmed, given).values())
-    found = []
-    for part in (pieces[: sizes.trials], pieces[sizes.trials :]):
+    for part in (pieces[: sizes["trials"]], pieces[sizes["trials"] :]):
         seen, complete, poses = (np.stack([one[name] for one in part]) for name in ("seen", "complete", "poses"))
         found.append(Gathering(seen, complete, poses, LABORATORY.robot.radius_cm))
     return found[0], found[1]
+
+
+def times_of(sizes: Sizes) -> np.ndarray:
+    """Return when the camera takes an image (K,), in s."""
+    return np.arange(round(sizes["duration_s"] / sizes["every_s"]) + 1) * sizes["every_s"]
 
 
 def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator) -> np.ndarray:
@@ -237,45 +199,47 @@ def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, r
 
 
 def _filmed(
-    should_stop: Stop, sizes: ValidationSizes, controller: np.ndarray, trial: int, kind: int
+    should_stop: Stop, sizes: Sizes, controller: np.ndarray, trial: int, kind: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
     from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, overhead_camera
     from turing_learning.robots.emulation._arena import move_alone
 
-    arena, robot, interval = LABORATORY.arena, LABORATORY.robot, LABORATORY.trial.control_interval_s
+    def drawn(purpose: int) -> int:
+        return int(np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0])
+
+    arena, robots = LABORATORY.arena, sizes["robots"]
     sides = float(arena.width_cm or 0), float(arena.height_cm or 0)
-    rng = np.random.default_rng((VALIDATION_STARTS, sizes.seed, trial))
-    start = places_apart(sizes.robots, sides, robot.radius_cm, rng)
-    seed = int(np.random.SeedSequence((VALIDATION_NOISE, sizes.seed, trial, kind)).generate_state(1)[0])
-    calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * sizes.robots
-    look = int(np.random.SeedSequence((VALIDATION_CAMERA, sizes.seed, trial, kind)).generate_state(1)[0])
-    camera = EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=look)
+    rng = np.random.default_rng((VALIDATION_STARTS, sizes["seed"], trial))
+    start = places_apart(robots, sides, LABORATORY.robot.radius_cm, rng)
+    calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * robots
+    camera = EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=drawn(VALIDATION_CAMERA))
     tracker = Tracker(markers, calibration, labels)
-    every = round(sizes.every_s / interval)
-    cycles = every * (len(sizes.times_s) - 1)
+    every = round(sizes["every_s"] / LABORATORY.trial.control_interval_s)
+    cycles = every * (len(times_of(sizes)) - 1)
     seen: list[np.ndarray] = []
     poses, complete = [], []
-    for cycle, now in enumerate(move_alone(LABORATORY, controller, start, cycles=cycles, seed=seed)):
+    moments = move_alone(LABORATORY, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
+    for cycle, now in enumerate(moments):
         if cycle % every:
             continue
         if should_stop():
             return None
         found = tracker.detect(camera.render(now)).positions
-        complete.append(len(found) == sizes.robots)
+        complete.append(len(found) == robots)
         seen.append(found if complete[-1] else seen[-1] if seen else now[:, :2])
         poses.append(now)
     return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
 
 
-def random_models(path: Path, sizes: RandomModelSizes) -> dict[str, Any]:
+def random_models(path: Path, sizes: Sizes) -> dict[str, Any]:
     """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
     from turing_learning.robots import LaboratorySource, load_laboratory, rehearse
 
     laboratory = load_laboratory(path)
     setup, configuration = laboratory.setup, laboratory.configuration
-    rng = np.random.default_rng((ACCURACY_MODELS, sizes.seed))
-    models = rng.uniform(-1, 1, (sizes.models, len(configuration.parameter_names)))
-    with LaboratorySource(setup, configuration.swarm, rehearse(laboratory, sizes.seed)) as source:
+    rng = np.random.default_rng((ACCURACY_MODELS, sizes["seed"]))
+    models = rng.uniform(-1, 1, (sizes["models"], len(configuration.parameter_names)))
+    with LaboratorySource(setup, configuration.swarm, rehearse(laboratory, sizes["seed"])) as source:
         samples = source.observe(models, "random-models")
     return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

@@ -4,7 +4,7 @@ import logging
 import warnings
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from io import StringIO
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -14,96 +14,50 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.coevolution import Samples
 from turing_learning.errors import integer, optional, require
-from turing_learning.evolution import EvolutionStrategy, Seed, generation_rng
+from turing_learning.evolution import EvolutionStrategy, generation_rng
 from turing_learning.purposes import LEAST_SQUARES_MODELS, LEAST_SQUARES_TRIALS
 from turing_learning.swarm import MixedSwarm, Scenario
 
-LATE = 0.3  # share of the generations, the last ones, that `Fitted.typical` is about
+LATE = 0.3  # share of the generations, the last ones, that the typical model of `least_squares` is about
 CLOSE = 1e-6  # agreement of a minimum that was searched for with the one that the theorem states
+Stop = Callable[[], bool]
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """What least squares has inferred."""
+def least_squares(
+    scenario: Scenario, seed: int = 1, *, generations: int = 1000, parents: int = 50, offspring: int = 50,
+    threads: int | None = None, should_stop: Stop | None = None,
+) -> dict[str, np.ndarray] | None:  # fmt: skip
+    """Infer a controller by least squares, with the optimizer and the trials of Turing Learning (paper, section 4.5).
 
-    best: np.ndarray  # (P,), of the last generation, with the smallest error in its one trial: the paper's rule
-    typical: np.ndarray  # (P,), the median over the last three tenths of the generations of the median of all models
+    Speeds are divided by the robot's largest, as the classifiers' inputs are: then both wheels count the same. In
+    cm/s and rad/s, the difference of the wheels would have a seventh of the weight of their sum. The result does not
+    depend on the number of threads (None: all processors).
 
-
-@dataclass(frozen=True)
-class LeastSquares:
-    """Infer a scenario's controller by least squares, with the optimizer and the trials of Turing Learning.
-
-    Speeds are divided by the robot's largest, as the classifiers' inputs are: then both wheels count the
-    same. In cm/s and rad/s, the difference of the wheels would have a seventh of the weight of their sum.
-
-    Parameters
-    ----------
-    scenario
-        What is observed.
-    generations
-        Number of generations G, >= 1.
-    parents, offspring
-        Sizes of the evolution strategy.
-    threads
-        Number of threads; None takes every processor. It does not change the result.
-
-    Source
-    ------
-    Paper, section 4.5.
+    Returns the best model (P,) of the last generation, with the smallest error in its one trial: the paper's rule;
+    and the typical one, the median over the last three tenths of the generations of the median of all models. None
+    if it was stopped.
     """
-
-    scenario: Scenario
-    generations: int = 1000
-    parents: int = 50
-    offspring: int = 50
-    threads: int | None = field(default=None, compare=False)
-
-    def __post_init__(self) -> None:
-        integer("generations", self.generations, 1)
-
-    def infer(self, seed: Seed = 1, should_stop: Callable[[], bool] | None = None) -> Fitted | None:
-        """Return the model of the last generation with the smallest error, and the typical model; None if it was stopped.
-
-        `seed` is that of the evolution and of the trials; `should_stop` is asked before every generation.
-        """
-        numbers = tuple(seed) if isinstance(seed, Sequence) else (seed,)
-        source, parameters = MixedSwarm(self.scenario, self.threads), len(self.scenario.parameter_names)
-        optimizer = EvolutionStrategy(
-            parameters, parents=self.parents, offspring=self.offspring, seed=(LEAST_SQUARES_MODELS, *numbers)
-        )
-        models, errors = np.empty((0, 0)), np.empty(0)
-        medians = np.empty((self.generations, parameters))
-        for generation in range(self.generations):
-            if should_stop is not None and should_stop():
-                return None
-            models = optimizer.ask()
-            samples = source.collect(models, generation_rng((LEAST_SQUARES_TRIALS, *numbers), generation))
-            errors = squared_errors(samples, self.scenario.input_scale)
-            optimizer.tell(-errors)
-            medians[generation] = np.median(models, axis=0)
-        late = medians[-max(1, round(LATE * self.generations)) :]
-        return Fitted(models[int(np.argmin(errors))], np.median(late, axis=0))
+    integer("generations", generations, 1)
+    source, parameters = MixedSwarm(scenario, threads), len(scenario.parameter_names)
+    optimizer = EvolutionStrategy(parameters, parents=parents, offspring=offspring, seed=(LEAST_SQUARES_MODELS, seed))
+    models, errors, medians = np.empty((0, 0)), np.empty(0), np.empty((generations, parameters))
+    for generation in range(generations):
+        if should_stop is not None and should_stop():
+            return None
+        models = optimizer.ask()
+        samples = source.collect(models, generation_rng((LEAST_SQUARES_TRIALS, seed), generation))
+        errors = squared_errors(samples, scenario.input_scale)
+        optimizer.tell(-errors)
+        medians[generation] = np.median(models, axis=0)
+    late = medians[-max(1, round(LATE * generations)) :]
+    return {"best": models[int(np.argmin(errors))], "typical": np.median(late, axis=0)}
 
 
 def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,)) -> np.ndarray:
-    """Compute the squared error of each model against the agents of its own trial.
+    """Return the squared error (M,) of each model against the agents of its own trial, summed over agents, steps and signals.
 
-    Parameters
-    ----------
-    samples
-        Of a mixed swarm: genuine (n_a M, T, D), all models' first agents, then all second ones, and so on;
-        counterfeit (M, C, T, D), averaged over C.
-    scale : (D,) or (1,)
-        What the signals are divided by, > 0.
-
-    Returns
-    -------
-    (M,)
-        Summed over agents, time steps and signals.
-
-    Source
-    ------
+    Genuine samples of the mixed swarm (n_a M, T, D) are all models' first agents, then all second ones, and so on;
+    the error is averaged over the C counterfeit ones (M, C, T, D). Signals are divided by `scale` (D,) or (1,).
     Paper, section 4.5, its metric-based method.
     """
     genuine, counterfeit = samples.genuine, samples.counterfeit
@@ -118,26 +72,12 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
 
 
 def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) -> np.ndarray:
-    """Return the model with the smallest expected squared error.
+    """Return the model (n,) with the smallest expected squared error, for n states.
 
-    With probabilities that do not change, every state gets the expected value of the agent's output; otherwise
-    state i gets the mean of that expected value over time, weighted by the probability of the state.
-
-    Parameters
-    ----------
-    probabilities : (T, n)
-        Probability of each of n states in each of T time steps; each row sums to 1.
-    values : (n,)
-        The agent's output in each state.
-
-    Returns
-    -------
-    (n,)
-        The model's output in each state; for a state that never occurs the expected value over all time steps.
-
-    Source
-    ------
-    Paper, section 4.5, theorem 1 and corollaries 2 and 3; the third for any number of states.
+    With probabilities (T, n) of the states that do not change in T time steps, every state gets the expected value
+    of the agent's outputs (n,); otherwise state i gets the mean of that expected value over time, weighted by the
+    probability of the state, or the plain mean if it never occurs. Paper, section 4.5, theorem 1 and corollaries 2
+    and 3; the third for any number of states.
     """
     chances, outputs = _checked(probabilities, values)
     expected = chances @ outputs
@@ -150,25 +90,10 @@ def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.
 def expected_squared_error(
     model: np.typing.ArrayLike, probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike
 ) -> float:
-    """Compute the expected squared error of a model, case by case.
+    """Return the expected squared error of a model (n,), summed over T time steps and over the n times n cases of each.
 
-    Parameters
-    ----------
-    model : (n,)
-        The model's output in each state.
-    probabilities : (T, n)
-        Probability of each state in each time step, of model and agent alike.
-    values : (n,)
-        The agent's output in each state.
-
-    Returns
-    -------
-    float
-        Summed over time steps and over the n times n cases of each.
-
-    Source
-    ------
-    Paper, section 4.5, the expected error in the proof of theorem 1.
+    `probabilities` (T, n) are those of the states, of model and agent alike; `values` (n,) the agent's outputs. Paper,
+    section 4.5, the proof of theorem 1.
     """
     chances, outputs = _checked(probabilities, values)
     squares = np.square(np.asarray(model, dtype=np.float64)[:, None] - outputs)
@@ -199,10 +124,7 @@ class Check:
 
 
 def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
-    """Check theorem 1 and its corollaries in random cases by searching for the minimum of the expected squared error.
-
-    There are so many `cases` (>= 1) of each statement; `seed` draws them.
-    """
+    """Check theorem 1 and its corollaries, in so many random cases each, by searching for the minimum of the expected error."""
     from scipy.optimize import minimize
 
     integer("cases", cases, 1)
@@ -241,8 +163,6 @@ DRAWS = 2000  # from a neural posterior
 OUTSIDE = 1e-3  # mass of the posterior that a later round does not search
 AROUND = 10_000  # draws of the posterior that tell where this is
 MARGIN = 0.2  # of the box around these draws, on each side, as a share of its length
-
-Stop = Callable[[], bool]
 
 
 @dataclass(frozen=True)
@@ -328,9 +248,8 @@ def baseline(name: str) -> ModuleType:
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
     """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2).
 
-    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is
-    that of the last sensor state. The scenario tells the wheels and the number of sensor states, not the
-    controller.
+    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is that
+    of the last sensor state. The scenario tells the wheels and the number of sensor states, not the controller.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
     chosen = np.random.default_rng(seed).choice(wheels, min(len(wheels), CYCLES), replace=False)
@@ -368,7 +287,7 @@ def infer_by_abc_smc(
     with (
         warnings.catch_warnings(),
         ExitStack() as after,
-    ):  # hold back what pyabc says, seed what it draws, leave all as it was
+    ):  # hold back what pyabc says, seed its draws, leave all as it was
         after.callback(logger.setLevel, logger.level)
         after.callback(np.random.set_state, np.random.get_state())  # noqa: NPY002
         logger.setLevel(logging.ERROR)
@@ -389,14 +308,9 @@ def infer_by_abc_smc(
 
 
 def infer_by_npe(
-    groups: Groups,
-    observed: np.ndarray,
-    evaluations: int,
-    seed: int,
-    should_stop: Stop | None = None,
-    *,
+    groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None, *,
     rounds: int = 1,
-) -> Inferred | None:
+) -> Inferred | None:  # fmt: skip
     """Infer a behavior by neural posterior estimation as `sbi` does it by default: a flow on standardized summaries.
 
     With several rounds, each but the first draws its models from the part of the prior in which the posterior

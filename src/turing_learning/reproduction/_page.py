@@ -1,6 +1,5 @@
 """The folder of an experiment with its page, and the page of all claims."""
 
-import csv
 import json
 import os
 import re
@@ -9,27 +8,20 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
+from turing_learning.figures import save_figure
 from turing_learning.results._folder import refuse_target
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
-from ._experiment import PIECES, Experiment, Findings
+from ._experiment import PIECES, Experiment, Findings, Shown
 from ._verdicts import RULES, Claim, ClaimVerdict, load_claims, prose
 from .experiments import EXPERIMENTS
 
 FORMAT_VERSION = 1
 FULL, FAST = "full", "fast"
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A table or figure that an experiment has left."""
-
-    name: str
-    caption: str
-    claim: str = ""  # that it belongs to
-    inline: bool = False
 
 
 @dataclass(frozen=True)
@@ -51,24 +43,14 @@ class Results:
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """The files of an experiment.
-
-    ``pieces`` holds the pieces of work; it is large, and not to be committed. ``results.json`` holds the
-    verdicts and what belongs to them, and is written last.
-    """
+    """The files of an experiment: ``pieces`` is large, and not to be committed; ``results.json`` is written last."""
 
     path: Path
-
-    @property
-    def readme_path(self) -> Path:
-        """The page of the experiment."""
-        return self.path / "README.md"
 
     def begin(self, experiment: Experiment, *, fast: bool) -> Store:
         """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces."""
         form, sizes = (FAST, experiment.fast) if fast else (FULL, experiment.full)
-        content = {"format_version": FORMAT_VERSION, "experiment": experiment.id, "form": form}
-        content["sizes"] = json.loads(json.dumps(asdict(sizes)))
+        content = {"format_version": FORMAT_VERSION, "experiment": experiment.id, "form": form, "sizes": sizes}
         held = self._read("configuration.json")
         if held is None:
             self.path.mkdir(parents=True, exist_ok=True)
@@ -89,18 +71,19 @@ class ExperimentFolder:
 
         for name in ("tables", "figures"):
             (self.path / name).mkdir(exist_ok=True)
-        for table in findings.tables:
-            write_atomically(self.path / "tables" / f"{table.name}.csv", table.csv())
-        for picture in findings.pictures:
-            picture.save(self.path / "figures")
+        for _, shown, frame in findings.tables:  # six digits are more than any of the quantities has
+            text = frame.to_csv(index=False, float_format="%.6g", lineterminator="\n")
+            write_atomically(self.path / "tables" / f"{shown.name}.csv", text.encode())
+        for shown, figure in findings.pictures:
+            save_figure(figure, self.path / "figures", shown.name)
         manifest = new_manifest("", 0)
         provenance = {"finished": manifest["started"], "commit": manifest["commit"], "versions": manifest["versions"]}
         provenance["machine"] = {key: manifest["machine"][key] for key in ("processor", "processors")}
         results = Results(
             form=FAST if fast else FULL,
             verdicts=tuple(findings.verdicts),
-            tables=tuple(Shown(table.name, table.caption, inline=table.inline) for table in findings.tables),
-            pictures=tuple(Shown(one.name, one.caption, one.title) for one in findings.pictures),
+            tables=tuple(shown for _, shown, _ in findings.tables),
+            pictures=tuple(shown for shown, _ in findings.pictures),
             remarks=tuple(findings.remarks),
             seconds=round(seconds, 1),
             provenance=provenance,
@@ -122,11 +105,6 @@ class ExperimentFolder:
             refuse("results.json", "hold results", f"something else, without {error}", "Restore it, or give the command again.",
                    place=str(self.path / "results.json"), error=RunFolderError)  # fmt: skip
 
-    def table(self, name: str) -> list[list[str]]:
-        """Return the rows of a table, its headings first."""
-        with (self.path / "tables" / f"{name}.csv").open(newline="", encoding="utf-8") as file:
-            return list(csv.reader(file))
-
     def pieces(self) -> int:
         """Return the number of pieces of work that have been begun."""
         own = {LOCK, SEALS, PIECES.head}
@@ -134,15 +112,15 @@ class ExperimentFolder:
 
     def _read(self, name: str) -> dict[str, Any] | None:
         path = self.path / name
+        about: dict[str, Any] = {"place": str(path), "error": RunFolderError}
+        remedy = "Restore it, or choose another folder."
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
         except (FileNotFoundError, NotADirectoryError):
             return None
         except (OSError, ValueError, RecursionError) as error:
-            refuse(name, "be readable JSON", str(error), "Restore it, or choose another folder.", place=str(path),
-                   error=RunFolderError)  # fmt: skip
-        require(isinstance(content, dict), name, "hold an object", content, "Restore it, or choose another folder.",
-                place=str(path), error=RunFolderError)  # fmt: skip
+            refuse(name, "be readable JSON", str(error), remedy, **about)
+        require(isinstance(content, dict), name, "hold an object", content, remedy, **about)
         refuse_format(content.get("format_version"), FORMAT_VERSION, path, "experiment")
         return content
 
@@ -156,7 +134,7 @@ SECTIONS = ("3.2", "4.", "5-")  # of the paper, whose claims the page of all cla
 def write_readme(experiment: Experiment, folder: ExperimentFolder) -> None:
     """Write the page of an experiment into its folder."""
     folder.path.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder.readme_path, readme(experiment, folder).encode())
+    write_atomically(folder.path / "README.md", readme(experiment, folder).encode())
 
 
 def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
@@ -170,61 +148,68 @@ def readme(experiment: Experiment, folder: ExperimentFolder) -> str:
     else:
         command += " --fast"
         state = "**The fast form: it shows that the experiment works, and proves nothing.**"
+    blocks = [f"# {experiment.id} {experiment.title}", command, state]
     printed = [f"{claims[claim].where}: {_printed(claims[claim])}" for claim in experiment.claims]
-    lines = [f"# {experiment.id} {experiment.title}", "", command, "", state, ""]
-    lines += _list_under("What the paper prints", printed)
-    lines += _list_under("Conditions", experiment.conditions)
-    lines += _list_under("Deviations", experiment.deviations)
-    lines += ["## Sizes", "", "```json", json.dumps(asdict(experiment.full), indent=2), "```", ""]
+    for heading, texts in (
+        ("What the paper prints", printed), ("Conditions", experiment.conditions), ("Deviations", experiment.deviations),
+    ):  # fmt: skip
+        blocks += [f"## {heading}", _bullets(texts)] if texts else []
+    blocks += ["## Sizes", f"```json\n{json.dumps(experiment.full, indent=2)}\n```"]
     if results is not None:
-        lines += _list_under("What came out", results.remarks) or ["## What came out", ""]
+        blocks += ["## What came out", *([_bullets(results.remarks)] if results.remarks else [])]
         if results.verdicts:
             rows = [("claim", "verdict", "printed", "came out")]
-            for one in sorted(results.verdicts, key=lambda one: experiment.claims.index(one.claim)):
-                name = f"{one.claim}, {one.variant}" if one.variant else f"**{one.claim}**"
-                rows.append((name, one.word, one.printed, one.outcome))
-            used = dict.fromkeys(verdict.rule for verdict in results.verdicts)
-            rules = [f"* {rule}: {RULES[rule]}." for rule in used]
-            lines += [*_table(rows), "", "When a claim agrees:", "", *rules, ""]
-        lines += _pictures(results.pictures, "figures")
-        for table in results.tables:
-            if table.inline:
-                head, *cells = folder.table(table.name)
-                lines += [f"{table.caption}:", "", *_table([head, *(map(_short, row) for row in cells)]), ""]
-        lines += ["Tables:", "", *(f"* [{one.name}](tables/{one.name}.csv): {one.caption}." for one in results.tables)]
-    return "\n".join(lines).rstrip() + "\n"
+            for verdict in sorted(results.verdicts, key=lambda one: experiment.claims.index(one.claim)):
+                name = f"{verdict.claim}, {verdict.variant}" if verdict.variant else f"**{verdict.claim}**"
+                rows.append((name, verdict.word, verdict.printed, verdict.outcome))
+            used = dict.fromkeys(one.rule for one in results.verdicts)
+            rules = [f"{rule}: {RULES[rule]}." for rule in used]
+            blocks += [_table(rows), "When a claim agrees:", _bullets(rules)]
+        blocks += _pictures(results.pictures, "figures")
+        for table in (one for one in results.tables if one.inline):
+            frame = pd.read_csv(folder.path / "tables" / f"{table.name}.csv", dtype=str, keep_default_na=False)
+            blocks += [f"{table.caption}:", _table([frame.columns, *frame.map(_short).to_numpy()])]
+        blocks += [
+            "Tables:",
+            _bullets(f"[{one.name}](tables/{one.name}.csv): {one.caption}." for one in results.tables),
+        ]
+    return "\n\n".join(blocks) + "\n"
 
 
 def page(experiments: str | Path, link: str = "../experiments") -> str:
     """Return the page of all claims of sections 3.2, 4 and 5 (Markdown), from the folders of the experiments.
 
-    Only full-size results count; fast forms are as if they had not been run.
-
-    `link` is the folder of the experiments as the page sees it.
+    Only full-size results count; fast forms are as if they had not been run. `link` is the folder of the
+    experiments as the page sees it.
     """
     claims = {name: claim for name, claim in load_claims().items() if name.startswith(SECTIONS)}
-    found: dict[str, Results | None] = {}
+    found: dict[str, Results] = {}
     for one in EXPERIMENTS.values():
         results = ExperimentFolder(in_home(experiments) / one.id).results()
-        found[one.id] = results if results is not None and results.form == FULL else None
+        if results is not None and results.form == FULL:
+            found[one.id] = results
+    pages = {claim: f"[{claim}]({link}/{one.id}/README.md)" for one in EXPERIMENTS.values() for claim in one.claims}
+    counted = {one.claim: one for results in found.values() for one in results.verdicts if not one.variant}
     rows: list[tuple[str, ...]] = [("claim", "verdict", "printed", "came out")]
-    rows += [_claim_cells(claim, found, link) for claim in claims.values()]
-    lines = ["# Reproduction", "", *_score(claims, found, link), prose()["introduction"]]
-    lines += ["## All claims", "", *_table(rows), ""]
+    for claim in claims.values():
+        own = counted.get(claim.id)
+        fate = (f"**{own.word}**", own.printed, own.observed) if own else (NOT_RUN, _printed(claim), "")
+        rows.append((pages[claim.id], *fate))
+    blocks = ["# Reproduction", *_score(claims, found, pages), prose()["introduction"].rstrip()]
+    blocks += ["## All claims", _table(rows)]
     for experiment in EXPERIMENTS.values():
-        results = found[experiment.id]
-        lines += [f"## {experiment.id} {experiment.title}", ""]
-        if results is None:
-            lines += [f"{NOT_RUN.capitalize()}. Expected: {experiment.cost} on two cores.", ""]
+        blocks.append(f"## {experiment.id} {experiment.title}")
+        if experiment.id not in found:
+            blocks.append(f"{NOT_RUN.capitalize()}. Expected: {experiment.cost} on two cores.")
             continue
-        lines += [
+        results = found[experiment.id]
+        blocks.append(
             f"Run at full size: {results.provenance['finished'][:10]}, {results.seconds / 60:.0f} minutes of computing. "
-            f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md).",
-            "",
-        ]
+            f"[Conditions, tables, more figures]({link}/{experiment.id}/README.md)."
+        )
         first = {one.claim: one for one in reversed(results.pictures) if "paper" not in one.name}  # of each claim
-        lines += _pictures(reversed(first.values()), f"{link}/{experiment.id}/figures")
-    return "\n".join(lines).rstrip() + "\n"
+        blocks += _pictures(reversed(first.values()), f"{link}/{experiment.id}/figures")
+    return "\n\n".join(blocks) + "\n"
 
 
 def refuse_page_path(path: Path, *, force: bool, name: str = "path") -> None:
@@ -258,36 +243,24 @@ def write_page(experiments: str | Path, path: str | Path, *, force: bool = False
     return target
 
 
-def _score(claims: Mapping[str, Claim], found: Mapping[str, Results | None], link: str) -> list[str]:
+def _score(claims: Mapping[str, Claim], found: Mapping[str, Results], pages: Mapping[str, str]) -> list[str]:
     """Say how many claims agree, and of each that differs, how; then what the other variants have."""
-    verdicts = [one for results in found.values() if results for one in results.verdicts if one.claim in claims]
+    verdicts = [one for results in found.values() for one in results.verdicts if one.claim in claims]
     counted = {one.claim: one.agrees for one in verdicts if not one.variant}
-    agree, order = sum(counted.values()), list(claims)
-    lines = [
+    agree, left = sum(counted.values()), len(claims) - len(counted)
+    blocks = [
         f"{MADE} what the paper (W. Li, M. Gauci and R. Gross, *Turing learning*, Swarm Intelligence 10, 2016) claims in "
         "sections 3.2, 4 and 5, and what this implementation gives with its default preset. "
         f"Of {len(claims)} claims **{agree} agree** and **{len(counted) - agree} differ**"
-        + (f"; {len(claims) - len(counted)} have not been run." if len(counted) < len(claims) else "."),
-        "",
+        + (f"; {left} have not been run." if left else ".")
     ]
-    for claim in sorted((claim for claim, agrees in counted.items() if not agrees), key=order.index):
-        where = next(one.id for one in EXPERIMENTS.values() if claim in one.claims)
-        lines.append(f"* [{claim}]({link}/{where}/README.md): {prose()['differences'][claim]}")
+    differ = [f"{pages[claim]}: {prose()['differences'][claim]}" for claim in claims if not counted.get(claim, True)]
     beside = []
     for variant, words in prose()["variants"].items():
         of = [one.agrees for one in verdicts if one.variant == variant]
         beside += [f"{words} {sum(of)} of {len(of)} claims agree"] if of else []
-    others = [f"Other variants were held against some claims: {'; '.join(beside)}.", ""] if beside else []
-    return [*lines, "", *others]
-
-
-def _claim_cells(claim: Claim, found: Mapping[str, Results | None], link: str) -> tuple[str, ...]:
-    experiment = next(one for one in EXPERIMENTS.values() if claim.id in one.claims)
-    name, results = f"[{claim.id}]({link}/{experiment.id}/README.md)", found[experiment.id]
-    verdict = None if results is None else results.verdict(claim.id)
-    if verdict is None:
-        return name, NOT_RUN, _printed(claim), ""
-    return name, f"**{verdict.word}**", verdict.printed, verdict.observed
+    blocks += [_bullets(differ)] if differ else []
+    return blocks + ([f"Other variants were held against some claims: {'; '.join(beside)}."] if beside else [])
 
 
 def _provenance(results: Results) -> str:
@@ -321,19 +294,18 @@ def _printed(claim: Claim) -> str:
     return "; ".join(texts) or "a figure without printed numbers"
 
 
-def _list_under(heading: str, texts: Sequence[str]) -> list[str]:
-    return [f"## {heading}", "", *(f"* {text}" for text in texts), ""] if texts else []
+def _bullets(texts: Iterable[str]) -> str:
+    return "\n".join(f"* {text}" for text in texts)
 
 
-def _table(rows: Sequence[Iterable[str]]) -> list[str]:
-    """Return the lines of a table, the first row of which are its headings."""
+def _table(rows: Sequence[Iterable[str]]) -> str:
+    """Return a table, the first row of which are its headings."""
     head, *lines = [f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows]
-    return [head, f"| {' | '.join('---' for _ in rows[0])} |", *lines]
+    return "\n".join([head, f"| {' | '.join('---' for _ in rows[0])} |", *lines])
 
 
 def _pictures(pictures: Iterable[Shown], folder: str) -> list[str]:
-    texts = [(f"![{one.name}]({folder}/{one.name}.svg)", "", f"*{one.caption}*", "") for one in pictures]
-    return [line for text in texts for line in text]
+    return [f"![{one.name}]({folder}/{one.name}.svg)\n\n*{one.caption}*" for one in pictures]
 
 
 def _short(cell: str) -> str:

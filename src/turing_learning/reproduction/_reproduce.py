@@ -1,6 +1,5 @@
 """The doors: conduct experiments, and see how they stand."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +8,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.errors import refuse, require
 from turing_learning.store import storage, writable
 
-from ._experiment import Experiment, Say, Work
+from ._experiment import Experiment, Findings, Say, Stop, Work
 from ._page import ExperimentFolder, Results, write_readme
 from .experiments import EXPERIMENTS
 
@@ -59,7 +58,7 @@ def standings(out: str | Path | None = None, *, fast: bool = False) -> tuple[Sta
 
 def reproduce(
     experiment: str = ALL, *, fast: bool = False, out: str | Path | None = None, workers: int | None = None,
-    should_stop: Callable[[], bool] | None = None, say: Say | None = None,
+    should_stop: Stop | None = None, say: Say | None = None,
 ) -> tuple[Standing, ...]:  # fmt: skip
     """Conduct an experiment, or all, and leave tables, figures, results and a page in a folder for each.
 
@@ -102,9 +101,10 @@ def reproduce(
     with storage(path, "give the same command again: it resumes."):
         for one, folder, store in begun:
             with store.locked():
-                sizes = one.fast if fast else one.full
+                sizes, findings = one.fast if fast else one.full, Findings(one.id)
                 work = Work(store, sizes, fast=fast, workers=workers, should_stop=should_stop, say=say)
-                folder.write(one.conduct(work), fast=fast, seconds=work.seconds)
+                one.conduct(work, findings)
+                folder.write(findings, fast=fast, seconds=work.seconds)
                 write_readme(one, folder)
     return tuple(Standing.of(one, path) for one in chosen)
 

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from turing_learning.errors import choice
 
@@ -21,17 +22,12 @@ ROUNDING = 0.005  # half a unit of the last digit of the paper's absolute errors
 class Claim:
     """One number or picture of the paper."""
 
-    id: str  #: section and name, for example "4.3-aggregation-ae"
-    where: str  #: section, figure and conditions
-    kind: str  #: "value" for printed numbers, "figure" for a picture without
-    seen: str  #: what is to be seen, of a figure
-    values: Mapping[str, Any]  #: the printed numbers by name
-    note: str  #: what else is to be known
-
-    @property
-    def section(self) -> str:
-        """Section of the paper."""
-        return self.id.partition("-")[0]
+    id: str  # section and name, for example "4.3-aggregation-ae"
+    where: str  # section, figure and conditions
+    kind: str  # "value" for printed numbers, "figure" for a picture without
+    seen: str  # what is to be seen, of a figure
+    values: Mapping[str, Any]  # the printed numbers by name
+    note: str  # what else is to be known
 
 
 @cache
@@ -55,7 +51,6 @@ def _data(name: str) -> dict[str, Any]:
 
 
 RULES: Mapping[str, str] = prose()["rules"]  # kind of claim -> when it agrees
-PRINTED: Mapping[str, str] = prose()["printed"]  # claim -> what the paper prints in words, in short
 REASONS: Mapping[str, str] = prose()["reasons"]  # claim, or finding -> why a verdict differs
 
 
@@ -86,66 +81,69 @@ class ClaimVerdict:
         return f"{self.observed} (why: {self.reason})" if self.reason else self.observed
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Mean and standard deviation of one quantity over runs."""
+def held(
+    claim: str, agrees: Any, observed: str, rule: str, variant: str = "", *, printed: str = "", reason: str | None = None
+) -> ClaimVerdict:  # fmt: skip
+    """Return the verdict on a claim; experiments.toml has what the paper prints, and the reason of a difference, if not given."""
+    why = REASONS.get(claim, "") if reason is None else reason
+    return ClaimVerdict(
+        claim, agrees, printed or prose()["printed"][claim], observed, rule, variant, "" if agrees else why
+    )
 
-    mean: float
-    standard_deviation: float
+
+@dataclass(frozen=True, eq=False)
+class Spreads:
+    """Means and standard deviations (P,) of P quantities over runs."""
+
+    mean: np.ndarray
+    standard_deviation: np.ndarray
     runs: int
 
     @classmethod
-    def of(cls, values: np.typing.ArrayLike) -> "Spread":
-        """Return mean and standard deviation (n - 1; 0 for a single run) of the values of the runs (R,)."""
-        array = np.asarray(values, dtype=np.float64)
-        return cls(float(array.mean()), float(array.std(ddof=1)) if array.size > 1 else 0.0, array.size)
+    def of(cls, values: np.ndarray) -> "Spreads":
+        """Return mean and standard deviation (n - 1; 0 for a single run) of each column of values (R, P)."""
+        columns = np.array(np.asarray(values, dtype=np.float64).T, order="C")
+        runs = columns.shape[1]
+        return cls(columns.mean(axis=1), columns.std(axis=1, ddof=1) if runs > 1 else np.zeros(len(columns)), runs)
+
+    @classmethod
+    def printed(cls, claim: str, runs: int = PAPER_RUNS) -> "Spreads":
+        """Return the absolute errors that a claim prints, of so many runs."""
+        values = load_claims()[claim].values
+        return cls(np.array(values["ae_mean"]), np.array(values["ae_std"]), runs)
 
     @property
-    def standard_error(self) -> float:
-        """Standard deviation of the mean."""
+    def standard_error(self) -> np.ndarray:
+        """Standard deviations of the means (P,)."""
         return self.standard_deviation / math.sqrt(self.runs)
 
+    def not_worse(self, printed: "Spreads") -> bool:
+        """Apply the rule "absolute errors".
 
-def spreads_of(values: np.ndarray) -> list[Spread]:
-    """Return the spread of each column of values (R, P)."""
-    return [Spread.of(column) for column in values.T]
+        The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that
+        they are held against.
+        """
+        error = printed.standard_deviation * math.hypot(self.runs**-0.5, printed.runs**-0.5)
+        return bool((self.mean - printed.mean <= 2 * error + ROUNDING).all())
 
+    def within(self, printed: "Spreads") -> bool:
+        """Apply the rule "errors of the baseline"."""
+        return bool((np.abs(self.mean - printed.mean) <= printed.standard_deviation + ROUNDING).all())
 
-def printed_spreads(claim: str, runs: int = PAPER_RUNS) -> list[Spread]:
-    """Return the absolute errors that a claim prints, parameter by parameter, of so many runs."""
-    values = load_claims()[claim].values
-    return [Spread(mean, std, runs) for mean, std in zip(values["ae_mean"], values["ae_std"], strict=True)]
+    def frame(self, mean: str = "mean", deviation: str = "standard_deviation") -> pd.DataFrame:
+        """Return means and standard deviations as columns of these names."""
+        return pd.DataFrame({mean: self.mean, deviation: self.standard_deviation})
 
-
-def not_worse(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
-    """Apply the rule "absolute errors".
-
-    The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that
-    they are held against.
-    """
-    return all(
-        own.mean - theirs.mean
-        <= 2 * theirs.standard_deviation * math.hypot(own.runs**-0.5, theirs.runs**-0.5) + ROUNDING
-        for own, theirs in zip(observed, printed, strict=True)
-    )
+    def listed(self, names: Sequence[str], digits: int = 3) -> str:
+        """Return the names of the quantities with means, and standard deviations in parentheses."""
+        triples = zip(names, self.mean, self.standard_deviation, strict=True)
+        return ", ".join(f"{name} {mean:.{digits}f} ({deviation:.{digits}f})" for name, mean, deviation in triples)
 
 
 def shares_not_worse(own: float, own_runs: int, printed: float, printed_runs: int) -> bool:
     """Return whether a share of runs falls short of a printed one by at most twice the standard error of the difference."""
     error = math.hypot(*(math.sqrt(p * (1 - p) / runs) for p, runs in ((own, own_runs), (printed, printed_runs))))
     return printed - own <= 2 * error
-
-
-def within_spread(observed: Sequence[Spread], printed: Sequence[Spread]) -> bool:
-    """Apply the rule "errors of the baseline"."""
-    pairs = zip(observed, printed, strict=True)
-    return all(abs(own.mean - theirs.mean) <= theirs.standard_deviation + ROUNDING for own, theirs in pairs)
-
-
-def listed(names: Sequence[str], spreads: Sequence[Spread], digits: int = 3) -> str:
-    """Return names with means and standard deviations in parentheses."""
-    pairs = zip(names, spreads, strict=True)
-    return ", ".join(f"{name} {one.mean:.{digits}f} ({one.standard_deviation:.{digits}f})" for name, one in pairs)
 
 
 def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> str:
@@ -155,10 +153,11 @@ def valued(names: Sequence[str], values: Iterable[float], form: str = ".2f") -> 
 
 def errors_verdict(
     claim: str, errors: np.ndarray, names: Sequence[str], variant: str = "", *,
-    paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str = "",
+    paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str | None = None,
 ) -> ClaimVerdict:  # fmt: skip
     """Hold absolute errors (R, P) against the printed ones, by the rule "absolute errors"; add to what is said of both."""
-    printed, observed = printed_spreads(claim, paper_runs), spreads_of(errors)
-    agrees = not_worse(observed, printed)
-    texts = listed(names, printed, 2) + printed_also, listed(names, observed) + observed_also
-    return ClaimVerdict(claim, agrees, *texts, "absolute errors", variant, "" if agrees else reason)
+    printed, observed = Spreads.printed(claim, paper_runs), Spreads.of(errors)
+    texts = printed.listed(names, 2) + printed_also, observed.listed(names) + observed_also
+    return held(
+        claim, observed.not_worse(printed), texts[1], "absolute errors", variant, printed=texts[0], reason=reason
+    )

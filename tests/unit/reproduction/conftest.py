@@ -6,11 +6,9 @@ from turing_learning.reproduction import reproduce
 
 
 @pytest.fixture(scope="session")
-def conducted(tmp_path_factory):
+def conducted(once):
     """All experiments in their fast form; the folder is not to be changed."""
-    folder = tmp_path_factory.mktemp("conducted") / "experiments"
-    reproduce("all", fast=True, out=folder)
-    return folder
+    return once("experiments", lambda folder: reproduce("all", fast=True, out=folder))
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from turing_learning.reproduction._experiment import Work
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import (
     BestAccuracies,
-    RunSizes,
     accuracy_verdicts,
+    configuration_of,
     run_populations,
 )
 from turing_learning.runs import infer
@@ -21,7 +21,8 @@ GENERATIONS = np.array([0, 1, 5, 50, 500, 999])
 SUBJECTIVE = np.array([0.6, 0.85, 0.84, 0.7, 0.65, 0.78])
 OBJECTIVE = np.array([0.8, 0.85, 0.9, 0.93, 0.95, 0.97])
 ALL, ALONE = "objective best", "objective best without the archive"
-SMALL = RunSizes(runs=2, generations=3, first_seed=7, settings={"models.population": 8, "classifiers.population": 8})
+SETTINGS = {"models.population": 8, "classifiers.population": 8}
+SMALL = {"runs": 2, "generations": 3, "first_seed": 7, "settings": SETTINGS}
 
 
 def best_of(subjective=SUBJECTIVE, objective=OBJECTIVE, variant="", jury=None):
@@ -109,9 +110,9 @@ def test_verdicts_of_another_preset_stand_beside():
 def test_populations_are_those_of_the_runs(tmp_path):
     found = run_populations(Work(tmp_path, None), SMALL, "paper", (0, 2))
     for run, seed in enumerate((7, 8)):
-        history = infer(
-            "aggregation", preset="paper", generations=3, seed=seed, settings=dict(SMALL.settings)
-        ).history.isel(generation=[0, 2])
+        history = infer("aggregation", preset="paper", generations=3, seed=seed, settings=SETTINGS).history.isel(
+            generation=[0, 2]
+        )
         np.testing.assert_array_equal(found.classifiers[run], history["classifier"])
         np.testing.assert_array_equal(found.fitness[run], history["classifier_fitness"])
         assert found.archived[run].shape == (0, history.sizes["weight"])
@@ -140,17 +141,16 @@ def test_a_run_that_is_stopped_leaves_nothing(tmp_path):
 
 
 def test_accuracies_are_those_of_each_run_on_its_own(rows):
-    experiment = EXPERIMENTS["4.4"]
-    sizes = experiment.fast
+    sizes = EXPERIMENTS["4.4"].fast
     found = [row for row in rows("4.4", "accuracy-runs") if (row["preset"], row["seed"]) == ("paper", "2002")]
-    configuration = sizes.runs.configuration("aggregation", "paper", 2002)
+    configuration = configuration_of(sizes["runs"], "paper", 2002)
     history = infer(
-        "aggregation", preset="paper", generations=12, seed=2002, settings=dict(sizes.runs.settings)
+        "aggregation", preset="paper", generations=12, seed=2002, settings=sizes["runs"]["settings"]
     ).history
     alone = accuracy_over_generations(
         classifier_of(configuration), history["classifier"].to_numpy(), history["classifier_fitness"].to_numpy(),
-        AGGREGATION, models=grid_models(AGGREGATION, sizes.points), generations=sizes.generations,
-        trials=sizes.trials, seed=sizes.seed,
+        AGGREGATION, models=grid_models(AGGREGATION, sizes["points"]), generations=sizes["generations"],
+        trials=sizes["trials"], seed=sizes["seed"],
     )  # fmt: skip
     assert [float(row["subjective"]) for row in found] == pytest.approx(alone.subjective.tolist(), rel=1e-5)
     assert [float(row["objective"]) for row in found] == pytest.approx(alone.objective.tolist(), rel=1e-5)
@@ -158,6 +158,6 @@ def test_accuracies_are_those_of_each_run_on_its_own(rows):
 
 def test_no_generation_that_is_judged_follows_a_renewal():
     sizes = EXPERIMENTS["4.4"].full
-    assert {0, 1, 5, 99, sizes.runs.generations - 1} <= set(sizes.generations)
-    assert list(sizes.generations) == sorted(set(sizes.generations))
-    assert not {100, 200, 300, 400, 500} & set(sizes.generations)
+    assert {0, 1, 5, 99, sizes["runs"]["generations"] - 1} <= set(sizes["generations"])
+    assert sizes["generations"] == sorted(set(sizes["generations"]))
+    assert not {100, 200, 300, 400, 500} & set(sizes["generations"])

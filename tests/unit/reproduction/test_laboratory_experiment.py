@@ -1,7 +1,5 @@
 """Section 5: what is taken from the runs, the rules, and pieces that are done side by side."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -10,10 +8,10 @@ from turing_learning.reproduction._experiment import Work
 from turing_learning.reproduction._laboratory_trials import (
     Gathering,
     LaboratoryRuns,
-    LaboratoryRunSizes,
     emulated_runs,
     places_apart,
 )
+from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import BestAccuracies
 from turing_learning.reproduction.experiments.laboratory import (
     NAMES,
@@ -115,8 +113,8 @@ def test_swarms_of_one_kind_agree_and_dispersed_ones_differ():
     agents, alike, apart = (gathering(rng, spread) for spread in (10, 10, 60))
     times = np.array([0.0, 2.0, 4.0])
     assert agents.proportion.shape == (10, 3)
-    assert validation_verdict(Validation(TRUTH, agents, alike, times)).agrees
-    verdict = validation_verdict(Validation(TRUTH, agents, apart, times))
+    assert validation_verdict(Validation(agents, alike, times)).agrees
+    verdict = validation_verdict(Validation(agents, apart, times))
     assert not verdict.agrees
     assert verdict.observed.startswith("12 robots after 4 s: largest cluster")
 
@@ -166,24 +164,19 @@ def test_pieces_that_were_stopped_are_told(tmp_path):
 
 def test_a_run_that_was_stopped_is_gone_on_with(tmp_path, monkeypatch):
     pytest.importorskip("cv2")
-    sizes = LaboratoryRunSizes(
-        runs=1,
-        generations=2,
-        repeats=1,
-        kept=(1,),
-        settings={"models.population": 2, "classifiers.population": 4, "run.history": "full"},
-    )
+    settings = {"models.population": 2, "classifiers.population": 4, "run.history": "full"}
+    sizes = EXPERIMENTS["5"].fast["runs"] | {"kept": [1], "settings": settings}
     asked = []
 
     def once_complete():
         asked.append(None)
         return len(asked) == 2  # the first question comes before the piece, the second after a generation
 
-    work = Work(tmp_path, SimpleNamespace(runs=sizes), fast=True, should_stop=once_complete)
+    work = Work(tmp_path, {"runs": sizes}, fast=True, should_stop=once_complete)
     with pytest.raises(Stopped):
         emulated_runs(work)
     assert (tmp_path / "emulated-run-seed5001" / "checkpoints").is_dir()
-    found = emulated_runs(Work(tmp_path, SimpleNamespace(runs=sizes), fast=True))
+    found = emulated_runs(Work(tmp_path, {"runs": sizes}, fast=True))
     assert (found.models.shape, found.again.shape) == ((1, 2, 2, 4), (1, 1, 2))
     assert found.classifiers.shape[:3] == (1, 1, 4)
 

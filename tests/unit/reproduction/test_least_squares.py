@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.coevolution import Samples
-from turing_learning.reproduction._methods import LeastSquares, squared_errors
+from turing_learning.reproduction._methods import least_squares, squared_errors
 from turing_learning.swarm import AGGREGATION
 
 BLIND = replace(
@@ -61,19 +61,19 @@ def test_a_scale_that_does_not_fit_is_refused(scale):
 
 def test_no_generations_are_refused():
     with pytest.raises(ValueError, match="`generations` must be an integer of at least 1; got 0"):
-        LeastSquares(AGGREGATION, generations=0)
+        least_squares(AGGREGATION, generations=0)
 
 
 def test_agents_that_do_not_react_are_inferred():
     # step sizes do not fall below 0.01, so that the best of 50 models is off by a few hundredths
-    found = LeastSquares(BLIND, generations=120, parents=25, offspring=25).infer(seed=1)
-    np.testing.assert_allclose(found.best[:2], BLIND.controller[:2], atol=0.05)
-    np.testing.assert_allclose(found.typical[:2], BLIND.controller[:2], atol=0.02)
+    found = least_squares(BLIND, seed=1, generations=120, parents=25, offspring=25)
+    np.testing.assert_allclose(found["best"][:2], BLIND.controller[:2], atol=0.05)
+    np.testing.assert_allclose(found["typical"][:2], BLIND.controller[:2], atol=0.02)
 
 
 def test_the_result_depends_on_the_seed_and_not_on_the_threads():
     results = [
-        LeastSquares(BLIND, generations=3, parents=4, offspring=4, threads=threads).infer(seed=seed).best
+        least_squares(BLIND, seed, generations=3, parents=4, offspring=4, threads=threads)["best"]
         for threads, seed in ((1, 5), (2, 5), (1, 6))
     ]
     np.testing.assert_array_equal(results[0], results[1])
@@ -81,4 +81,4 @@ def test_the_result_depends_on_the_seed_and_not_on_the_threads():
 
 
 def test_a_stop_leaves_no_model():
-    assert LeastSquares(BLIND, generations=3).infer(seed=1, should_stop=lambda: True) is None
+    assert least_squares(BLIND, generations=3, should_stop=lambda: True) is None

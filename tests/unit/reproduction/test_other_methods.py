@@ -8,9 +8,8 @@ import pandas as pd
 import pytest
 
 from turing_learning.config import ConfigurationError
-from turing_learning.figures import Picture
 from turing_learning.reproduction import reproduce
-from turing_learning.reproduction._experiment import Findings, Table
+from turing_learning.reproduction._experiment import Findings, Shown, Work
 from turing_learning.reproduction._methods import (
     Groups,
     Inferred,
@@ -24,11 +23,11 @@ from turing_learning.reproduction._reproduce import possible, standings
 from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.other_methods import (
     METHODS,
-    ComparisonSizes,
-    Outcome,
     as_json,
+    conduct_comparison,
     remarks,
     runs_frame,
+    summary_frame,
 )
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING
 
@@ -37,7 +36,16 @@ TRUTH = np.array(AGGREGATION.controller)
 
 
 def outcome(method, trials, error, seconds=1.0, intervals=None):
-    return Outcome(AGGREGATION, method, trials, (1, 2), TRUTH + [[error] * 4] * 2, intervals, np.full(2, seconds))
+    """What two runs have found, each off by `error` in every parameter; `intervals` (2, 2, 4) are their ends."""
+    inside = [(None, None) if method == "mixture" else (TRUTH - 1, TRUTH + 1)] * 2
+    ends = inside if intervals is None else intervals
+    found = [as_json(Inferred(TRUTH + error, low, high), seconds) for low, high in ends]
+    return {(method, trials): found}
+
+
+def summary_of(*outcomes):
+    found = {key: pieces for one in outcomes for key, pieces in one.items()}
+    return summary_frame(AGGREGATION, runs_frame(AGGREGATION, found, range(2)))
 
 
 @pytest.fixture
@@ -50,14 +58,12 @@ def folder(tmp_path):
     """An experiment that has left a table and a remark."""
     from matplotlib.figure import Figure
 
-    folder = ExperimentFolder(tmp_path / ID)
+    folder, findings = ExperimentFolder(tmp_path / ID), Findings(ID, remarks=["Who wins."])
     folder.begin(EXPERIMENTS[ID], fast=False)
-    table = Table("errors", "Errors", pd.DataFrame({"method": ["NPE"], "trials": 1000, "MAE": 0.123456}), inline=True)
-    folder.write(
-        Findings([], [table], [Picture("one", "", "A picture", Figure())], ["Who wins."]),
-        fast=False,
-        seconds=1,
-    )
+    frame = pd.DataFrame({"method": ["NPE"], "trials": 1000, "MAE": 0.123456})
+    findings.tables.append((0, Shown("errors", "Errors", inline=True), frame))
+    findings.pictures.append((Shown("one", "A picture"), Figure()))
+    folder.write(findings, fast=False, seconds=1)
     return folder
 
 
@@ -65,45 +71,38 @@ def test_errors_and_coverage_are_over_seeds_and_parameters():
     low, high = TRUTH - 0.1, TRUTH + 0.1
     inside = np.array([[low, high], [low, high]])
     inside[0, 1, :2] = -2.0
-    one = outcome("npe", 1000, 0.25, intervals=inside)
-    assert one.mae == pytest.approx(0.25)
-    assert one.coverage == pytest.approx(6 / 8)
-    assert outcome("mixture", 10, 0.1).coverage is None
-
-
-def test_what_the_pieces_hold_becomes_an_outcome():
-    piece = {"estimate": list(TRUTH), "low": list(TRUTH), "high": list(TRUTH), "processor_seconds": 2.0}
-    found = Outcome.of(AGGREGATION, "npe", 10, (1,), [piece])
-    assert (found.mae, found.width, found.coverage, found.seconds) == (0.0, 0.0, 1.0, 2.0)
-    assert Outcome.of(AGGREGATION, "mixture", 10, (1,), [piece | {"low": None, "high": None}]).intervals is None
+    found = summary_of(outcome("npe", 1000, 0.25, 2.0, inside), outcome("mixture", 10, 0.1)).set_index("method")
+    assert found.loc["NPE", ["MAE", "coverage", "processor_s"]].tolist() == pytest.approx([0.25, 6 / 8, 2.0])
+    assert found.loc["mixture", ["coverage", "width"]].isna().all()
 
 
 def test_an_interval_that_is_not_known_holds_nothing_and_is_counted():
     ends = np.array([[TRUTH - 0.1, TRUTH + 0.1]] * 2)
     ends[1, :, :3] = np.nan
-    one = outcome("turing-learning", 1000, 0.25, intervals=ends)
-    assert (one.coverage, one.unknown) == (5 / 8, 3)
-    assert one.width == pytest.approx(0.2)
-    assert "Turing Learning 3 with 1,000 trials" in remarks([one, outcome("mixture", 10, 0.1)])[-1]
-    assert outcome("turing-learning", 1000, 0.25, intervals=np.full((2, 2, 4), np.nan)).width is None
+    found = summary_of(outcome("turing-learning", 1000, 0.25, intervals=ends), outcome("mixture", 10, 0.1))
+    assert found.loc[0, ["coverage", "unknown", "width"]].tolist() == pytest.approx([5 / 8, 3, 0.2])
+    assert "Turing Learning 3 with 1,000 trials" in remarks("Aggregation", found)[-1]
+    nowhere = np.full((2, 2, 4), np.nan)
+    assert summary_of(outcome("turing-learning", 1000, 0.25, intervals=nowhere)).loc[0, ["width"]].isna().all()
 
 
 def test_what_is_not_known_is_null_in_a_piece_and_empty_in_the_table():
     inferred = Inferred(TRUTH, np.array([np.nan, 0.0, 0.0, 0.0]), np.array([np.nan, 1.0, 1.0, 1.0]))
     piece = json.loads(json.dumps(as_json(inferred, 2.0), allow_nan=False))
     assert (piece["low"], piece["high"]) == ([None, 0.0, 0.0, 0.0], [None, 1.0, 1.0, 1.0])
-    found = Outcome.of(AGGREGATION, "turing-learning", 1000, (1,), [piece])
-    np.testing.assert_array_equal(found.intervals[0], [inferred.low, inferred.high])
-    table = Table("runs", "", runs_frame([found], AGGREGATION.parameter_names)).csv().decode()
+    found = runs_frame(AGGREGATION, {("turing-learning", 1000): [piece]}, (1,))
+    for end in ("low", "high"):
+        np.testing.assert_array_equal(found.filter(regex=f"^{end}_").to_numpy()[0], getattr(inferred, end))
+    table = found.drop(columns="processor_s").to_csv(index=False, float_format="%.6g")
     assert table.splitlines()[1].endswith(",0,,,0,1,0,1,0,1")
 
 
 def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
-    found = [
+    found = summary_of(
         outcome("turing-learning", 100, 0.3, 2.0), outcome("turing-learning", 1000, 0.01, 20.0),
         outcome("npe", 100, 0.2, 5.0), outcome("npe", 1000, 0.05, 50.0), outcome("mixture", 10, 0.001, 0.5),
-    ]  # fmt: skip
-    first, second, wins = remarks(found)
+    )  # fmt: skip
+    first, second, wins = remarks("Aggregation", found)
     assert first.index("NPE 0.2000") < first.index("Turing Learning 0.3000")
     assert second.index("Turing Learning 0.0100") < second.index("NPE 0.0500")
     assert "NPE with 100 simulated trials has a smaller median error (0.2000, 0.3000) than Turing Learning" in wins
@@ -116,13 +115,14 @@ def test_it_is_said_who_is_more_accurate_and_where_the_others_win():
 
 
 def test_a_method_that_wins_nowhere_is_not_praised():
-    found = [outcome("turing-learning", 100, 0.1, 1.0), outcome("mixture", 10, 0.2, 2.0)]
-    assert remarks(found)[-1] == "**Where the others win, aggregation:** nowhere."
+    found = summary_of(outcome("turing-learning", 100, 0.1, 1.0), outcome("mixture", 10, 0.2, 2.0))
+    assert remarks("Aggregation", found)[-1] == "**Where the others win, aggregation:** nowhere."
 
 
-def test_trials_that_do_not_make_whole_groups_and_generations_are_refused():
-    with pytest.raises(ValueError, match=r"`trials` must be multiples of 10 and 100; got \(150,\)"):
-        ComparisonSizes(trials=(150,))
+def test_trials_that_do_not_make_whole_groups_and_generations_are_refused(tmp_path):
+    work = Work(tmp_path, EXPERIMENTS[ID].full | {"trials": [150]})
+    with pytest.raises(ValueError, match=r"`trials` must be multiples of 10 and 100; got \[150\]"):
+        conduct_comparison(work, Findings(ID))
 
 
 @pytest.mark.usefixtures("without_packages")

@@ -129,7 +129,7 @@ def test_a_folder_of_the_fast_form_is_refused_for_the_full_one(conducted):
 
 
 def test_a_folder_of_other_sizes_is_refused(conducted, monkeypatch):
-    other = replace(EXPERIMENTS["3.2"], fast=replace(EXPERIMENTS["3.2"].fast, trials=99))
+    other = replace(EXPERIMENTS["3.2"], fast=EXPERIMENTS["3.2"].fast | {"trials": 99})
     monkeypatch.setitem(EXPERIMENTS, "3.2", other)
     with pytest.raises(RunFolderError, match=r"`out` must be a folder of the same sizes, .*'trials': 99.*; got"):
         reproduce("3.2", fast=True, out=conducted)

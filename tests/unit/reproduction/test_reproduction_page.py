@@ -34,7 +34,7 @@ def test_the_committed_page_is_current():
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_the_committed_page_of_an_experiment_is_current(name):
     folder = ExperimentFolder(ROOT / "experiments" / name)
-    assert folder.readme_path.read_text() == readme(EXPERIMENTS[name], folder), HOW
+    assert (folder.path / "README.md").read_text() == readme(EXPERIMENTS[name], folder), HOW
 
 
 def test_every_claim_of_sections_3_2_and_4_has_a_row(tmp_path):
@@ -47,7 +47,7 @@ def test_every_claim_of_sections_3_2_and_4_has_a_row(tmp_path):
 def test_every_rule_is_stated_on_the_page_of_its_experiment():
     folders = [ExperimentFolder(ROOT / "experiments" / name) for name in EXPERIMENTS]
     stated = {
-        one.rule: RULES[one.rule] in folder.readme_path.read_text()
+        one.rule: RULES[one.rule] in (folder.path / "README.md").read_text()
         for folder in folders
         for one in folder.results().verdicts
     }

@@ -4,17 +4,12 @@ import pytest
 from turing_learning.reproduction._experiment import Runs
 from turing_learning.reproduction._verdicts import (
     ClaimVerdict,
-    Spread,
-    listed,
-    not_worse,
-    printed_spreads,
+    Spreads,
     shares_not_worse,
-    within_spread,
 )
 from turing_learning.reproduction.experiments.case_studies import (
     Case,
     Emergence,
-    EmergenceSizes,
     Outcome,
     emergence_verdict,
     settled,
@@ -22,38 +17,44 @@ from turing_learning.reproduction.experiments.case_studies import (
 )
 from turing_learning.swarm import AGGREGATION
 
-PRINTED = Spread(0.1, 0.03, 30)
+
+def spreads(*pairs):
+    """Means and standard deviations over 30 runs."""
+    return Spreads(*np.array(pairs).T, 30)
+
+
+PRINTED = spreads((0.1, 0.03))
 
 
 def test_mean_and_standard_deviation_are_those_of_the_runs():
-    spread = Spread.of([1.0, 2.0, 3.0])
-    assert (spread.mean, spread.standard_deviation, spread.runs) == (2.0, 1.0, 3)
-    assert spread.standard_error == pytest.approx(1 / 3**0.5)
+    found = Spreads.of(np.array([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]))
+    assert (found.mean.tolist(), found.standard_deviation.tolist(), found.runs) == ([2.0, 0.0], [1.0, 0.0], 3)
+    assert found.standard_error[0] == pytest.approx(1 / 3**0.5)
 
 
 def test_a_single_run_has_no_spread():
-    assert Spread.of([0.2]).standard_deviation == 0.0
+    assert Spreads.of(np.array([[0.2]])).standard_deviation == 0.0
 
 
 @pytest.mark.parametrize(
     ("observed", "agrees"),
     [
-        ([Spread(0.0, 0.01, 30)], True),  # a smaller error
+        (spreads((0.0, 0.01)), True),  # a smaller error
         # both standard errors are 0.03 / sqrt(30) = 0.005477, that of the difference 0.007746: the limit is 0.1205
-        ([Spread(0.120, 0.03, 30)], True),
-        ([Spread(0.121, 0.03, 30)], False),
+        (spreads((0.120, 0.03)), True),
+        (spreads((0.121, 0.03)), False),
         # one of 30 runs is off by 1000: a standard deviation of 183 does not widen the limit
-        ([Spread.of([0.0] * 29 + [1000.0])], False),
-        ([Spread(0.0, 0.0, 30), Spread(0.9, 0.1, 30)], False),  # one parameter that is worse
+        (Spreads.of(np.array([[0.0]] * 29 + [[1000.0]])), False),
+        (spreads((0.0, 0.0), (0.9, 0.1)), False),  # one parameter that is worse
     ],
 )
 def test_errors_agree_up_to_twice_the_printed_standard_error_of_the_difference(observed, agrees):
-    assert not_worse(observed, [PRINTED] * len(observed)) is agrees
+    assert observed.not_worse(PRINTED) is agrees
 
 
 @pytest.mark.parametrize(("mean", "agrees"), [(0.066, True), (0.064, False), (0.134, True), (0.136, False)])
 def test_a_baseline_must_be_neither_worse_nor_better_than_printed(mean, agrees):
-    assert within_spread([Spread(mean, 0.5, 30)], [PRINTED]) is agrees
+    assert spreads((mean, 0.5)).within(PRINTED) is agrees
 
 
 @pytest.mark.parametrize(
@@ -64,11 +65,12 @@ def test_a_share_may_fall_short_by_twice_the_standard_error_of_the_difference(ow
 
 
 def test_printed_errors_are_those_of_30_runs():
-    assert printed_spreads("4.3-aggregation-ae")[0] == Spread(0.01, 0.01, 30)
+    found = Spreads.printed("4.3-aggregation-ae")
+    assert (found.mean[0], found.standard_deviation[0], found.runs) == (0.01, 0.01, 30)
 
 
 def test_numbers_are_listed_with_their_names():
-    assert listed(("vl0", "vr0"), (PRINTED, PRINTED), 2) == "vl0 0.10 (0.03), vr0 0.10 (0.03)"
+    assert spreads((0.1, 0.03), (0.1, 0.03)).listed(("vl0", "vr0"), 2) == "vl0 0.10 (0.03), vr0 0.10 (0.03)"
 
 
 def test_a_verdict_without_a_stated_rule_is_refused():
@@ -106,7 +108,7 @@ def test_values_that_leave_again_and_again_never_settle():
 def test_a_swarm_that_does_not_gather_makes_the_claim_differ(dispersions, agrees):
     # all of four trials alike: no test can be significant, so that only the second condition decides
     emergence = Emergence(np.full(4, 10.0), np.array([[d] * 4 for d in dispersions]), np.full((2, 4), 10.0))
-    case = Case(AGGREGATION, "aggregation", EmergenceSizes(robots=5, trials=4))
+    case = Case(AGGREGATION, "aggregation", {"robots": 5, "trials": 4}, PRINTED)
     runs = Runs("default", AGGREGATION.parameter_names, (1, 2), {}, {})
     outcome = Outcome(case, runs, np.zeros((2, 2, 4)), np.zeros((1, 4)), {"best_model": emergence})
     assert emergence_verdict(outcome, "best_model").agrees is agrees

@@ -1,20 +1,33 @@
 """The experiments of the paper, in its order, and what several of them share."""
 
+from typing import Any
+
 from .._experiment import Experiment
+from .._verdicts import prose
 from . import case_studies, classifiers, generality, laboratory, other_methods
 
-_IN_ORDER = (
-    case_studies.SNAPSHOTS,
-    case_studies.CASE_STUDIES,
-    classifiers.ACCURACY,
-    other_methods.BASELINE,
-    other_methods.COMPARISON,
-    generality.MORPHOLOGY,
-    generality.BLACK_BOX,
-    generality.SEPARATED,
-    generality.BEHAVIORS,
-    laboratory.LABORATORY_RUNS,
-    classifiers.INTERACTION,
-)
-EXPERIMENTS: dict[str, Experiment] = {one.id: one for one in _IN_ORDER}
+_IN_ORDER = {
+    "3.2": case_studies.conduct_snapshots,
+    "4.3": case_studies.conduct_case_studies,
+    "4.4": classifiers.conduct_accuracy,
+    "4.5": other_methods.conduct_baseline,
+    "4.5+": other_methods.conduct_comparison,
+    "4.6.1": generality.conduct_morphology,
+    "4.6.2": generality.conduct_black_box,
+    "4.6.3": generality.conduct_separated,
+    "4.6.4": generality.conduct_behaviors,
+    "5": laboratory.conduct,
+    "interaction": classifiers.conduct_interaction,
+}
+
+
+def _changed(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    return values | {k: _changed(values[k], v) if isinstance(v, dict) else v for k, v in changes.items()}
+
+
+def _described(id: str, full: dict[str, Any], fast: dict[str, Any], **about: Any) -> Experiment:
+    return Experiment(id=id, conduct=_IN_ORDER[id], full=full, fast=_changed(full, fast), **about)
+
+
+EXPERIMENTS: dict[str, Experiment] = {id: _described(id, **prose()["experiments"][id]) for id in _IN_ORDER}
 """Experiments by their sections."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,93 +11,39 @@ import pandas as pd
 from turing_learning.analysis import compare, dynamic_outputs, response_error
 from turing_learning.analysis._errors import DYNAMIC_READINGS as READINGS
 from turing_learning.analysis._errors import median_place
-from turing_learning.figures import box_figure
-from turing_learning.figures._many_runs import (
-    box_panels_figure,
-    dynamic_outputs_figure,
-    error_box_figure,
-    error_histogram_figure,
-)
+from turing_learning.figures import _many_runs as figures
 from turing_learning.models import ElmanModel
 from turing_learning.swarm import AGGREGATION, AGGREGATION_VIEW_0, AGGREGATION_VIEW_60
 
-from .._experiment import (
-    KINDS,
-    PRESETS,
-    Captions,
-    Experiment,
-    Findings,
-    Runs,
-    RunSizes,
-    ShareSizes,
-    Work,
-    compare_columns,
-    seeded,
-    sensor_shares,
-    small,
-    spreads_frame,
-    stacked,
-    values_of,
-    variant_of,
-)
-from .._verdicts import (
-    PAPER_RUNS,
-    PRINTED,
-    REASONS,
-    ClaimVerdict,
-    errors_verdict,
-    listed,
-    load_claims,
-    not_worse,
-    printed_spreads,
-    shares_not_worse,
-    spreads_of,
-    valued,
-)
+from .._experiment import KINDS, PRESETS, Findings, Runs, Work, compare_columns, seeded, sensor_shares, stacked
+from .._verdicts import REASONS, ClaimVerdict, Spreads, errors_verdict, held, load_claims, shares_not_worse, valued
 
 FIELDS_OF_VIEW = {"4.6.1-morphology-0": AGGREGATION_VIEW_0, "4.6.1-morphology-60": AGGREGATION_VIEW_60}
 """Claim -> scenario."""
 OFF = 0.1  # mean absolute error above which a run is off
 
 
-@dataclass(frozen=True)
-class MorphologySizes:
-    """How many runs, `beside` of them with the preset that stands beside the verdict, and generations."""
-
-    runs: int = 30
-    beside: int = 10
-    generations: int = 1000
-    first_seed: int = 2001
-    presets: tuple[str, ...] = PRESETS
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-
-def conduct_morphology(work: Work) -> Findings:
+def conduct_morphology(work: Work, findings: Findings) -> None:
     """Conduct a study for each field of view and preset."""
-    sizes: MorphologySizes = work.sizes
-    captions, verdicts, errors, tables, pictures = Captions("4.6.1"), [], {}, [], []
-    for preset in sizes.presets:
+    errors = {}
+    for preset in work.sizes["presets"]:
         for claim, scenario in FIELDS_OF_VIEW.items():
-            number = sizes.runs if preset == PRESETS[0] else sizes.beside
-            result = work.runs(f"study-{scenario.name}-{preset}", scenario.name, preset, runs=number)
-            runs = Runs.of(result, preset, scenario.parameter_names)
-            verdicts += [morphology_verdict(claim, runs, kind) for kind in KINDS]
+            name, number = f"{scenario.name}-{preset}", work.sizes["runs" if preset == PRESETS[0] else "beside"]
+            runs = work.runs(f"study-{name}", scenario.name, preset, scenario.parameter_names, runs=number)
+            findings.verdicts += [morphology_verdict(claim, runs, kind) for kind in KINDS]
             errors[scenario.name, preset] = runs.errors_frame(claim)
             words = {"scenario": scenario, "preset": preset, "runs": number}
-            tables.append(captions.table("{scenario.name}-{preset}-models", runs.models_frame(), **words))
-            figure = box_figure(runs.models["best_model"], names=scenario.parameter_labels, truth=scenario.truth)
-            pictures.append(captions.picture("{scenario.name}-{preset}-boxes", claim, figure, **words))
-    summary = captions.table("absolute-errors", stacked(errors, "scenario", "preset"))
-    return Findings(verdicts, [summary, *tables], pictures)
+            findings.table("{scenario.name}-{preset}-models", runs.models_frame(), **words)
+            labels, truth = scenario.parameter_labels, scenario.truth
+            figure = figures.box_figure(runs.models["best_model"], names=labels, truth=truth)
+            findings.picture("{scenario.name}-{preset}-boxes", claim, figure, **words)
+    findings.table("absolute-errors", stacked(errors, "scenario", "preset"))
 
 
 def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
     """Hold the errors against a claim; name the runs that are off, which a mean hides, and those that mistook a reading."""
-    names, truth, errors = (
-        FIELDS_OF_VIEW[claim].parameter_labels,
-        np.array(FIELDS_OF_VIEW[claim].controller),
-        runs.errors[kind],
-    )
+    names, truth = FIELDS_OF_VIEW[claim].parameter_labels, np.array(FIELDS_OF_VIEW[claim].controller)
+    errors = runs.errors[kind]
 
     def seeds(chosen: np.ndarray) -> str:
         return ", ".join(str(runs.seeds[k]) for k in np.flatnonzero(chosen))
@@ -107,39 +53,21 @@ def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
     if off.any():
         text = f"; the mean error exceeds {OFF} in {np.count_nonzero(off)} of {len(off)} runs (seeds {seeds(off)})"
         if not off.all():
-            text += f", without them {listed(names, spreads_of(errors[~off]))}"
+            text += f", without them {Spreads.of(errors[~off]).listed(names)}"
     speeds = runs.models[kind][:, : len(truth)]
     mirrored = np.abs(speeds - np.roll(truth, 2)).sum(axis=1) < np.abs(speeds - truth).sum(axis=1)
     strayed = {"mirrored": off & mirrored, "strayed": off & ~mirrored & (errors[:, -1] > math.pi / 2)}
-    reasons = [
-        f"{REASONS[f'4.6.1-{what}']} (seeds {seeds(chosen)})" for what, chosen in strayed.items() if chosen.any()
-    ]
+    reasons = [f"{REASONS[f'4.6.1-{what}']} (seeds {seeds(who)})" for what, who in strayed.items() if who.any()]
     reason = f"{'; '.join(reasons)}; docs/decisions/0016" if reasons else ""
-    return errors_verdict(claim, errors, names, variant_of(runs.preset, kind), observed_also=text, reason=reason)
-
-
-MORPHOLOGY = Experiment.of(
-    "4.6.1",
-    conduct_morphology,
-    full=MorphologySizes(),
-    fast=MorphologySizes(runs=2, beside=2, generations=6, settings=small(6, 6)),
-)
+    return errors_verdict(claim, errors, names, runs.variant(kind), observed_also=text, reason=reason)
 
 
 NETWORKS = "4.6.2-black-box"
 NEAR = 0.1
 QUICK = 3  # steps after a change of the reading in which the outputs are to be near their steady values
+PAPER_RUNS = 30
 PRINTED_ASTRAY = {5: 2}  # hidden neurons -> outliers that the caption of figure 11 names, of `PAPER_RUNS`
 TRUTH, NAMES = np.array(AGGREGATION.controller), AGGREGATION.parameter_names
-
-
-@dataclass(frozen=True)
-class BlackBoxSizes(RunSizes):
-    """How many runs and generations, for networks of which sizes."""
-
-    hidden: tuple[int, ...] = (1, 3, 5)
-    presets: tuple[str, ...] = PRESETS
-    settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,53 +111,43 @@ class NetworkRuns:
         return shares_not_worse(1 - self.astray / runs, runs, 1 - printed / PAPER_RUNS, PAPER_RUNS)
 
 
-def conduct_black_box(work: Work) -> Findings:
+def conduct_black_box(work: Work, findings: Findings) -> None:
     """Conduct the studies, and look at what the networks do."""
-    sizes: BlackBoxSizes = work.sizes
-    captions, verdicts, pictures = Captions("4.6.2"), [], []
     errors, steady, dynamic = {}, {}, {}
-    for preset in sizes.presets:
+    for preset in work.sizes["presets"]:
         outcomes = []
-        for hidden in sizes.hidden:
-            settings = {"models.hidden": hidden}
-            result = work.runs(f"study-{hidden}-hidden-{preset}", AGGREGATION.name, preset, settings=settings)
-            found = [run.result["networks"]["best_model"] for run in result.runs if run.result is not None]
+        for hidden in work.sizes["hidden"]:
+            name, settings = f"study-{hidden}-hidden-{preset}", {"models.hidden": hidden}
+            runs = work.runs(name, AGGREGATION.name, preset, NAMES, settings=settings)
+            found = [run.result["networks"]["best_model"] for run in runs.result.runs if run.result is not None]
             model, networks = ElmanModel(AGGREGATION.sensor.states, hidden), [list(one.values()) for one in found]
-            outcomes.append(NetworkRuns(Runs.of(result, preset, NAMES), model, np.array(networks)))
-        verdicts.append(black_box_verdict(outcomes))
-        for one in outcomes:
-            key, runs = (preset, one.model.hidden), one.runs
+            one = NetworkRuns(runs, model, np.array(networks))
+            outcomes.append(one)
             frame = runs.errors_frame()
             frame.insert(3, "median_output", np.ravel([np.median(outputs, axis=0) for outputs in runs.models.values()]))
-            errors[*key, len(one.model.parameter_names)] = frame
-            median = np.arange(len(runs)) == median_place(one.performance)
-            steady[key] = frame = seeded(runs.seeds, runs.models["best_model"], NAMES)
+            errors[preset, hidden, len(model.parameter_names)] = frame
+            steady[preset, hidden] = frame = seeded(runs.seeds, runs.models["best_model"], NAMES)
             frame.insert(1, "metric", one.performance)
-            frame.insert(2, "is_median", median)
+            frame.insert(2, "is_median", np.arange(len(runs)) == median_place(one.performance))
             moments = pd.DataFrame({"step": np.arange(1, len(READINGS) + 1), "reading": READINGS})
-            dynamic[key] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
+            dynamic[preset, hidden] = moments.join(pd.DataFrame(one.dynamics, columns=["left", "right"]))
+        findings.verdicts.append(black_box_verdict(outcomes))
         titles, words = [one.title for one in outcomes], {"preset": preset, "runs": len(outcomes[0].runs)}
         look: dict[str, Any] = {"titles": titles, "names": NAMES, "truth": TRUTH, "what": "Steady output"}
-        boxes = box_panels_figure([one.runs.models["best_model"] for one in outcomes], **look)
-        truth, dynamics = TRUTH.reshape(-1, 2)[READINGS], [one.dynamics for one in outcomes]
-        curves = dynamic_outputs_figure(dynamics, readings=READINGS, titles=titles, truth=truth)
-        pictures += [
-            captions.picture("{preset}-steady-outputs", NETWORKS, boxes, **words),
-            captions.picture("{preset}-dynamic-outputs", NETWORKS, curves, **words),
-        ]
-    tables = [
-        captions.table("absolute-errors", stacked(errors, "preset", "hidden", "weights")),
-        captions.table("steady-outputs", stacked(steady, "preset", "hidden")),
-        captions.table("dynamic-outputs", stacked(dynamic, "preset", "hidden")),
-    ]
-    return Findings(verdicts, tables, pictures)
+        boxes = figures.box_panels_figure([one.runs.models["best_model"] for one in outcomes], **look)
+        look = {"titles": titles, "readings": READINGS, "truth": TRUTH.reshape(-1, 2)[READINGS]}
+        curves = figures.dynamic_outputs_figure([one.dynamics for one in outcomes], **look)
+        findings.picture("{preset}-steady-outputs", NETWORKS, boxes, **words)
+        findings.picture("{preset}-dynamic-outputs", NETWORKS, curves, **words)
+    findings.table("absolute-errors", stacked(errors, "preset", "hidden", "weights"))
+    findings.table("steady-outputs", stacked(steady, "preset", "hidden"))
+    findings.table("dynamic-outputs", stacked(dynamic, "preset", "hidden"))
 
 
 def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
     """Return in which step after a change of the reading, from 1, the outputs (T, 2) are near where they end, to stay."""
-    begins = np.flatnonzero(np.diff(readings, prepend=readings[0] - 1))
     slowest = 1
-    for phase in np.split(outputs, begins[1:]):
+    for phase in np.split(outputs, np.flatnonzero(np.diff(readings)) + 1):
         astray = np.flatnonzero((np.abs(phase - phase[-1]) > NEAR).any(axis=1))
         slowest = max(slowest, int(astray[-1]) + 2 if astray.size else 1)
     return slowest
@@ -245,74 +163,45 @@ def black_box_verdict(outcomes: Sequence[NetworkRuns]) -> ClaimVerdict:
             f"{one.model.hidden} hidden: medians {medians}; median MAE {np.median(one.runs.maes('best_model')):.3f}, an output "
             f"off by more than {2 * NEAR:g} in {one.astray} of {len(one.runs)} runs; settled in step {step}"
         )
-    return ClaimVerdict(
-        NETWORKS,
-        all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK,
-        PRINTED[NETWORKS],
-        ". ".join(texts),
-        "black box",
-        variant_of(outcomes[0].runs.preset),
-    )
-
-
-BLACK_BOX = Experiment.of(
-    "4.6.2", conduct_black_box, full=BlackBoxSizes(),
-    fast=BlackBoxSizes(runs=2, generations=8, hidden=(1, 3), presets=PRESETS[:1], settings=small(8, 8)),
-)  # fmt: skip
+    agrees = all(one.near and one.few_astray for one in outcomes) and max(settled) <= QUICK
+    return held(NETWORKS, agrees, ". ".join(texts), "black box", outcomes[0].runs.variant())
 
 
 SEPARATED_SWARMS = "4.6.3-separated"
 GROUPINGS = ("mixed", "separated")
 
 
-@dataclass(frozen=True)
-class SeparatedSizes(RunSizes):
-    """How many runs and generations, with mixed and with separated groups."""
-
-    presets: tuple[str, ...] = PRESETS
-    settings: Mapping[str, Any] = field(default_factory=dict)
-
-
-def conduct_separated(work: Work) -> Findings:
+def conduct_separated(work: Work, findings: Findings) -> None:
     """Conduct the studies, and test whether their errors differ."""
-    sizes: SeparatedSizes = work.sizes
-    captions, verdicts, errors, tables, pictures = Captions("4.6.3"), [], {}, [], []
-    for preset in sizes.presets:
+    errors = {}
+    for preset in work.sizes["presets"]:
         both = {}
-        for grouping in GROUPINGS:
-            settings = {"scenario.grouping": grouping}
-            result = work.runs(f"study-{grouping}-{preset}", AGGREGATION.name, preset, settings=settings)
-            both[grouping] = Runs.of(result, preset, NAMES)
+        for name in GROUPINGS:
+            settings = {"scenario.grouping": name}
+            both[name] = work.runs(f"study-{name}-{preset}", AGGREGATION.name, preset, NAMES, settings=settings)
         for kind in KINDS:
-            verdicts.append(separated_verdict(both, kind))
-            frame = pd.DataFrame({"parameter": NAMES, "runs": sizes.runs})
+            findings.verdicts.append(separated_verdict(both, kind))
+            frame = pd.DataFrame({"parameter": NAMES, "runs": work.sizes["runs"]})
             for name, runs in both.items():
-                spreads = spreads_of(runs.errors[kind])
-                frame = frame.join(spreads_frame(spreads, f"{name}_mean", f"{name}_standard_deviation"))
+                columns = f"{name}_mean", f"{name}_standard_deviation"
+                frame = frame.join(Spreads.of(runs.errors[kind]).frame(*columns))
             tests = compare_columns(*(runs.errors[kind] for runs in both.values()))
             errors[preset, kind] = frame.assign(p_value=tests.p_values, significant=tests.significant)
+        words = {"preset": preset, "runs": work.sizes["runs"]}
         models = stacked({name: runs.models_frame() for name, runs in both.items()}, "grouping")
-        tables.append(captions.table("{preset}-models", models, preset=preset))
+        findings.table("{preset}-models", models, **words)
         look: dict[str, Any] = {"titles": ("Mixed", "Separated"), "names": NAMES, "truth": AGGREGATION.controller}
-        figure = box_panels_figure([runs.models["best_model"] for runs in both.values()], **look)
-        pictures.append(captions.picture("{preset}-boxes", SEPARATED_SWARMS, figure, preset=preset, runs=sizes.runs))
-    summary = captions.table("absolute-errors", stacked(errors, "preset", "model"))
-    return Findings(verdicts, [summary, *tables], pictures)
+        figure = figures.box_panels_figure([runs.models["best_model"] for runs in both.values()], **look)
+        findings.picture("{preset}-boxes", SEPARATED_SWARMS, figure, **words)
+    findings.table("absolute-errors", stacked(errors, "preset", "model"))
 
 
 def separated_verdict(both: Mapping[str, Runs], kind: str) -> ClaimVerdict:
     """Test whether the errors of mixed and of separated runs differ, parameter by parameter."""
     tests = compare_columns(*(both[grouping].errors[kind] for grouping in GROUPINGS))
-    texts = "; ".join(f"{name}: {listed(NAMES, spreads_of(runs.errors[kind]))}" for name, runs in both.items())
-    agrees, observed = not tests.significant.any(), f"{texts}; p: {valued(NAMES, tests.p_values, '.2g')}"
-    variant = variant_of(both["mixed"].preset, kind)
-    return ClaimVerdict(SEPARATED_SWARMS, agrees, PRINTED[SEPARATED_SWARMS], observed, "separated", variant)
-
-
-SEPARATED = Experiment.of(
-    "4.6.3", conduct_separated, full=SeparatedSizes(),
-    fast=SeparatedSizes(runs=2, generations=8, presets=PRESETS[:1], settings=small(8, 8)),
-)  # fmt: skip
+    texts = "; ".join(f"{name}: {Spreads.of(runs.errors[kind]).listed(NAMES)}" for name, runs in both.items())
+    observed, variant = f"{texts}; p: {valued(NAMES, tests.p_values, '.2g')}", both["mixed"].variant(kind)
+    return held(SEPARATED_SWARMS, not tests.significant.any(), observed, "separated", variant)
 
 
 RANDOM = "4.6.4-random-behaviors"
@@ -321,26 +210,15 @@ GOOD, FAIR = 0.05, 0.1
 DRAWS = 200  # draws of few runs from many: how often do a few show what many do?
 
 
-@dataclass(frozen=True)
-class BehaviorSizes:
-    """How many runs of each preset, and how often behaviors see another robot."""
-
-    runs: Mapping[str, int] = field(default_factory=lambda: {"default": 200, "paper": 30})
-    generations: int = 1000
-    first_seed: int = 2001
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    shares: ShareSizes = field(default_factory=ShareSizes)
-
-
-def conduct_behaviors(work: Work) -> Findings:
+def conduct_behaviors(work: Work, findings: Findings) -> None:
     """Conduct runs with each preset, and see how often each behavior of the first one sees another robot."""
     from scipy.stats import binomtest
 
-    sizes: BehaviorSizes = work.sizes
-    captions, all_runs, behaviors, summary, tables, pictures = Captions("4.6.4"), [], [], {}, [], []
+    all_runs, behaviors, summary = [], [], {}
     for preset in PRESETS:
-        result = work.runs(f"study-{preset}", "random-behaviors", preset, runs=sizes.runs[preset])
-        runs, truth = Runs.of(result, preset, NAMES), values_of(result, "truth")
+        number = work.sizes["runs"][preset]
+        runs = work.runs(f"study-{preset}", "random-behaviors", preset, NAMES, runs=number)
+        truth = np.array([list(run.result["truth"].values()) for run in runs.result.runs])
         all_runs.append(runs)
         behaviors.append(truth)
         for kind in KINDS:
@@ -353,42 +231,34 @@ def conduct_behaviors(work: Work) -> Findings:
         frame = seeded(runs.seeds, truth, NAMES)
         frame[[f"estimate_{name}" for name in NAMES]] = runs.models["estimate"]
         frame = frame.assign(best_model_mae=runs.maes("best_model"), estimate_mae=runs.maes("estimate"))
-        tables.append(captions.table("{preset}-runs", frame, preset=preset))
         words = {"preset": preset, "runs": len(runs)}
-        histogram = error_histogram_figure(runs.maes("best_model"), limits=(GOOD, FAIR))
-        boxes = error_box_figure(list(runs.errors["best_model"].T), names=NAMES)
-        pictures += [
-            captions.picture("{preset}-histogram", RANDOM, histogram, **words),
-            captions.picture("{preset}-errors", RANDOM, boxes, **words),
-        ]
+        findings.table("{preset}-runs", frame, **words)
+        histogram = figures.error_histogram_figure(runs.maes("best_model"), limits=(GOOD, FAIR))
+        boxes = figures.error_box_figure(list(runs.errors["best_model"].T), names=NAMES)
+        findings.picture("{preset}-histogram", RANDOM, histogram, **words)
+        findings.picture("{preset}-errors", RANDOM, boxes, **words)
 
     def compute() -> dict[str, Any]:
         swarms = (replace(AGGREGATION, controller=tuple(map(float, behavior))) for behavior in behaviors[0])
-        return {"shares": [float(sensor_shares(swarm, sizes.shares)[..., 1].mean()) for swarm in swarms]}
+        shares = (sensor_shares(swarm, **work.sizes["shares"])[..., 1] for swarm in swarms)
+        return {"shares": [float(each.mean()) for each in shares]}
 
     most, sees = all_runs[0], np.array(work.piece("shares", compute)["shares"])
     frame = seeded(most.seeds, behaviors[0], NAMES)
     frame = frame.assign(estimate_mae=most.maes("estimate"), share_of_I_1=sees, rank=np.argsort(np.argsort(sees)) + 1)
-    failures = frame[frame["estimate_mae"] >= GOOD]
-    return Findings(
-        [behaviors_verdict(runs, kind, most.errors[kind]) for runs in all_runs for kind in KINDS],
-        [
-            captions.table("summary", stacked(summary, "preset", "model")),
-            *tables,
-            captions.table("failures", failures, runs=len(sees), median=np.median(sees)),
-        ],
-        pictures,
-    )
+    findings.table("failures", frame[frame["estimate_mae"] >= GOOD], runs=len(sees), median=np.median(sees))
+    findings.table("summary", stacked(summary, "preset", "model"))
+    findings.verdicts += [behaviors_verdict(runs, kind, most.errors[kind]) for runs in all_runs for kind in KINDS]
 
 
 def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdict:
     """Hold the errors against the claim; `of_most` are those (R, P) of the preset with the most runs."""
     values, maes = load_claims()[RANDOM].values, runs.maes(kind)
-    printed, observed = printed_spreads(RANDOM, PAPER_BEHAVIORS), spreads_of(runs.errors[kind])
+    printed, observed = Spreads.printed(RANDOM, PAPER_BEHAVIORS), Spreads.of(runs.errors[kind])
     good, bad = float(np.mean(maes < GOOD)), float(np.mean(maes > FAIR))
     printed_good, printed_bad = values["share_mae_below_0_05"], values["count_mae_above_0_1"] / PAPER_BEHAVIORS
     found = (
-        not_worse(observed, printed)
+        observed.not_worse(printed)
         and shares_not_worse(good, len(maes), printed_good, PAPER_BEHAVIORS)
         and shares_not_worse(1 - bad, len(maes), 1 - printed_bad, PAPER_BEHAVIORS)
     )
@@ -401,17 +271,14 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdic
             f"{len(maes)} runs are few for comparing I = 0 with I = 1: of {DRAWS} draws of {len(maes)} from the {many} runs of "
             f"the default preset, {np.mean(few):.0%} show that difference"
         )
-    return ClaimVerdict(
-        RANDOM,
-        found and harder,
-        f"MAE below {GOOD} in {printed_good:.0%} of {PAPER_BEHAVIORS} runs, above {FAIR} in {printed_bad:.1%}; "
-        f"{listed(NAMES, printed, 2)}; vl0 and vr0 significantly lower",
-        f"MAE below {GOOD} in {good:.1%} of {len(maes)} runs, above {FAIR} in {bad:.1%}; {listed(NAMES, observed)}; "
-        f"vl0 and vr0 {'' if harder else 'not '}significantly lower",
-        "random behaviors",
-        variant_of(runs.preset, kind),
-        reason,
+    text = f"MAE below {GOOD} in {printed_good:.0%} of {PAPER_BEHAVIORS} runs, above {FAIR} in {printed_bad:.1%}; "
+    text += f"{printed.listed(NAMES, 2)}; vl0 and vr0 significantly lower"
+    came_out = (
+        f"MAE below {GOOD} in {good:.1%} of {len(maes)} runs, above {FAIR} in {bad:.1%}; {observed.listed(NAMES)}; "
     )
+    came_out += f"vl0 and vr0 {'' if harder else 'not '}significantly lower"
+    rule, variant = "random behaviors", runs.variant(kind)
+    return held(RANDOM, found and harder, came_out, rule, variant, printed=text, reason=reason)
 
 
 def depends_on_the_reading(errors: np.ndarray) -> bool:
@@ -419,11 +286,3 @@ def depends_on_the_reading(errors: np.ndarray) -> bool:
     tests = [compare(errors[:, k], [errors[:, 2], errors[:, 3]], level=0.05 / 2) for k in (0, 1)]
     medians = np.median(errors, axis=0)
     return all(test.significant.all() for test in tests) and medians[:2].max() < medians[2:].min()
-
-
-BEHAVIORS = Experiment.of(
-    "4.6.4", conduct_behaviors, full=BehaviorSizes(),
-    fast=BehaviorSizes(
-        runs={"default": 4, "paper": 3}, generations=12, settings=small(10, 12), shares=ShareSizes(trials=5)
-    ),
-)  # fmt: skip

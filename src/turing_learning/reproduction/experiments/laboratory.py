@@ -1,7 +1,7 @@
 """Section 5: robots in the loop, in a laboratory that is emulated."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -10,29 +10,17 @@ import pandas as pd
 
 from turing_learning import analysis
 from turing_learning.analysis import Comparison, absolute_error, mean_absolute_error
-from turing_learning.figures import Picture, box_figure
+from turing_learning.figures import box_figure
 from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
-from .._experiment import (
-    Captions,
-    Experiment,
-    Findings,
-    Table,
-    Work,
-    beside_the_paper,
-    compare_columns,
-    errors_frame,
-    seeded,
-    stacked,
-)
-from .._laboratory_trials import Gathering, LaboratoryRuns, LaboratoryRunSizes, RandomModelSizes, ValidationSizes
-from .._verdicts import PRINTED, REASONS, ClaimVerdict, errors_verdict, load_claims, spreads_of, valued
-from .classifiers import BestAccuracies
+from .._experiment import Findings, Sizes, Work, beside_the_paper, compare_columns, errors_frame, seeded, stacked
+from .._laboratory_trials import Gathering, LaboratoryRuns
+from .._verdicts import ClaimVerdict, Spreads, errors_verdict, held, load_claims, valued
+from .classifiers import BestAccuracies, seeds_of
 
-CAPTIONS = Captions("5")
 ERRORS, DYNAMICS = "5-physical-ae", "5-physical-dynamics"
 VALIDATION, CLASSIFIERS = "5-physical-validation", "5-physical-classifiers"
 PAPER_RUNS = 10
@@ -42,15 +30,6 @@ HIGH = 0.9
 QUANTITIES = ("proportion at the end", "dispersion at the end", "mean proportion", "mean dispersion")  # of every trial
 EMULATED, SIMULATED = "emulated laboratory", "plain simulation"
 NAMES = ("vl0", "vr0", "vl1", "vr1")
-
-
-@dataclass(frozen=True)
-class LaboratorySizes:
-    """Which runs, which trials of many robots, and how many random models."""
-
-    runs: LaboratoryRunSizes = field(default_factory=LaboratoryRunSizes)
-    validation: ValidationSizes = field(default_factory=ValidationSizes)
-    random_models: RandomModelSizes = field(default_factory=RandomModelSizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,9 +55,8 @@ class ErrorDynamics:
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Trials of the agents' controller and of the inferred model (P,) from common initial configurations, at K moments."""
+    """Trials of the agents' controller and of the median inferred model from common initial configurations, at K moments."""
 
-    model: np.ndarray
     agents: Gathering
     replicas: Gathering
     times_s: np.ndarray
@@ -94,39 +72,30 @@ class Validation:
         return compare_columns(values(self.agents), values(self.replicas))
 
 
-def conduct(work: Work) -> Findings:
+def conduct(work: Work, findings: Findings) -> None:
     """Conduct the runs in the emulated laboratory and in simulation; validate the median model; judge random models."""
     from turing_learning.robots import LABORATORY
 
-    sizes: LaboratorySizes = work.sizes
-    truth = np.array(LABORATORY.controller)
+    sizes, truth = work.sizes, np.array(LABORATORY.controller)
     emulated, simulated = trials.emulated_runs(work), trials.simulated_runs(work, "default")
     outcomes = {EMULATED: emulated, SIMULATED: simulated}
     outcomes[f"{SIMULATED}, preset paper"] = trials.simulated_runs(work, "paper")
-    median = np.median(emulated.best, axis=0)
-    validation = Validation(median, *trials.gatherings(work, median), sizes.validation.times_s)
+    swarms = trials.gatherings(work, np.median(emulated.best, axis=0))
+    validation = Validation(*swarms, trials.times_of(sizes["validation"]))
     best = _accuracies(work, emulated)
+    verdicts = findings.verdicts
+    verdicts += [runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()]
+    verdicts += [
+        dynamics_verdict(emulated, simulated, truth),
+        validation_verdict(validation),
+        classifiers_verdict(best),
+    ]
+    _show_runs(findings, outcomes, seeds_of(sizes["runs"]), truth)
+    _show_validation(findings, validation, sizes["validation"])
+    findings.table("accuracy", best.means_frame("subjective", "objective"))
     figure = accuracy_figure(best.generations, subjective=best.subjective, objective=best.objective)
-    words: dict[str, Any] = {"models": sizes.random_models.models, "runs": len(best.objective)}
-    verdicts = [runs_verdict(runs, truth, "" if kind == EMULATED else kind) for kind, runs in outcomes.items()]
-    verdicts += [dynamics_verdict(emulated, simulated, truth), validation_verdict(validation)]
-    verdicts.append(classifiers_verdict(best))
-    swarms = {}
-    for kind, one in zip(trials.KINDS, (validation.agents, validation.replicas), strict=True):
-        ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
-        numbers = np.arange(1, len(one.complete) + 1)
-        swarms[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
-    tables = [
-        *_runs_tables(outcomes, sizes.runs.seeds, truth),
-        CAPTIONS.table("validation", stacked(swarms, "controller")),
-        CAPTIONS.table("accuracy", best.means_frame("subjective", "objective")),
-    ]
-    pictures = [
-        *_runs_pictures(outcomes, truth),
-        *_validation_pictures(validation, sizes.validation),
-        CAPTIONS.picture("accuracy", CLASSIFIERS, figure, **words),
-    ]
-    return Findings(verdicts, tables, pictures)
+    words = {"models": sizes["random_models"]["models"], "runs": len(best.objective)}
+    findings.picture("accuracy", CLASSIFIERS, figure, **words)
 
 
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
@@ -135,14 +104,13 @@ def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
     from turing_learning.config import classifier_of
     from turing_learning.robots import load_laboratory
 
-    sizes, path = work.sizes.runs, trials.laboratory_file(work, "default")
-    compute = partial(trials.random_models, path, work.sizes.random_models)
-    samples = work.arrays("random-models", compute)
-    classifier = classifier_of(load_laboratory(path, dict(sizes.settings)).configuration)
+    sizes, path = work.sizes["runs"], trials.laboratory_file(work, "default")
+    samples = work.arrays("random-models", partial(trials.random_models, path, work.sizes["random_models"]))
+    classifier = classifier_of(load_laboratory(path, sizes["settings"]).configuration)
     genomes = runs.classifiers.reshape(-1, runs.classifiers.shape[-1]).astype(np.float64)
     agents, replicas = (classifier.judge(genomes, samples[name]) >= THRESHOLD for name in ("agents", "replicas"))
     accuracy = analysis.decision_accuracy(agents[..., None], replicas[..., None]).reshape(runs.classifier_fitness.shape)
-    return BestAccuracies.of("", sizes.kept, accuracy, runs.classifier_fitness)  # the archive is left out
+    return BestAccuracies.of("", sizes["kept"], accuracy, runs.classifier_fitness)  # the archive is left out
 
 
 def medians(runs: LaboratoryRuns) -> np.ndarray:
@@ -171,14 +139,11 @@ def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth:
     """Compare the dynamics of emulated and of simulated runs."""
     shares = [ErrorDynamics.of(runs, truth).share_between for runs in (emulated, simulated)]
     late, overall = distances(emulated, simulated)
-    return ClaimVerdict(
-        DYNAMICS,
-        bool(min(shares) > 0.5 and (late <= CORRESPONDENCE).all()),
-        PRINTED[DYNAMICS],
+    observed = (
         f"between them in {shares[0]:.0%} of the generations of emulated and {shares[1]:.0%} of simulated runs; medians apart in "
-        f"the last fifth of the generations: {valued(NAMES, late)}; over all generations: {valued(NAMES, overall)}",
-        "dynamics",
+        f"the last fifth of the generations: {valued(NAMES, late)}; over all generations: {valued(NAMES, overall)}"
     )
+    return held(DYNAMICS, min(shares) > 0.5 and (late <= CORRESPONDENCE).all(), observed, "dynamics")
 
 
 def validation_verdict(validation: Validation) -> ClaimVerdict:
@@ -186,105 +151,80 @@ def validation_verdict(validation: Validation) -> ClaimVerdict:
     swarms, comparison = (validation.agents, validation.replicas), validation.comparison
     shares = [one.proportion[:, -1].mean() for one in swarms]
     spreads = [one.dispersion[:, -1].mean() for one in swarms]
-    return ClaimVerdict(
-        VALIDATION,
-        not comparison.significant.any(),
-        PRINTED[VALIDATION],
+    observed = (
         f"{validation.agents.seen.shape[2]} robots after {validation.times_s[-1]:g} s: largest cluster {shares[0]:.2f} (agents), "
         f"{shares[1]:.2f} (model) of the robots; dispersion {spreads[0]:.0f}, {spreads[1]:.0f}; p: "
-        f"{valued(QUANTITIES, comparison.p_values, '.2g')}",
-        "validation",
+        f"{valued(QUANTITIES, comparison.p_values, '.2g')}"
     )
+    return held(VALIDATION, not comparison.significant.any(), observed, "validation")
 
 
 def does_not_drop(values: np.ndarray) -> bool:
     """Return if no generation's mean of values (R, G) is below an earlier one by over twice the difference's standard error."""
-    spreads = spreads_of(values)
-    return all(
-        earlier.mean - later.mean <= 2 * float(np.hypot(earlier.standard_error, later.standard_error))
-        for k, later in enumerate(spreads)
-        for earlier in spreads[:k]
-    )
+    spreads = Spreads.of(values)
+    errors = np.hypot.outer(spreads.standard_error, spreads.standard_error)
+    drops = np.subtract.outer(spreads.mean, spreads.mean)  # from earlier generations, the rows, to later ones
+    return bool((drops <= 2 * errors)[np.triu_indices(len(drops))].all())
 
 
 def classifiers_verdict(best: BestAccuracies) -> ClaimVerdict:
     """Hold the accuracy of the best classifiers against what the text says of the figure."""
     objective, subjective = best.objective.mean(axis=0), best.subjective.mean(axis=0)
     lowest = int(subjective.argmin())
-    agrees = bool(objective[-1] >= HIGH and does_not_drop(best.subjective))
-    return ClaimVerdict(
-        CLASSIFIERS,
-        agrees,
-        PRINTED[CLASSIFIERS],
+    observed = (
         f"objective best {objective[0]:.2f} at first, {objective[-1]:.2f} in the end; subjective best {subjective[0]:.2f} at "
-        f"first, {subjective[-1]:.2f} in the end, lowest {subjective[lowest]:.2f} in generation {best.generations[lowest]}",
-        "classifiers in the laboratory",
-        reason="" if agrees else REASONS[CLASSIFIERS],
+        f"first, {subjective[-1]:.2f} in the end, lowest {subjective[lowest]:.2f} in generation {best.generations[lowest]}"
     )
+    agrees = objective[-1] >= HIGH and does_not_drop(best.subjective)
+    return held(CLASSIFIERS, agrees, observed, "classifiers in the laboratory")
 
 
-def _runs_tables(outcomes: Mapping[str, LaboratoryRuns], seeds: tuple[int, ...], truth: np.ndarray) -> list[Table]:
-    errors, models, dynamics = {}, {}, {}
+def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds: range, truth: np.ndarray) -> None:
+    """Add the tables of all runs, and the pictures of those in the laboratory and beside it."""
+    errors, models, dynamics, curves = {}, {}, {}, {}
     for kind, runs in outcomes.items():
         statistics = errors_frame(absolute_error(runs.best, truth), NAMES).rename(columns={"runs": "number"})
         errors[kind] = beside_the_paper(statistics, ERRORS)
         models[kind] = seeded(seeds, runs.best, NAMES)
-        curves = ErrorDynamics.of(runs, truth)
-        maes = {f"mae_{name}": getattr(curves, name) for name in ("average", "subjective", "objective")}
+        curves[kind] = one = ErrorDynamics.of(runs, truth)
+        maes = {"mae_average": one.average, "mae_subjective": one.subjective, "mae_objective": one.objective}
         frame = pd.DataFrame(medians(runs), columns=NAMES).assign(**maes).map(lambda value: round(value, 4))
         frame.insert(0, "generation", frame.index)
         dynamics[kind] = frame
-    return [
-        CAPTIONS.table("absolute-errors", stacked(errors, "runs"), True),
-        CAPTIONS.table("models", stacked(models, "runs")),
-        CAPTIONS.table("dynamics", stacked(dynamics, "runs")),
-    ]
-
-
-def _runs_pictures(outcomes: Mapping[str, LaboratoryRuns], truth: np.ndarray) -> list[Picture]:
-    both = [outcomes[kind] for kind in (EMULATED, SIMULATED)]
-    number, titles = len(both[0].best), [f"{kind[0].upper()}{kind[1:]}" for kind in (EMULATED, SIMULATED)]
-    errors = [ErrorDynamics.of(runs, truth) for runs in both]
-    curves = [
+    findings.table("absolute-errors", stacked(errors, "runs"), True)
+    findings.table("models", stacked(models, "runs"))
+    findings.table("dynamics", stacked(dynamics, "runs"))
+    both, best = (EMULATED, SIMULATED), outcomes[EMULATED].best
+    titles, number = [kind.capitalize() for kind in both], len(best)
+    look: dict[str, Any] = {"names": NAMES, "truth": truth}
+    parameters = convergence_panels_figure([medians(outcomes[kind]) for kind in both], titles=titles, **look)
+    named = [
         {"average of all models": e.average, "subjectively best": e.subjective, "objectively best": e.objective}
-        for e in errors
+        for e in (curves[kind] for kind in both)
     ]
-    boxes = box_figure(both[0].best, names=NAMES, truth=truth)
-    parameters = convergence_panels_figure([medians(runs) for runs in both], titles=titles, names=NAMES, truth=truth)
-    return [
-        CAPTIONS.picture("models", ERRORS, boxes, runs=number),
-        CAPTIONS.picture("parameter-dynamics", DYNAMICS, parameters, runs=number),
-        CAPTIONS.picture("error-dynamics", DYNAMICS, error_panels_figure(curves, titles=titles), runs=number),
-    ]
+    findings.picture("models", ERRORS, box_figure(best, **look), runs=number)
+    findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=number)
+    findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named, titles=titles), runs=number)
 
 
-def _validation_pictures(validation: Validation, sizes: ValidationSizes) -> list[Picture]:
-    swarms, replicas = {"agents": validation.agents, "inferred model": validation.replicas}, validation.replicas
+def _show_validation(findings: Findings, validation: Validation, sizes: Sizes) -> None:
+    """Add table and pictures of the swarms before the camera."""
+    both, frames = (validation.agents, validation.replicas), {}
+    for kind, one in zip(trials.KINDS, both, strict=True):
+        ends = {"proportion": one.proportion[:, -1], "dispersion": one.dispersion[:, -1]}
+        numbers = np.arange(1, len(one.complete) + 1)
+        frames[kind] = pd.DataFrame({"trial": numbers, **ends, "images_complete": one.complete.mean(axis=1)})
+    findings.table("validation", stacked(frames, "controller"))
+    swarms, replicas = dict(zip(("agents", "inferred model"), both, strict=True)), validation.replicas
     curves = {
         "Proportion in largest cluster": {name: one.proportion for name, one in swarms.items()},
         "Dispersion": {name: one.dispersion for name, one in swarms.items()},
     }
-    limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes.robots)), strict=True))
-    moments = [int(np.argmin(np.abs(sizes.times_s - time))) for time in sizes.shown_s]
-    ends = replicas.dispersion[:, -1]
-    trial = int(np.argsort(ends, kind="stable")[(len(ends) - 1) // 2])
-    look: dict[str, Any] = {"robots": sizes.robots, "robot_radius_cm": replicas.radius_cm, "columns": 4}
-    snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes.shown_s, **look)
-    gathering, words = gathering_figure(validation.times_s, curves, limits=limits), {"robots": sizes.robots}
-    return [
-        CAPTIONS.picture("gathering", VALIDATION, gathering, trials=sizes.trials, **words),
-        CAPTIONS.picture("snapshots", VALIDATION, snapshots, **words),
-    ]
-
-
-LABORATORY_RUNS = Experiment.of(
-    "5", conduct, full=LaboratorySizes(),
-    fast=LaboratorySizes(
-        runs=LaboratoryRunSizes(
-            runs=1, generations=2, repeats=1, kept=(0, 1),
-            settings={"models.population": 2, "classifiers.population": 10},
-        ),
-        validation=ValidationSizes(robots=12, trials=2, duration_s=8.0, every_s=4.0, shown_s=(0, 4, 8)),
-        random_models=RandomModelSizes(models=4),
-    ),
-)  # fmt: skip
+    limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes["robots"])), strict=True))
+    moments = [int(np.argmin(np.abs(validation.times_s - time))) for time in sizes["shown_s"]]
+    trial = int(np.argsort(replicas.dispersion[:, -1], kind="stable")[(sizes["trials"] - 1) // 2])
+    look: dict[str, Any] = {"robots": sizes["robots"], "robot_radius_cm": replicas.radius_cm, "columns": 4}
+    snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes["shown_s"], **look)
+    gathering, words = gathering_figure(validation.times_s, curves, limits=limits), {"robots": sizes["robots"]}
+    findings.picture("gathering", VALIDATION, gathering, trials=sizes["trials"], **words)
+    findings.picture("snapshots", VALIDATION, snapshots, **words)
