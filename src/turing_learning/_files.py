@@ -24,6 +24,14 @@ def in_home(path: str | Path) -> Path:
     return Path(os.path.expanduser(path))  # noqa: PTH111 - the other one raises for unknown users
 
 
+def unused(path: Path) -> Path:
+    """Return a path, or the first of PATH-2, PATH-3, ... that does not exist."""
+    found, number = path, 2
+    while os.path.lexists(found):
+        found, number = path.with_name(f"{path.name}-{number}"), number + 1
+    return found
+
+
 @contextmanager
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name to write to; at the end of the block the file is flushed to the disk and gets its name.

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ._files import PARTIAL, SEALS, Seals, digest_of, file_digest, in_home, json_bytes, write_atomically
+from ._files import PARTIAL, SEALS, Seals, digest_of, file_digest, in_home, json_bytes, unused, write_atomically
 from .errors import RefusedError, brief, refuse, require
 
 LOCK = "lock"
@@ -365,9 +365,7 @@ class Store:
         """Rename a damaged file to NAME.damaged, or NAME.damaged-2, ...; return the new path."""
         self.require_here()
         path = self.path / name
-        aside, number = path.with_name(f"{path.name}.damaged"), 2
-        while os.path.lexists(aside):
-            aside, number = path.with_name(f"{path.name}.damaged-{number}"), number + 1
+        aside = unused(path.with_name(f"{path.name}.damaged"))
         path.rename(aside)
         return aside
 
@@ -519,3 +517,13 @@ def _place(path: Path) -> tuple[int, int] | None:
     except OSError:
         return None
     return stat.st_dev, stat.st_ino
+
+
+class Place:
+    """The path of a file or folder in a store."""
+
+    def __init__(self, name: str, description: str) -> None:
+        self._name, self.__doc__ = name, description
+
+    def __get__(self, store: Store | None, kind: type | None = None) -> Path:
+        return self if store is None else store.path / self._name  # type: ignore[return-value] # of the class, for its docs

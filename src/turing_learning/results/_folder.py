@@ -21,7 +21,16 @@ import numpy as np
 from turing_learning._files import PARTIAL, remove_partial, write_atomically, write_json
 from turing_learning.config import Configuration, ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import Call, Setting, brief, refuse, refusing_as, require
-from turing_learning.store import Kind, RunFolderError, RunStorageError, Store, digest_of, storage, told  # noqa: F401
+from turing_learning.store import (
+    Kind,
+    Place,
+    RunFolderError,
+    RunStorageError,  # noqa: F401
+    Store,
+    digest_of,
+    storage,
+    told,
+)
 from turing_learning.systems import Given, imported
 
 from ._checkpoints import Checkpoint, Latest, latest_checkpoint
@@ -73,16 +82,6 @@ def how_to_resume(path: Path, configuration: Configuration) -> Call | str:
     return Call("resume", str(path), needed) if needed else f"`{resume_command(path)}`"
 
 
-class _Place:
-    """The path of a file or folder in a run folder."""
-
-    def __init__(self, name: str, description: str) -> None:
-        self._name, self.__doc__ = name, description
-
-    def __get__(self, folder: "RunFolder", kind: type | None = None) -> Path:
-        return self if folder is None else folder.path / self._name  # of the class, for its docs
-
-
 class RunFolder(Store):
     """Where a run keeps its files.
 
@@ -98,21 +97,21 @@ class RunFolder(Store):
         require(fits, "path", rule, brief(path), remedy, error=RunFolderError)
         super().__init__(path, _KIND)
 
-    configuration_path = _Place("config.toml", "The resolved configuration (TOML).")
-    manifest_path = _Place("manifest.json", "What ran where (JSON).")
-    result_path = _Place("result.json", "What was inferred (JSON).")
-    history_path = _Place("history.zarr", "Every generation's populations (Zarr).")
-    checkpoints_path = _Place("checkpoints", "From where a run is resumed.")
-    figures_path = _Place("figures", "PNG and SVG pictures.")
-    report_path = _Place("report.html", "The page that shows it all.")
-    laboratory_path = _Place(LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one.")
-    motion_path = _Place(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
-    trials_path = _Place("trials", "Every trial that was observed in a laboratory.")
-    events_path = _Place("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
-    post_evaluation_path = _Place(
+    configuration_path = Place("config.toml", "The resolved configuration (TOML).")
+    manifest_path = Place("manifest.json", "What ran where (JSON).")
+    result_path = Place("result.json", "What was inferred (JSON).")
+    history_path = Place("history.zarr", "Every generation's populations (Zarr).")
+    checkpoints_path = Place("checkpoints", "From where a run is resumed.")
+    figures_path = Place("figures", "PNG and SVG pictures.")
+    report_path = Place("report.html", "The page that shows it all.")
+    laboratory_path = Place(LABORATORY, "The laboratory in which the run takes place (JSON); only such a run has one.")
+    motion_path = Place(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
+    trials_path = Place("trials", "Every trial that was observed in a laboratory.")
+    events_path = Place("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
+    post_evaluation_path = Place(
         "post_evaluation.json", "What the last models are worth when they are observed again (JSON)."
     )
-    lock_path = _Place("lock", "Held by the process that writes.")
+    lock_path = Place("lock", "Held by the process that writes.")
 
     def is_run(self) -> bool:
         """Return whether this is a run folder of any version."""

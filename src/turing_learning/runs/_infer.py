@@ -8,6 +8,7 @@ from inspect import signature
 from pathlib import Path
 from typing import Any, Unpack
 
+from turing_learning._files import unused
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._configuration import part_named, require_seen
 from turing_learning.config._study import refuse_unknown, resolved, single_settings
@@ -137,18 +138,13 @@ def infer(
             require(key not in overrides, argument, "be given once", got, error=ConfigurationError)
             overrides[key] = part_named(part)
     resolve = partial(resolved, preset=preset, config=config, overrides=overrides)
-    if genuine is None and simulate is None and parameters is None:
+    if not is_custom(scenario, genuine, simulate, parameters):
         configuration = resolve(scenario)
         with refusing_as(ConfigurationError):
             configuration.system.accept(Given(more=options))
         require_seen(configuration)
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
-    remedy = "It is given by `genuine`, `simulate` and `parameters` together."
-    for name, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
-        require(value is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
-    rule = "be left out for a custom system"
-    require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
     assert parameters is not None
     provenance = options.pop("provenance", None) or {}
     fits = isinstance(provenance, Mapping)
@@ -174,6 +170,19 @@ def infer(
         result = conduct(run, observer, should_stop)
     assert isinstance(result.origin, Origin)
     return replace(result, origin=replace(result.origin, given=given))  # can be checked in this process
+
+
+def is_custom(scenario: object, genuine: object, simulate: object, parameters: object) -> bool:
+    """Return whether a custom system is given; reject one that is given in part, or beside a scenario."""
+    parts = {"genuine": genuine, "simulate": simulate, "parameters": parameters}
+    if all(part is None for part in parts.values()):
+        return False
+    remedy = "It is given by `genuine`, `simulate` and `parameters` together."
+    for name, part in parts.items():
+        require(part is not None, name, "be given for a custom system", "nothing", remedy, error=ConfigurationError)
+    rule = "be left out for a custom system"
+    require(scenario is None, "scenario", rule, brief(scenario), error=ConfigurationError)
+    return True
 
 
 def start(
@@ -275,8 +284,4 @@ def new_run_path(name: str, seed: int, parent: Path = RUNS) -> Path:
     parent
         The folder of all runs.
     """
-    name = f"{name}-{time.strftime('%Y%m%d-%H%M%S')}-seed{seed}"
-    path, number = parent / name, 2
-    while path.exists():
-        path, number = parent / f"{name}-{number}", number + 1
-    return path
+    return unused(parent / f"{name}-{time.strftime('%Y%m%d-%H%M%S')}-seed{seed}")

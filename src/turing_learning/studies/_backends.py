@@ -1,31 +1,36 @@
-"""A Dask cluster that executes the runs of a study."""
+"""Who executes the runs of a study: workers on this machine, an executor, a Dask cluster, or Slurm."""
 
 import logging
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Iterator
-from concurrent.futures import Future
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import in_home, write_atomically
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import require
+from turing_learning.errors import integer, require
+from turing_learning.kernels.parallel import default_threads
 from turing_learning.store import told
+from turing_learning.workers import Workers
 
 from ._conduct import Backend
-from ._execute import execute
+from ._execute import execute, execute_in_worker
+from ._folder import StudyFolder
+from ._plan import Plan
 
 if TYPE_CHECKING:
     from distributed import Client
 
+ATTEMPTS = 3  # of a run whose worker dies
 CONNECT_S = 4.0  # that a scheduler has to answer
 WORKER_S = 10.0  # that a first worker has to arrive
 SCHEMES = ("tcp", "tls", "ws", "wss")
-
-MINUTES = 60  # asked for each run; the script says where to change it
 
 SCRIPT = """#!/bin/bash
 # Study {study}: {runs} runs.
@@ -35,7 +40,7 @@ SCRIPT = """#!/bin/bash
 #SBATCH --ntasks=1
 #SBATCH --cpus-per-task=1
 #SBATCH --mem=1G
-#SBATCH --time={minutes}
+#SBATCH --time=60
 #SBATCH --output={log}
 #SBATCH --signal=B:TERM@60
 #SBATCH --requeue
@@ -49,35 +54,89 @@ exec {command} study-collect {study}
 """
 
 
-def dask_backend(client: "Client") -> Backend:
-    """Return a cluster as who executes; a run whose worker dies is executed again by another one."""
-    executor = client.get_executor(pure=False)
-
-    def running(futures: Iterable["Future[Any]"]) -> int:
-        try:
-            cores = sum(client.ncores().values())
-        except OSError:  # the scheduler does not answer; if it stays away, the futures end with an error of their own
-            cores = 0
-        return min(sum(not future.done() for future in futures), cores)
-
-    # nothing is killed: the workers look for the file that stops them
-    return Backend(lambda task: executor.submit(execute, task), running)
-
-
-@contextmanager
-def dask_cluster(address: str) -> Iterator["Client"]:
-    """Connect to a Dask scheduler.
+@dataclass(frozen=True)
+class Hands:
+    """Who executes the runs; at most one of them is given.
 
     Parameters
     ----------
-    address
-        For example "tcp://10.0.0.1:8786".
-
-    Raises
-    ------
-    ConfigurationError
-        If the extra is not installed, nobody answers, or the cluster has no workers.
+    workers
+        Number of worker processes on this machine; None takes one for each processor.
+    executor
+        An executor of `concurrent.futures`.
+    cluster
+        Address of a Dask scheduler.
     """
+
+    workers: int | None = None
+    executor: Executor | None = None
+    cluster: str | None = None
+
+    def __post_init__(self) -> None:
+        given = [name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
+        if self.workers is not None:
+            integer("workers", self.workers, 1, error=ConfigurationError)
+
+
+@contextmanager
+def backend_of(
+    hands: Hands, client: "Client | None", folder: StudyFolder, plan: Plan, left: Sequence[int]
+) -> Iterator[Backend]:
+    """Return who executes the runs that are left; `client` is that of the cluster, if one is given."""
+    if client is not None and hands.cluster is not None:
+        require_visible(client, folder.study_path.absolute(), hands.cluster)
+        executor = client.get_executor(pure=False)
+
+        def running(futures: Iterable["Future[str]"]) -> int:
+            try:
+                cores = sum(client.ncores().values())
+            except (
+                OSError
+            ):  # the scheduler does not answer; if it stays away, the futures end with an error of their own
+                cores = 0
+            return min(sum(not future.done() for future in futures), cores)
+
+        # nothing is killed: the workers look for the file that stops them; a dead worker's run is executed again by another
+        yield Backend(partial(executor.submit, execute), running)
+    elif hands.executor is not None:
+        submit = hands.executor.submit
+        yield Backend(lambda *run: submit(execute, *run), lambda futures: sum(future.running() for future in futures))
+    else:
+        workers = Workers(
+            partial(execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, left)),
+            max(1, min(hands.workers or default_threads(), len(left))),
+            attempts=ATTEMPTS,
+            warm_up=(None,),
+            script=False,
+            patient=True,
+            one_thread=True,
+        )
+        try:
+            yield Backend(lambda study, number, stop: workers.submit(number, stop), workers.running, workers.kill)
+        finally:
+            workers.close()
+
+
+def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
+    """Return runs that, together, need all kernels that the runs need.
+
+    Those that judge are made for the size of the network, those that simulate for reactive models or for networks.
+    """
+    found: dict[Any, int] = {}
+    for number in numbers:
+        settings = plan.settings[number - 1]
+        found.setdefault((settings.get("classifiers.hidden"), settings.get("models.hidden", 0) > 0), number)
+    return list(found.values())
+
+
+@contextmanager
+def dask_cluster(address: str | None) -> Iterator["Client | None"]:
+    """Connect to a Dask scheduler, for example "tcp://10.0.0.1:8786", with at least one worker; None connects to nothing."""
+    if address is None:
+        yield None
+        return
     try:
         from distributed import Client
     except ImportError as error:
@@ -107,10 +166,8 @@ def dask_cluster(address: str) -> Iterator["Client"]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Silence the logs of Dask, which has a traceback for a scheduler that is gone."""
-    loggers = (
-        logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")
-    )
-    talking = [logger for logger in loggers if not logger.disabled]
+    names = [name for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")]
+    talking = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     for logger in talking:
         logger.disabled = True
     try:
@@ -134,17 +191,7 @@ def _require_address(address: str) -> None:
 
 
 def require_visible(client: "Client", path: Path, address: str) -> None:
-    """Raise ConfigurationError unless all workers of a cluster can run the package and see a file.
-
-    Parameters
-    ----------
-    client
-        From `dask_cluster`.
-    path
-        A file of the study.
-    address
-        For the message.
-    """
+    """Raise ConfigurationError unless all workers of a cluster can run the package and see a file of the study."""
     try:
         seen = client.run(_sees, str(path), on_error="return")
     except Exception as error:  # whatever the cluster raises: the study cannot begin
@@ -189,12 +236,12 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
     path, folder = Path(script).absolute(), in_home(study).absolute()
     refuse_script(path, force=force)
     _require_plain("study", folder)
-    submit = submission(path, runs)
+    quoted = shlex.quote(str(path))
+    submit = f"job=$(sbatch --parsable --array=1-{runs} {quoted}) && sbatch --dependency=afterany:${{job%%;*}} {quoted}"
     text = SCRIPT.format(
         study=shlex.quote(str(folder)),
         runs=runs,
         submit=submit,
-        minutes=MINUTES,
         log=str(folder / "slurm-%A-%a.log").replace(" ", "\\ "),
         command=f"{shlex.quote(sys.executable)} -m turing_learning",
     )
@@ -221,9 +268,3 @@ def _require_plain(name: str, path: Path) -> None:
     """Reject a path with control characters: in a script the rest of a line would be executed."""
     require(str(path).isprintable(), name, "have a path without control characters", ascii(str(path)),
             "Choose another place.", error=ConfigurationError)  # fmt: skip
-
-
-def submission(script: Path, runs: int) -> str:
-    """Return the shell command that submits the array and, when it has ended, the collecting step."""
-    quoted = shlex.quote(str(script))
-    return f"job=$(sbatch --parsable --array=1-{runs} {quoted}) && sbatch --dependency=afterany:${{job%%;*}} {quoted}"

@@ -6,18 +6,16 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from concurrent.futures import TimeoutError as FutureTimeout
 from dataclasses import dataclass
-from pathlib import Path
 from uuid import uuid4
 
 from turing_learning._files import PARTIAL
 from turing_learning.results import resume_command, stored_generations
 
-from ._execute import FAILED, Outcome, Task, note_failure
+from ._execute import COMPLETE, FAILED, note_failure
 from ._folder import ExecutorError, StudyFolder
 from ._plan import Plan
 from ._table import StudyRun, read_run
 
-STOPS = f"stop-*{PARTIAL}"
 TICK_S = 0.2  # between two reports of progress
 LOOK_EVERY_S = 1.0  # between two looks at the checkpoints
 
@@ -59,38 +57,30 @@ StudyObserver = Callable[[StudyProgress], None]
 
 @dataclass(frozen=True)
 class Backend:
-    """Who executes: how to submit a task, count the futures that are being executed, and end all at once where that is possible."""
+    """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible.
 
-    submit: Callable[[Task], "Future[Outcome]"]
-    running: Callable[[Iterable["Future[Outcome]"]], int]
+    A run is submitted by the study folder, its number, and a file that stops it; see `execute`, whose answer is in the future.
+    """
+
+    submit: Callable[[str, int, str], "Future[str]"]
+    running: Callable[[Iterable["Future[str]"]], int]
     kill: Callable[[], None] = lambda: None
 
 
 class Conduct:
-    """Execute all runs that are not complete; failed ones are tried again. To be iterated over, once.
-
-    Parameters
-    ----------
-    folder
-        The study, locked by the caller.
-    plan
-        What runs.
-
-    Yields
-    ------
-    StudyProgress
-        A few times a second, and at the end.
-    """
+    """Execute all runs of a study that are not complete; failed ones are tried again. The caller holds the lock of the folder."""
 
     def __init__(self, folder: StudyFolder, plan: Plan) -> None:
         self._folder, self._plan = folder, plan
         runs = (read_run(folder, plan, number) for number in plan.numbers)
         self._ended = {run.number: run for run in runs if run.complete}
-        base = plan.base.run.generations
-        self._asked = {n: int(plan.settings[n - 1].get("run.generations", base)) for n in plan.numbers}
-        trials = plan.base.run.trials
-        few = [n for n in plan.numbers if plan.settings[n - 1].get("run.trials", trials)]
-        self._asked |= {n: plan.configuration(n).length for n in few}
+        base = plan.base.run
+        self._asked = {
+            number: plan.configuration(number).length
+            if own.get("run.trials", base.trials)
+            else int(own.get("run.generations", base.generations))
+            for number, own in enumerate(plan.settings, start=1)
+        }
         self._stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
         self._new: list[StudyRun] = []
         self._begun = time.monotonic()
@@ -108,37 +98,38 @@ class Conduct:
             self._stop.touch()
 
     def by(self, backend: Backend) -> Iterator[StudyProgress]:
-        """Execute the runs that are left; raises ExecutorError if the workers cannot go on."""
-        tasks = [Task(str(self._folder.path.absolute()), number, str(self._stop)) for number in self.left]
-        futures: dict[Future[Outcome], Task] = {}
+        """Execute the runs that are left, with progress a few times a second, and at the end.
+
+        An ExecutorError says that the workers cannot go on.
+        """
+        futures: dict[Future[str], int] = {}
         try:
-            for task in tasks:
+            for number in self.left:
                 try:
-                    futures[backend.submit(task)] = task
+                    futures[backend.submit(str(self._folder.path.absolute()), number, str(self._stop))] = number
                 except (BrokenExecutor, RuntimeError) as error:
-                    raise ExecutorError(_broken(error, task)) from error
+                    raise self._broken(error) from error
             while futures:
                 yield self.progress(backend.running(futures))
                 done, _ = wait(futures, timeout=TICK_S, return_when=FIRST_COMPLETED)
                 for future in done:
-                    self._take(futures.pop(future), future)
+                    number = futures.pop(future)
+                    try:
+                        state = future.result()
+                    except (BrokenExecutor, CancelledError, FutureTimeout) as error:
+                        raise self._broken(error) from error
+                    except Exception as error:
+                        state = FAILED
+                        note_failure(self._folder.run_path(number), error)
+                    if state in (COMPLETE, FAILED):
+                        self.end(number)
             yield self.progress(0)
         except BaseException:
             self.stop()  # the file stays: whoever executes a run still has to see it
             backend.kill()
             raise
-        for path in self._folder.path.glob(STOPS):
+        for path in self._folder.path.glob(f"stop-*{PARTIAL}"):
             path.unlink(missing_ok=True)
-
-    def _take(self, task: Task, future: "Future[Outcome]") -> None:
-        try:
-            outcome = future.result()
-        except (BrokenExecutor, CancelledError, FutureTimeout) as error:
-            raise ExecutorError(_broken(error, task)) from error
-        except Exception as error:
-            outcome = Outcome(task.number, FAILED, note_failure(self._folder.run_path(task.number), error))
-        if outcome.state in ("complete", FAILED):
-            self.end(outcome.number)
 
     def end(self, number: int) -> None:
         """Take note that a run has ended, one way or the other."""
@@ -174,10 +165,9 @@ class Conduct:
     def _generations(self) -> int:
         return sum(self._partial.values()) + sum(self._asked[number] for number in self._ended)
 
-
-def _broken(error: BaseException, task: Task) -> str:
-    return (
-        f"`executor` must stay alive until the study ends; got {type(error).__name__}"
-        f"{': ' if str(error) else ''}{' '.join(str(error).split())}. "
-        f"Go on with `{resume_command(Path(task.study))}`."
-    )
+    def _broken(self, error: BaseException) -> ExecutorError:
+        path = self._folder.path.absolute()
+        return ExecutorError(
+            f"`executor` must stay alive until the study ends; got {type(error).__name__}"
+            f"{': ' if str(error) else ''}{' '.join(str(error).split())}. Go on with `{resume_command(path)}`."
+        )

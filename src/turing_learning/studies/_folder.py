@@ -2,34 +2,25 @@
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import digest_of, file_digest
 from turing_learning.errors import is_integer
-from turing_learning.store import SEALS, Kind, RunFolderError, Store, encoded
+from turing_learning.store import SEALS, Kind, Place, RunFolderError, Store
 
 if TYPE_CHECKING:
     from ._plan import Plan
 
+SAMPLES = "genuine.npy"  # of a custom system
+FAILURE = "failure.json"  # in a run's folder: why it failed
 STUDY = Kind(
     "study",
     "study.json",
     identity=("scenario", "configuration_sha256", "runs", "simulate"),
-    pieces=("config.toml", "genuine.npy"),
+    pieces=("config.toml", SAMPLES),
 )
-SAMPLES = "genuine.npy"  # of a custom system
-FAILURE = "failure.json"  # in a run's folder: why it failed
-_RESULTS = (
-    "runs",
-    "figures",
-    "report.html",
-    "runs.csv",
-    "summary.csv",
-    "convergence.csv",
-    "genuine.npy",
-    SEALS,
-    STUDY.head,
-)
+_TABLES = ("runs.csv", "summary.csv", "convergence.csv")
+_RESULTS = ("runs", "figures", "report.html", *_TABLES, SAMPLES, SEALS, STUDY.head)
 
 
 class ExecutorError(RuntimeError):
@@ -53,25 +44,10 @@ class StudyFolder(Store):
     def __init__(self, path: str | Path) -> None:
         super().__init__(path, STUDY)
 
-    @property
-    def configuration_path(self) -> Path:
-        """The resolved configuration of the first run (TOML)."""
-        return self.path / "config.toml"
-
-    @property
-    def study_path(self) -> Path:
-        """The settings in which each run differs (JSON)."""
-        return self.head_path
-
-    @property
-    def figures_path(self) -> Path:
-        """PNG and SVG pictures."""
-        return self.path / "figures"
-
-    @property
-    def report_path(self) -> Path:
-        """The page that shows it all."""
-        return self.path / "report.html"
+    configuration_path = Place("config.toml", "The resolved configuration of the first run (TOML).")
+    study_path = Place(STUDY.head, "The settings in which each run differs (JSON).")
+    figures_path = Place("figures", "PNG and SVG pictures.")
+    report_path = Place("report.html", "The page that shows it all.")
 
     def run_path(self, number: int) -> Path:
         """The folder of a run, whose number counts from 1."""
@@ -140,21 +116,12 @@ class StudyFolder(Store):
                 return
             for name in _RESULTS:  # study.json last: until then it is a study that may be replaced
                 path = self.path / name
-                if path.is_dir() and not path.is_symlink():
-                    shutil.rmtree(path)
-                else:
-                    path.unlink(missing_ok=True)
+                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
         configuration = to_toml(plan.base).encode()
-        head = {
-            "scenario": plan.base.scenario.name,
-            "configuration_sha256": digest_of(configuration),
-            "runs": list(plan.settings),
-        }
-        files = {self.configuration_path.name: configuration}
-        if plan.simulate:
-            head["simulate"] = plan.simulate
-            files |= {} if plan.samples is None else {SAMPLES: encoded(SAMPLES, plan.samples)}
-        self.create(head, files)
+        head: dict[str, Any] = {"scenario": plan.base.scenario.name, "configuration_sha256": digest_of(configuration)}
+        head |= {"runs": list(plan.settings)} | ({"simulate": plan.simulate} if plan.simulate else {})
+        samples = {} if plan.samples is None else {SAMPLES: plan.samples}
+        self.create(head, {self.configuration_path.name: configuration, **samples})
 
 
 def _difference(old: "Plan", new: "Plan") -> str:

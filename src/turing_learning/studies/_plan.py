@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from turing_learning.config._study import load_variants
 from turing_learning.errors import brief, integer, is_integer, refusing_as, require
 from turing_learning.interaction import describe_stimulated
 from turing_learning.purposes import RANDOM_BEHAVIORS
+from turing_learning.runs._infer import is_custom
 from turing_learning.swarm import AGGREGATION, Scenario
 from turing_learning.systems import CustomOptions, CustomSystem, Range, describe, imported
 from turing_learning.systems._calls import name_of
@@ -32,18 +34,10 @@ MOST_RUNS = 1_000_000
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study will run.
+    """What a study will run: the configuration of the first run, and for each run the settings that are not the same in all.
 
-    Parameters
-    ----------
-    base
-        The configuration of the first run.
-    settings
-        For each run the settings that are not the same in all runs: dotted key -> value, the same keys in all.
-    simulate
-        Of a custom system: the name of its simulator, "module:function".
-    samples : (K, T, D)
-        Of a custom system: its genuine samples; None once they are in the folder of the study.
+    Settings are dotted key -> value, the same keys in all runs. Of a custom system there are the name of its simulator, and its
+    genuine samples (K, T, D), which are None once they are in the folder of the study.
     """
 
     base: Configuration
@@ -121,21 +115,15 @@ def plan_study(
             "Give the seeds with `runs` and `first_seed`.", error=ConfigurationError)  # fmt: skip
     known: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
     name, samples = "", None
-    if not (genuine is None and simulate is None and parameters is None):
-        for key, value in (("genuine", genuine), ("simulate", simulate), ("parameters", parameters)):
-            together = "It is given by `genuine`, `simulate` and `parameters` together."
-            require(value is not None, key, "be given for a custom system", None, together, error=ConfigurationError)
-        require(
-            scenario is None, "scenario", "be left out for a custom system", brief(scenario), error=ConfigurationError
-        )
-        name = name_of(simulate, error=ConfigurationError)
-        rule = "be samples in a study, whose workers cannot share a live source"
+    if is_custom(scenario, genuine, simulate, parameters):
+        name, parameters, options = name_of(simulate, error=ConfigurationError), parameters or {}, options or {}
         with refusing_as(ConfigurationError):
-            if "stimulus" in (options or {}):
+            if "stimulus" in options:
                 require(isinstance(genuine, Mapping), "genuine", "name true parameters in a study", brief(genuine))
-                known = describe_stimulated(genuine, imported(name), parameters or {}, options or {})
+                known = describe_stimulated(genuine, imported(name), parameters, options)
             else:
-                known, data = describe(genuine, parameters or {}, options or {})
+                known, data = describe(genuine, parameters, options)
+                rule = "be samples in a study, whose workers cannot share a live source"
                 require(data.live is None, "genuine", rule, genuine)
                 samples = data.samples
     variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
@@ -154,13 +142,12 @@ def plan_study(
     require(is_integer(first) and 0 <= first <= most, "first_seed",
             f"be an integer between 0 and {most}, so that {runs} seeds follow", first, error=ConfigurationError)  # fmt: skip
     configurations = []
-    for variant in variants:
-        for seed in range(first, first + runs):
-            run = variant.configuration.run.model_copy(update={"seed": seed})
-            changed: dict[str, Any] = {"run": run}
-            if behaviors:
-                changed["scenario"] = replace(variant.configuration.swarm, controller=random_controller(seed))
-            configurations.append(variant.configuration.model_copy(update=changed))
+    for variant, seed in product(variants, range(first, first + runs)):
+        base = variant.configuration
+        changed: dict[str, Any] = {"run": base.run.model_copy(update={"seed": seed})}
+        if behaviors:
+            changed["scenario"] = replace(base.swarm, controller=random_controller(seed))
+        configurations.append(base.model_copy(update=changed))
     flat = [flat_settings(configuration) for configuration in configurations]
     keys = dict.fromkeys(key for one in flat for key in one)
     varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
@@ -169,16 +156,6 @@ def plan_study(
 
 
 def random_controller(seed: int) -> tuple[float, ...]:
-    """Draw the agents' parameters of a run of random behaviors, uniform in [-1, 1].
-
-    Parameters
-    ----------
-    seed
-        Seed of the run.
-
-    Source
-    ------
-    Paper, section 4.6.4.
-    """
+    """Draw the agents' parameters of a run of random behaviors from its seed, uniform in [-1, 1]: paper, section 4.6.4."""
     rng = np.random.default_rng(np.random.SeedSequence((RANDOM_BEHAVIORS, seed)))
     return tuple(rng.uniform(-1, 1, len(BEHAVIORS.controller)).tolist())

@@ -12,41 +12,26 @@ from turing_learning.figures._many_runs import convergence_figure, error_box_fig
 from turing_learning.report._page import Listing, Report, report_page
 
 from ._plan import Plan
-from ._table import FAIR, GOOD, Convergence, StudyResult, describe, errors_of, members, paired
+from ._table import FAIR, GOOD, Convergence, StudyResult, describe, error_rows, errors_of, members
 
 MOST_GROUPS = 40  # boxes in one picture
 
 
 def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) -> list[Picture]:
-    """Draw the figures of a study; none if no run is complete.
-
-    Parameters
-    ----------
-    result
-        The table.
-    plan
-        What was run.
-    medians
-        Of each configuration.
-    """
+    """Draw the figures of a study, with the medians of each configuration; none if no run is complete."""
     of_trials = plan.configuration(1).run.trials > 0
-    chosen, what = "best_model", "subjectively best model of the last generation"
-    if of_trials:
-        chosen, what = "estimate", "estimate"
+    chosen, kind, what = "best_model", "best", "subjectively best model of the last generation"
+    if of_trials:  # whose typical model is the estimate
+        chosen, kind, what = "estimate", "typical", "estimate"
     models = np.array([list(run.result[chosen].values()) for run in result.runs if run.result is not None])
     if not len(models):
         return []
     scenario, truth = plan.base.scenario, plan.base.scenario.truth
     names, labels = scenario.parameter_names, scenario.parameter_labels
-    boxes = Picture(
-        "boxes",
-        "Inferred parameters",
-        f"{what.capitalize()}, {len(models)} runs: median, quartiles, whiskers up to 1.5 "
-        "interquartile ranges"
-        + ("." if truth is None else "; the truth is dashed (figure 4 of the paper).")
-        + (" Of networks: their steady outputs." if plan.base.models.hidden else ""),
-        box_figure(models, names=labels, truth=truth),
-    )
+    caption = f"{what.capitalize()}, {len(models)} runs: median, quartiles, whiskers up to 1.5 interquartile ranges"
+    caption += "." if truth is None else "; the truth is dashed (figure 4 of the paper)."
+    caption += " Of networks: their steady outputs." if plan.base.models.hidden else ""
+    boxes = Picture("boxes", "Inferred parameters", caption, box_figure(models, names=labels, truth=truth))
     if not result.maes:
         return [boxes]
     if len(result.groups) > 1:
@@ -57,36 +42,20 @@ def draw_study(result: StudyResult, plan: Plan, medians: Sequence[Convergence]) 
         figure = error_box_figure(maes, names=words, what="Mean absolute error", where="")
         caption = f"Of the estimate, configuration by configuration{more}."
         return [Picture("configurations", "Mean absolute errors", caption, figure, wide=True)]
-    histogram = Picture(
-        "histogram",
-        "Mean absolute errors",
-        f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them (paper: figure 14a).",
-        error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR)),
-    )
-    kind = "typical" if of_trials else "best"  # of a run of trials, the typical model is the estimate
-    over = plan.configuration(1).spent(len(medians[0].best_model))
+    caption = f"Of the estimate, {len(result.maes)} runs; {GOOD:g} and {FAIR:g} are dashed where errors reach them"
+    figure = error_histogram_figure(np.array(result.maes), limits=(GOOD, FAIR))
+    histogram = Picture("histogram", "Mean absolute errors", f"{caption} (paper: figure 14a).", figure)
+    over = plan.configuration(1).spent(len(medians[0].medians["best_mae"]))
     if plan.behaviors:
-        errors = Picture(
-            "errors",
-            "Absolute errors",
-            f"Of the {what}, parameter by parameter (figure 14b of the paper).",
-            error_box_figure([errors_of(result.runs, chosen, name) for name in names], names=names),
-        )
-        convergence = Picture(
-            "convergence",
-            "Convergence",
-            f"Median over the runs of the absolute errors of the {what}.",
-            convergence_figure(getattr(medians[0], f"{kind}_error"), names=names, trials=over),
-        )
-        return [histogram, errors, convergence]
-    convergence = Picture(
-        "convergence",
-        "Convergence",
-        f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper).",
-        convergence_figure(getattr(medians[0], f"{kind}_model"), names=labels, truth=truth, trials=over),
-        wide=True,
-    )
-    return [boxes, histogram, convergence]
+        caption = f"Of the {what}, parameter by parameter (figure 14b of the paper)."
+        figure = error_box_figure([errors_of(result.runs, chosen, name) for name in names], names=names)
+        errors = Picture("errors", "Absolute errors", caption, figure)
+        caption = f"Median over the runs of the absolute errors of the {what}."
+        figure = convergence_figure(medians[0].medians[f"{kind}_error"], names=names, trials=over)
+        return [histogram, errors, Picture("convergence", "Convergence", caption, figure)]
+    caption = f"Median over the runs of the {what}; the truth is thin (figure 5 of the paper)."
+    figure = convergence_figure(medians[0].medians[f"{kind}_model"], names=labels, truth=truth, trials=over)
+    return [boxes, histogram, Picture("convergence", "Convergence", caption, figure, wide=True)]
 
 
 def label(group: Mapping[str, Any]) -> str:
@@ -96,50 +65,46 @@ def label(group: Mapping[str, Any]) -> str:
 
 def study_report(result: StudyResult, plan: Plan, drawings: Sequence[Picture]) -> str:
     """Return the page of a study."""
-    errors = _summaries(result) or [_estimates(result)]
-    listings = (*errors, _kinds(result), _runs(result))
+    parts = [f"{report.counted(len(result.failed), 'run')} failed"] if result.failed else []
+    if open_runs := len(result.unfinished):
+        parts.append(f"{report.counted(open_runs, 'run')} {'is' if open_runs == 1 else 'are'} not complete")
+    both = (("Verdict", result.verdicts()), ("Against the truth", result.kinds()))
+    kinds = Listing(
+        "kinds",
+        "Runs",
+        ("What they say", "Runs"),
+        [(f"{what}: {word}", count) for what, counts in both for word, count in counts.items()],
+        "What the complete runs say of themselves, without the truth; then how good they are. "
+        f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, and how the estimate "
+        "misses the truth.",
+    )
     return report_page(
         Report(
             title=f"{result.title}: a study of {report.counted(len(result.runs), 'run')}",
             summary=f"{describe(result)}.",
-            listings=listings,
+            listings=(*(_errors(result) or [_estimates(result)]), kinds, _runs(result)),
             figures=drawings,
-            warning=_warning(result),
+            warning=f"{' and '.join(parts)}: the statistics are of the others." if parts else "",
             configuration=to_toml(plan.base),
         )
     )
 
 
-def _warning(result: StudyResult) -> str:
-    if result.complete:
-        return ""
-    parts = [f"{report.counted(len(result.failed), 'run')} failed"] if result.failed else []
-    if open_runs := len(result.unfinished):
-        parts.append(f"{report.counted(open_runs, 'run')} {'is' if open_runs == 1 else 'are'} not complete")
-    return f"{' and '.join(parts)}: the statistics are of the others."
-
-
-def _summaries(result: StudyResult) -> list[Listing]:
+def _errors(result: StudyResult) -> list[Listing]:
     """Return, for each configuration, a row per parameter: errors of the estimate, of the best model, and the paper's."""
-    groups, listings = result.groups, []
-    for number, group in enumerate(groups):
-        rows: list[tuple[str | float | None, ...]] = []
-        for name, pair in paired(one for one in result.summaries if one.group == group).items():
-            ours, best = pair["estimate"], pair["best_model"]
-            numbers = (each for one in (ours, best) for each in (one.mean, one.standard_deviation, one.median))
-            rows.append((name, *numbers, best.paper))
-        listings.append(
-            Listing(
-                name="errors" if len(groups) == 1 else f"errors{number}",
-                heading="Absolute errors" + (f": {label(group)}" if group else ""),
-                columns=("Parameter", "Estimate: mean", "Std. dev.", "Median", "Best model: mean", "Std. dev.", "Median",
-                         "Paper: mean"),
-                rows=rows,
-                note="Mean, standard deviation and median over the complete runs. The paper reports the error of the best "
-                "model.",
-            )
-        )  # fmt: skip
-    return listings
+    spread = ("Std. dev.", "Median")
+    columns = ("Parameter", "Estimate: mean", *spread, "Best model: mean", *spread, "Paper: mean")
+    note = "Mean, standard deviation and median over the complete runs. The paper reports the error of the best model."
+    return [
+        Listing(
+            "errors" if len(result.groups) == 1 else f"errors{number}",
+            "Absolute errors" + (f": {label(group)}" if group else ""),
+            columns,
+            [(name, *numbers, paper) for name, numbers, paper in error_rows(result, group)],
+            note,
+        )
+        for number, group in enumerate(result.groups)
+    ]
 
 
 def _estimates(result: StudyResult) -> Listing:
@@ -152,27 +117,10 @@ def _estimates(result: StudyResult) -> Listing:
     return Listing("estimates", "Estimates", columns, rows, "Over the complete runs. The truth is not known.")
 
 
-def _kinds(result: StudyResult) -> Listing:
-    note = (
-        "What the complete runs say of themselves, without the truth; then how good they are. "
-        f"Good: MAE of the estimate below {GOOD:g}. Fair: below {FAIR:g}. Poor: {FAIR:g} or more, and how the estimate "
-        "misses the truth."
-    )
-    both = (("Verdict", result.verdicts()), ("Against the truth", result.kinds()))
-    rows = [(f"{what}: {word}", count) for what, counts in both for word, count in counts.items()]
-    return Listing("kinds", "Runs", ("What they say", "Runs"), rows, note)
-
-
 def _runs(result: StudyResult) -> Listing:
     keys = list(result.runs[0].settings)
-    columns = (
-        "Run",
-        *(key.removeprefix("run.") for key in keys),
-        "Says",
-        "Against the truth",
-        "MAE: estimate",
-        "MAE: best model",
-    )
+    names = [key.removeprefix("run.") for key in keys]
+    columns = ("Run", *names, "Says", "Against the truth", "MAE: estimate", "MAE: best model")
     rows = [
         (
             run.number,

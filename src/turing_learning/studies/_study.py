@@ -4,25 +4,22 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import dataclass
-from functools import partial
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from turing_learning._files import unused
 from turing_learning.config import ConfigurationError
 from turing_learning.config._study import single_settings
-from turing_learning.errors import integer, nearest, require
-from turing_learning.kernels.parallel import default_threads
+from turing_learning.errors import nearest, require
 from turing_learning.results import resume_command
 from turing_learning.store import storage, writable
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomOptions, Range, imported
-from turing_learning.workers import Workers
 
-from ._backends import dask_backend, dask_cluster, require_visible
-from ._conduct import Backend, Conduct, StudyObserver
-from ._execute import Task, execute, execute_in_worker
+from ._backends import Hands, backend_of, dask_cluster
+from ._conduct import Conduct, StudyObserver
+from ._execute import execute
 from ._folder import StudyFolder
 from ._plan import Plan, plan_study
 from ._table import StudyResult, StudyRun, convergences, read_run, read_study, write_tables
@@ -31,33 +28,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 RUNS = Path("runs")
-ATTEMPTS = 3  # of a run whose worker dies
-
-
-@dataclass(frozen=True)
-class Hands:
-    """Who executes the runs; at most one of them is given.
-
-    Parameters
-    ----------
-    workers
-        Number of worker processes on this machine; None takes one for each processor.
-    executor
-        An executor of `concurrent.futures`.
-    cluster
-        Address of a Dask scheduler.
-    """
-
-    workers: int | None = None
-    executor: Executor | None = None
-    cluster: str | None = None
-
-    def __post_init__(self) -> None:
-        given = [name for name in ("workers", "executor", "cluster") if getattr(self, name) is not None]
-        if len(given) > 1:
-            raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
-        if self.workers is not None:
-            integer("workers", self.workers, 1, error=ConfigurationError)
 
 
 def study(
@@ -186,10 +156,9 @@ def execute_study(
 ) -> StudyResult:
     """Execute a plan in a folder; see `study`."""
     folder = StudyFolder(out)
-    with ExitStack() as stack:
-        with writable("out", folder.path):
-            folder.refuse_if_taken(plan, force=force)
-        client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
+    with writable("out", folder.path):
+        folder.refuse_if_taken(plan, force=force)
+    with dask_cluster(hands.cluster) as client, ExitStack() as stack:
         create_study(plan, folder, stack, force=force)
         return _execute(folder, folder.plan(), hands, client, observer, should_stop)
 
@@ -233,11 +202,16 @@ def resume_study(
     plan = folder.plan()
     if plan.simulate:
         imported(plan.simulate, error=ConfigurationError)  # refuses before anything is done what no worker could load
+    with dask_cluster(hands.cluster) as client, _locked(folder):
+        return _execute(folder, plan, hands, client, observer, should_stop)
+
+
+@contextmanager
+def _locked(folder: StudyFolder) -> Iterator[None]:
     with ExitStack() as stack:
-        client = stack.enter_context(dask_cluster(hands.cluster)) if hands.cluster is not None else None
         with writable("study", folder.path):
             stack.enter_context(folder.locked())
-        return _execute(folder, plan, hands, client, observer, should_stop)
+        yield
 
 
 def _execute(
@@ -248,10 +222,8 @@ def _execute(
     observer: StudyObserver | None,
     should_stop: Callable[[], bool] | None,
 ) -> StudyResult:
-    if client is not None and hands.cluster is not None:
-        require_visible(client, folder.study_path.absolute(), hands.cluster)
     conduct = Conduct(folder, plan)
-    with _backend(folder, plan, hands, client, conduct.left) as backend, _storage(folder):
+    with backend_of(hands, client, folder, plan, conduct.left) as backend, _storage(folder):
         for progress in conduct.by(backend):
             if observer is not None:
                 observer(progress)
@@ -259,53 +231,15 @@ def _execute(
                 conduct.stop()
             folder.require_here()
     result = read_study(folder, plan)
-    return result if result.unfinished else _written(folder, plan)
+    return result if result.unfinished else _written(folder, plan, result)
 
 
-@contextmanager
-def _backend(
-    folder: StudyFolder, plan: Plan, hands: Hands, client: "Client | None", left: Sequence[int]
-) -> Iterator[Backend]:
-    if client is not None:
-        yield dask_backend(client)
-    elif hands.executor is not None:
-        submit = hands.executor.submit
-        yield Backend(lambda task: submit(execute, task), lambda futures: sum(future.running() for future in futures))
-    else:
-        workers = Workers(
-            partial(execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, left)),
-            max(1, min(hands.workers or default_threads(), len(left))),
-            attempts=ATTEMPTS,
-            warm_up=(None,),
-            script=False,
-            patient=True,
-            one_thread=True,
-        )
-        try:
-            yield Backend(workers.submit, workers.running, workers.kill)
-        finally:
-            workers.close()
-
-
-def first_of_each_network(plan: Plan, numbers: Sequence[int]) -> list[int]:
-    """Return runs that, together, need all kernels that the runs need.
-
-    Those that judge are made for the size of the network, those that simulate for reactive models or for networks.
-    """
-    found: dict[Any, int] = {}
-    for number in numbers:
-        settings = plan.settings[number - 1]
-        found.setdefault((settings.get("classifiers.hidden"), settings.get("models.hidden", 0) > 0), number)
-    return list(found.values())
-
-
-def _written(folder: StudyFolder, plan: Plan) -> StudyResult:
-    """Read the runs, and write tables, figures and report."""
+def _written(folder: StudyFolder, plan: Plan, result: StudyResult) -> StudyResult:
+    """Write tables, figures and report of what has been read."""
     from turing_learning.report import write_page
 
     from ._present import draw_study, study_report
 
-    result = read_study(folder, plan)
     medians = convergences(folder, plan, result.runs)
     with _storage(folder):
         write_tables(folder, result, medians, plan.base.scenario.parameter_names)
@@ -315,6 +249,10 @@ def _written(folder: StudyFolder, plan: Plan) -> StudyResult:
             picture.save(folder.figures_path)
         write_page(study_report(result, plan, pictures), folder.report_path)
     return result
+
+
+def _storage(folder: StudyFolder) -> AbstractContextManager[None]:
+    return storage(folder.path, f"go on with `{resume_command(folder.path)}`.")
 
 
 def load_study(path: str | Path) -> StudyResult:
@@ -362,7 +300,7 @@ def run_one(path: str | Path, number: int, should_stop: Callable[[], bool] | Non
     plan = folder.plan()
     if number not in plan.numbers:
         raise ConfigurationError(f"`number` must be between 1 and {len(plan)}; got {number}.")
-    execute(Task(str(folder.path.absolute()), number), should_stop)
+    execute(str(folder.path.absolute()), number, should_stop=should_stop)
     return read_run(folder, plan, number)
 
 
@@ -383,20 +321,10 @@ def collect_study(path: str | Path) -> StudyResult:
     """
     folder = StudyFolder(path)
     plan = folder.plan()
-    with ExitStack() as stack:
-        with writable("study", folder.path):
-            stack.enter_context(folder.locked())
-        return _written(folder, plan)
+    with _locked(folder):
+        return _written(folder, plan, read_study(folder, plan))
 
 
 def new_study_path(plan: Plan, parent: Path = RUNS) -> Path:
     """Return a folder for a study that does not exist, named after scenario and time."""
-    name = f"{plan.base.scenario.name}-study-{time.strftime('%Y%m%d-%H%M%S')}"
-    path, number = parent / name, 2
-    while path.exists():
-        path, number = parent / f"{name}-{number}", number + 1
-    return path
-
-
-def _storage(folder: StudyFolder) -> AbstractContextManager[None]:
-    return storage(folder.path, f"go on with `{resume_command(folder.path)}`.")
+    return unused(parent / f"{plan.base.scenario.name}-study-{time.strftime('%Y%m%d-%H%M%S')}")

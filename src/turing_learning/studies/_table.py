@@ -3,8 +3,10 @@
 import json
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, fields, replace
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,10 +30,12 @@ if TYPE_CHECKING:
 GOOD, FAIR = 0.05, 0.1
 """MAE of the estimate below which a run is good, or fair."""
 
+KINDS = ("best", "typical")  # models of each generation
 MODELS = ("best_model", "estimate")
 ERRORS = {"best_model": "absolute_error", "estimate": "estimate_absolute_error"}
 
 NO_TRUTH = "no truth"
+_COUNTS = ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
 MOST_FAILED = 10  # listed one by one
 MOST_GROUPS = 12  # configurations shown; the files have all
 
@@ -135,27 +139,14 @@ class ParameterSummary:
 
 @dataclass(frozen=True)
 class Convergence:
-    """Medians over the complete runs of one configuration.
+    """Medians over the complete runs of the configuration with the settings `group`, generation by generation.
 
-    Attributes
-    ----------
-    group
-        The settings of the configuration.
-    best_model, typical_model : (G, P)
-        Medians of the agents' parameters, of networks of their steady outputs.
-    best_error, typical_error : (G, P)
-        Medians of the absolute errors.
-    best_mae, typical_mae : (G,)
-        Medians of their means over the parameters.
+    `medians` has "best_model" and "typical_model" (G, P), of networks their steady outputs; their absolute errors "best_error" and
+    "typical_error" (G, P); and the means of these, "best_mae" and "typical_mae" (G,).
     """
 
     group: dict[str, Any]
-    best_model: np.ndarray
-    typical_model: np.ndarray
-    best_error: np.ndarray
-    typical_error: np.ndarray
-    best_mae: np.ndarray
-    typical_mae: np.ndarray
+    medians: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True, repr=False)
@@ -229,18 +220,16 @@ class StudyResult(Tabular):
         """Return a row for each run: its settings, state and verdict, models, errors and ends of intervals; as runs.csv."""
         import pandas as pd
 
-        return pd.DataFrame(run_rows(self, list(dict.fromkeys(row.parameter for row in self.summaries)))).set_index(
-            "run"
-        )
+        names = list(dict.fromkeys(row.parameter for row in self.summaries))
+        return pd.DataFrame(run_rows(self, names)).set_index("run")
 
     def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
-        rows: list[list[str]] = []
         groups = self.groups
-        for group in groups[:MOST_GROUPS]:
-            for name, pair in paired(one for one in self.summaries if one.group == group).items():
-                both = (pair["estimate"], pair["best_model"])
-                numbers = (shown(each) for one in both for each in (one.mean, one.standard_deviation, one.median))
-                rows.append([name, *map(str, group.values()), *numbers, shown(both[1].paper, "{:.2f}".format)])
+        rows = [
+            [name, *map(str, group.values()), *map(shown, numbers), shown(paper, "{:.2f}".format)]
+            for group in groups[:MOST_GROUPS]
+            for name, numbers, paper in error_rows(self, group)
+        ]
         statistics = ["error", "std", "median", "best model", "std", "median", "paper"]
         headings = ["parameter", *(key.rpartition(".")[2] for key in (groups or ({},))[0]), *statistics]
         remarks = ["Absolute errors of the estimate and of the best model, over the runs; paper: mean."] if rows else []
@@ -250,6 +239,20 @@ class StudyResult(Tabular):
             remarks += [f"{what}: {', '.join(f'{count} {word}' for word, count in counts.items())}"] if counts else []
         remarks += [f"run {run.number}  seed {run.seed}  failed: {run.reason}" for run in self.failed[:MOST_FAILED]]
         return f"{self.title}: {describe(self)}", headings, rows, remarks
+
+
+def error_rows(result: StudyResult, group: dict[str, Any]) -> list[tuple[str, list[float | None], float | None]]:
+    """Return for each parameter of a configuration its name, statistics of its errors, and the paper's mean.
+
+    The statistics are mean, standard deviation and median, of the estimate and then of the best model.
+    """
+    both = {(one.parameter, one.model): one for one in result.summaries if one.group == group}
+    rows = []
+    for name in dict.fromkeys(name for name, _ in both):
+        ours, best = both[name, "estimate"], both[name, "best_model"]
+        numbers = [each for one in (ours, best) for each in (one.mean, one.standard_deviation, one.median)]
+        rows.append((name, numbers, best.paper))
+    return rows
 
 
 def describe(result: StudyResult) -> str:
@@ -263,18 +266,12 @@ def describe(result: StudyResult) -> str:
     return text
 
 
-def paired(summaries: Iterable[ParameterSummary]) -> dict[str, dict[str, ParameterSummary]]:
-    """Return parameter -> model -> summary, of one configuration."""
-    found: dict[str, dict[str, ParameterSummary]] = {}
-    for one in summaries:
-        found.setdefault(one.parameter, {})[one.model] = one
-    return found
-
-
 def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
     """Read how a run stands; one whose files are damaged, or that is another one, counts as stopped, and the log says so."""
     path, settings = folder.run_path(number), plan.settings[number - 1]
-    run, failure = RunFolder(path), _json(path / FAILURE)
+    run, failure = RunFolder(path), None
+    with suppress(OSError, ValueError, RecursionError):
+        failure = json.loads((path / FAILURE).read_text(encoding="utf-8"))
     try:
         # a run that has its result may still be drawing, or was killed while it did
         if run.result_path.exists() and (manifest := run.manifest())["state"] != RUNNING:
@@ -282,17 +279,15 @@ def read_run(folder: StudyFolder, plan: Plan, number: int) -> StudyRun:
             if _is_result(result, plan.base.scenario.parameter_names) and result.get("complete"):
                 configuration = plan.configuration(number)
                 if manifest.get("configuration_sha256") != digest_of(to_toml(configuration).encode()):
-                    rule, got = "hold the run of its number", f"{path}, another run"
-                    require(
-                        run.configuration() == configuration, "study", rule, got, "Restore it.", error=RunFolderError
-                    )
+                    rule, same = "hold the run of its number", run.configuration() == configuration
+                    require(same, "study", rule, f"{path}, another run", "Restore it.", error=RunFolderError)
                 untimed = {name: value for name, value in result.items() if name not in TIMINGS}
                 return StudyRun(number, settings, COMPLETE, result=untimed, seconds=result.get("seconds_total"))
         elif run.exists() and run.manifest()["state"] == FINISHED:
             raise run.damaged(run.result_path.name, "it is missing")
     except RunFolderError as error:
         _LOGGER.warning("Run %d of the study is left out until it is resumed: %s", number, error)
-    if failure is not None:
+    if isinstance(failure, dict):
         return StudyRun(number, settings, FAILED, str(failure.get("reason", "")))
     return StudyRun(number, settings, STOPPED if path.exists() else WAITING)
 
@@ -301,22 +296,12 @@ def _is_result(result: Any, names: Sequence[str]) -> bool:
     """Return whether a file holds what the table needs; else its run counts as stopped, and is resumed."""
     if not isinstance(result, dict):
         return False
-    objects = [result.get(key, 0) for key in ("best_model", "estimate", *ERRORS.values(), "truth")]
-    models, others = objects[:2], objects[2:]
-    numbers = (result.get(key, "") for key in ("mae", "estimate_mae"))
+    models, others = ([result.get(key, 0) for key in keys] for keys in (MODELS, (*ERRORS.values(), "truth")))
     return (
         all(isinstance(one, dict) and all(isinstance(one.get(name), float | int) for name in names) for one in models)
-        and all(one is None or isinstance(one, dict) for one in others)
-        and all(number is None or isinstance(number, float | int) for number in numbers)
+        and all(isinstance(one, dict | None) for one in others)
+        and all(isinstance(result.get(key, ""), float | int | None) for key in ("mae", "estimate_mae"))
     )
-
-
-def _json(path: Path) -> dict[str, Any] | None:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return None
-    return content if isinstance(content, dict) else None
 
 
 def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:
@@ -324,14 +309,12 @@ def read_study(folder: StudyFolder, plan: Plan) -> StudyResult:
     runs, scenario = tuple(read_run(folder, plan, number) for number in plan.numbers), plan.base.scenario
     summaries = []
     for group, own in members(plan, runs):
-        for name in scenario.parameter_names:
-            for model in MODELS:
-                errors = errors_of(own, model, name)
-                if errors.size:
-                    spread = float(errors.std(ddof=1)) if len(errors) > 1 else None
-                    mean, median = float(errors.mean()), float(np.median(errors))
-                    paper = _paper(plan, own, name)
-                    summaries.append(ParameterSummary(group, name, model, len(own), mean, spread, median, paper))
+        for name, model in product(scenario.parameter_names, MODELS):
+            errors = errors_of(own, model, name)
+            if errors.size:
+                spread = float(errors.std(ddof=1)) if len(errors) > 1 else None
+                statistics = float(errors.mean()), spread, float(np.median(errors))
+                summaries.append(ParameterSummary(group, name, model, len(own), *statistics, paper_of(plan, own, name)))
     return StudyResult(scenario.name, scenario.title, runs, tuple(summaries), folder.path)
 
 
@@ -349,57 +332,44 @@ def _key(group: dict[str, Any]) -> str:
     return json.dumps(group, sort_keys=True)
 
 
-def _paper(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
+def paper_of(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
+    """Return the paper's error of a parameter, where it has one for the configuration of these runs."""
     if plan.behaviors:
         scenario = plan.configuration(own[0].number).swarm
         drawn = replace(
             BEHAVIORS, controller=scenario.controller, title=scenario.title, description=scenario.description
         )
-        papers = dict(zip(plan.base.scenario.parameter_names, BEHAVIORS_PAPER, strict=True))
-        return papers[name] if scenario == drawn else None
+        return BEHAVIORS_PAPER[plan.base.scenario.parameter_names.index(name)] if scenario == drawn else None
     given = {((run.result or {}).get("paper_absolute_error") or {}).get(name) for run in own}
     return given.pop() if len(given) == 1 else None
 
 
 def errors_of(runs: Iterable[StudyRun], model: str, name: str) -> np.ndarray:
-    """Return the absolute errors of a parameter over runs."""
-    return values_of(runs, lambda result: (result[ERRORS[model]] or {}).get(name))
-
-
-def values_of(runs: Iterable[StudyRun], value: Callable[[dict[str, Any]], float | None]) -> np.ndarray:
-    """Return one number of each complete run, without those that have none."""
-    found = (value(run.result) for run in runs if run.result is not None)
-    return np.array([number for number in found if number is not None], dtype=float)
+    """Return the absolute errors of a parameter over the complete runs that have them."""
+    found = ((run.result[ERRORS[model]] or {}).get(name) for run in runs if run.result is not None)
+    return np.array([error for error in found if error is not None], dtype=float)
 
 
 def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> list[Convergence]:
-    """Compute the medians of each configuration, from the runs that are complete."""
+    """Compute the medians of each configuration, from the runs that are complete and have a truth."""
     found = []
     for group, own in members(plan, runs):
-        described = plan.configuration(own[0].number).described
-        models: dict[str, list[np.ndarray]] = {"best_model": [], "typical_model": []}
-        truths = []
+        described, stored = plan.configuration(own[0].number).described, []
         for run in own:
             traces = RunFolder(folder.run_path(run.number)).traces()
             if traces is not None and run.result and run.result["truth"]:
-                truths.append(np.array(list(run.result["truth"].values())))
-                for name, stored in models.items():
-                    stored.append(described(traces[name]))
-        if truths:
-            shortest = min(map(len, models["best_model"]))  # runs that stop within their tolerance have fewer batches
-            models = {name: [each[:shortest] for each in stored] for name, stored in models.items()}
-            errors = {
-                name: np.stack([absolute_error(one, truth) for one, truth in zip(stored, truths, strict=True)])
-                for name, stored in models.items()
-            }
-            found.append(
-                Convergence(
-                    group,
-                    *(np.median(np.stack(stored), axis=0) for stored in models.values()),
-                    *(np.median(own_errors, axis=0) for own_errors in errors.values()),
-                    *(np.median(own_errors.mean(axis=-1), axis=0) for own_errors in errors.values()),
+                truth = np.array(list(run.result["truth"].values()))
+                models = {kind: described(traces[f"{kind}_model"]) for kind in KINDS}
+                errors = {kind: absolute_error(model, truth) for kind, model in models.items()}
+                stored.append(
+                    {f"{kind}_model": model for kind, model in models.items()}
+                    | {f"{kind}_error": error for kind, error in errors.items()}
+                    | {f"{kind}_mae": error.mean(axis=-1) for kind, error in errors.items()}
                 )
-            )
+        if stored:
+            shortest = min(len(each["best_mae"]) for each in stored)  # runs stop within their tolerance
+            medians = {name: np.median([each[name][:shortest] for each in stored], axis=0) for name in stored[0]}
+            found.append(Convergence(group, medians))
     return found
 
 
@@ -415,10 +385,7 @@ def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
             {"run": run.number, "seed": run.seed}
             | {key: run.settings[key] for key in keys}
             | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
-            | {
-                name: content.get(name)
-                for name in ("generations", "trials", "selection_stopped", "mae", "estimate_mae")
-            }
+            | {name: content.get(name) for name in _COUNTS}
             | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
             | {
                 f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
@@ -432,49 +399,37 @@ def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
 def write_tables(
     folder: StudyFolder, result: StudyResult, medians: Sequence[Convergence], names: Sequence[str]
 ) -> None:
-    """Write runs.csv, summary.csv and convergence.csv; the same runs give the same bytes, whoever executed them.
-
-    Parameters
-    ----------
-    folder
-        Where.
-    result
-        The table.
-    medians
-        Of each configuration.
-    names
-        Names of the parameters.
-    """
+    """Write runs.csv, summary.csv and convergence.csv; the same runs give the same bytes, whoever executed them."""
     keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
+    statistics = [each.name for each in fields(ParameterSummary)][1:]
     summaries = [
         {key: row.group.get(key) for key in keys}
-        | {"parameter": row.parameter, "model": row.model, "runs": row.runs, "mean": row.mean}
-        | {"standard_deviation": row.standard_deviation, "median": row.median}
-        | {"paper": row.paper if row.model == "best_model" else None}
+        | {name: getattr(row, name) for name in statistics}
+        | ({} if row.model == "best_model" else {"paper": None})
         for row in result.summaries
     ]
-    runs = run_rows(result, names)
-    kinds = ("best_model", "typical_model", "best_error", "typical_error")
+    columns = [f"{kind}_{what}" for what in ("model", "error") for kind in KINDS]
     generations = [
         {key: one.group.get(key) for key in keys}
         | {"generation": g}
-        | {f"{kind}_{name}": getattr(one, kind)[g, p] for kind in kinds for p, name in enumerate(names)}
-        | {"best_mae": one.best_mae[g], "typical_mae": one.typical_mae[g]}
+        | {f"{column}_{name}": one.medians[column][g, p] for column in columns for p, name in enumerate(names)}
+        | {f"{kind}_mae": one.medians[f"{kind}_mae"][g] for kind in KINDS}
         for one in medians
-        for g in range(len(one.best_mae))
+        for g in range(len(one.medians["best_mae"]))
     ]
-    heads = {
-        "summary.csv": [*keys, "parameter", "model", "runs", "mean", "standard_deviation", "median", "paper"],
-        "convergence.csv": [*keys, "generation", *(f"{kind}_{name}" for kind in kinds for name in names), "best_mae",
-                            "typical_mae"],
-    }  # fmt: skip
-    _write(folder, "runs.csv", runs, list(runs[0]))
-    _write(folder, "summary.csv", summaries, heads["summary.csv"])
-    _write(folder, "convergence.csv", generations, heads["convergence.csv"])
+    named = [f"{column}_{name}" for column in columns for name in names]
+    _write(folder, "runs.csv", run_rows(result, names))
+    _write(folder, "summary.csv", summaries, [*keys, *statistics])
+    _write(folder, "convergence.csv", generations, [*keys, "generation", *named, "best_mae", "typical_mae"])
 
 
-def _write(folder: StudyFolder, name: str, rows: Sequence[dict[str, Any]], columns: Sequence[str]) -> None:
-    import pandas
+def _write(
+    folder: StudyFolder, name: str, rows: Sequence[dict[str, Any]], columns: Sequence[str] | None = None
+) -> None:
+    """Write rows as CSV, whose cells keep their types; lists and tables in them are JSON."""
+    import pandas as pd
 
-    cells = [[json.dumps(cell) if isinstance(cell, list | dict) else cell for cell in row.values()] for row in rows]
-    folder.write(name, pandas.DataFrame(cells, columns=columns, dtype=object))
+    cells = [
+        {key: json.dumps(cell) if isinstance(cell, list | dict) else cell for key, cell in row.items()} for row in rows
+    ]
+    folder.write(name, pd.DataFrame(cells, columns=columns, dtype=object))

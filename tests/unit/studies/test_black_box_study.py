@@ -6,7 +6,7 @@ import numpy as np
 
 from turing_learning.models import ElmanModel
 from turing_learning.studies import plan_study, study
-from turing_learning.studies._study import first_of_each_network
+from turing_learning.studies._backends import first_of_each_network
 
 
 def rows(path):

@@ -100,7 +100,7 @@ def test_damaged_samples_are_named(executor, tmp_path):
             {"simulate": lambda parameters, rng: None},
             r"^`simulate` must be \"module:function\", or a function of a module",
         ),
-        ({"simulate": None}, r"^`simulate` must be given for a custom system; got None"),
+        ({"simulate": None}, r"^`simulate` must be given for a custom system; got nothing"),
         ({"scenario": "aggregation"}, r"^`scenario` must be left out for a custom system; got 'aggregation'"),
         ({"genuine": lambda rng: DATA, "held_out": None}, r"^`genuine` must be samples in a study, whose workers"),
         ({"genuine": DATA[:, :, 0]}, r"^`genuine` must be samples \(K, T, D\)"),

@@ -30,7 +30,7 @@ from turing_learning.studies import (
 )
 from turing_learning.studies._conduct import Conduct
 from turing_learning.studies._study import create_study
-from turing_learning.studies._table import _paper
+from turing_learning.studies._table import paper_of
 
 TABLES = ("runs.csv", "summary.csv", "convergence.csv")
 
@@ -86,8 +86,8 @@ def test_statistics_are_those_of_the_runs(finished):
 def test_the_papers_error_stands_beside_runs_of_its_scenario(finished):
     plan, papers = plan_study("aggregation", runs=3), {"paper_absolute_error": {"vl1": 0.07}}
     runs = [replace(run, result={**run.result, **papers}) for run in finished.runs]
-    assert _paper(plan, runs, "vl1") == 0.07
-    assert _paper(plan, [runs[0], *finished.runs[1:]], "vl1") is None
+    assert paper_of(plan, runs, "vl1") == 0.07
+    assert paper_of(plan, [runs[0], *finished.runs[1:]], "vl1") is None
 
 
 def test_a_study_is_sealed_from_the_start(small, executor, tmp_path, caplog):
