@@ -41,25 +41,10 @@ def mirrored(controllers: np.ndarray) -> np.ndarray:
 
 
 def grid_controllers(states: int, steps: int) -> np.ndarray:
-    """Return every controller whose wheel speeds are on a grid from -1 to 1, one of each mirror pair.
+    """Return every controller (N, 2 n) whose wheel speeds are on a grid of so many steps from -1 to 1, one of each mirror pair.
 
-    Of a pair it is the one that is larger at the first wheel speed in which the two differ.
-
-    Parameters
-    ----------
-    states
-        Number of sensor states n.
-    steps
-        Settings of each wheel speed.
-
-    Returns
-    -------
-    (about steps^(2 n) / 2, 2 n)
-        The last wheel speed changes fastest.
-
-    Source
-    ------
-    Paper, section 4.6.1, after Gauci et al. 2014.
+    Of a pair it is the one that is larger at the first wheel speed in which the two differ. The last wheel speed changes fastest.
+    Source: paper, section 4.6.1, after Gauci et al. 2014.
     """
     places = np.indices((steps,) * (2 * states)).reshape(2 * states, -1).T
     number = steps ** np.arange(2 * states)[::-1]
@@ -76,32 +61,11 @@ def gathering_costs(
     seed: int,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Let swarms of one controller each gather, and measure their dispersion.
+    """Return costs of controllers (M, 2 n), and dispersion at the end, of trials that start at poses (R, A + O, 3): (M, R, 2).
 
-    The cost is sum t u(t) / sum t over the seconds t = 1, 2, ... of a trial, where u is the dispersion of the objects,
-    or of the robots where there are no objects: the sum of the dispersion weighted by time, scaled so that it is a dispersion.
-
-    Parameters
-    ----------
-    controllers : (M, 2 n)
-        What all robots of a swarm execute.
-    starts : (R, A + O, 3)
-        Initial poses of R trials of the scenario's robots and objects, common to all controllers.
-    duration_s
-        Duration of a trial (s).
-    seed
-        Seed of the wheel noise.
-    threads
-        Number of threads; None takes every processor.
-
-    Returns
-    -------
-    (M, R, 2)
-        Cost, and dispersion at the end.
-
-    Source
-    ------
-    Gauci et al. 2014, Int. J. Robotics Research 33; see docs/decisions/0016 for what is assumed.
+    The cost is sum t u(t) / sum t over the seconds t = 1, 2, ... of a trial, where u is the dispersion of the objects, or of the
+    robots where there are no objects: the sum of the dispersion weighted by time, scaled so that it is a dispersion.
+    Source: Gauci et al. 2014, Int. J. Robotics Research 33; see docs/decisions/0016 for what is assumed.
     """
     models, trials, robots = len(controllers), len(starts), scenario.individuals
     objects = starts.shape[1] > robots
@@ -181,17 +145,7 @@ class SearchSettings:
 
 @dataclass(frozen=True)
 class SearchProgress:
-    """How far a search is.
-
-    Attributes
-    ----------
-    round, rounds
-        Which of how many.
-    done, total
-        Controllers of the round.
-    seconds_left
-        In the round, at the rate of this call.
-    """
+    """How far a search is: round of how many, controllers of the round, and the time that is left for it at this rate (s)."""
 
     round: int
     rounds: int
@@ -287,7 +241,19 @@ def search_controller(
     settings.check(scenario)
     store = Store(out, SEARCH)
     _begin(store, scenario, settings)
-    stopped = should_stop or (lambda: False)
+
+    def costs_of(controllers: np.ndarray, starts: np.ndarray, number: int, first: int) -> np.ndarray | None:
+        """Return costs batch by batch, each with noise of its own place in the round; None if the search was stopped."""
+        batches, size = [], max(1, BATCH // len(starts))
+        for k in range(0, len(controllers), size):
+            if should_stop is not None and should_stop():
+                return None
+            entropy = np.random.SeedSequence((SEARCH_NOISE, settings.seed, number, first + k))
+            noise = int(entropy.generate_state(1, np.uint64)[0])
+            how: dict[str, Any] = {"duration_s": settings.duration_s, "seed": noise, "threads": threads}
+            batches.append(gathering_costs(scenario, controllers[k : k + size], starts, **how))
+        return np.concatenate(batches)
+
     with storage(store.path, "give the same command again: it goes on."), store.locked():
         controllers = grid_controllers(scenario.sensor.states, settings.steps)
         costs, rounds = np.zeros((len(controllers), 1, 2)), settings.rounds(len(controllers))
@@ -295,27 +261,25 @@ def search_controller(
             controllers = controllers[_best(costs)[:count]]
             starts = initial_poses(scenario, trials, np.random.default_rng((SEARCH_STARTS, settings.seed, number)))
             blocks, begun, fresh = [], time.monotonic(), 0
-            for start in range(0, len(controllers), BLOCK):
-                own = controllers[start : start + BLOCK]
-                place = (SEARCH_NOISE, settings.seed, number, start)
-                compute = partial(_costs, scenario, own, starts, place, settings.duration_s, threads, stopped)
-                name, shape = f"round{number}/{start:07d}.npy", (len(own), trials, 2)
+            for first in range(0, len(controllers), BLOCK):
+                own = controllers[first : first + BLOCK]
+                name, shape = f"round{number}/{first:07d}.npy", (len(own), trials, 2)
                 fresh += 0 if (store.path / name).exists() else len(own)
+                compute = partial(costs_of, own, starts, number, first)
                 block = store.once(name, compute, fits=lambda found, shape=shape: found.shape == shape)  # type: ignore[misc]
                 if block is None:
                     return None
                 blocks.append(block)
-                done = start + len(own)
+                done = first + len(own)
                 left = (time.monotonic() - begun) / max(fresh, 1) * (len(controllers) - done)
                 if observer is not None:
                     observer(SearchProgress(number, len(rounds), done, len(controllers), left))
             costs = np.concatenate(blocks)
         order = _best(costs)
-        result = SearchResult(
-            scenario, settings, controllers[order], costs[order, :, 0], costs[order, :, 1], store.path
-        )
-        store.write("controllers.csv", _table(result))
-        return result
+        best, ends = costs[order, :, 0], costs[order, :, 1]
+        found = SearchResult(scenario, settings, controllers[order], best, ends, store.path)
+        store.write("controllers.csv", _table(found))
+        return found
 
 
 def _begin(store: Store, scenario: Scenario, settings: SearchSettings) -> None:
@@ -334,36 +298,12 @@ def _begin(store: Store, scenario: Scenario, settings: SearchSettings) -> None:
     # folders of before a setting came do not name it
     later = {each.name: each.default for each in fields(Scenario) if each.default is not MISSING}
     held["scenario"] = later | held["scenario"]
-    if _settings(held) != _settings(content):
+    both = [dotted({key: each[key] for key in SEARCH.identity}) for each in (held, content)]
+    stored, given = ({key: value for key, value in each.items() if key not in PROSE} for each in both)
+    if stored != given:
         raise RunFolderError(
             f"`out` must be the folder of the same search; got one of other settings [{store.head_path}]. Choose another folder."
         )
-
-
-def _settings(content: dict[str, Any]) -> dict[str, Any]:
-    kept = {key: content[key] for key in ("scenario", "settings")}
-    return {key: value for key, value in dotted(kept).items() if key not in PROSE}
-
-
-def _costs(
-    scenario: Scenario,
-    controllers: np.ndarray,
-    starts: np.ndarray,
-    place: tuple[int, int, int, int],
-    duration_s: float,
-    threads: int | None,
-    should_stop: Callable[[], bool],
-) -> np.ndarray | None:
-    """Return the `gathering_costs` of controllers, batch by batch, each with noise of its own place; None if it was stopped."""
-    batches, size = [], max(1, BATCH // len(starts))
-    for k in range(0, len(controllers), size):
-        if should_stop():
-            return None
-        entropy = np.random.SeedSequence((*place[:3], place[3] + k))
-        seed = int(entropy.generate_state(1, np.uint64)[0])
-        own = controllers[k : k + size]
-        batches.append(gathering_costs(scenario, own, starts, duration_s=duration_s, seed=seed, threads=threads))
-    return np.concatenate(batches)
 
 
 def _best(costs: np.ndarray) -> np.ndarray:

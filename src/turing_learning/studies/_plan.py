@@ -87,22 +87,12 @@ def plan_study(
 
     Parameters
     ----------
-    scenario
-        As in `infer`; "random-behaviors" draws the agents' parameters uniformly in [-1, 1] from the seed of each run.
-    runs
-        Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
-    first_seed
-        >= 0; None takes `run.seed` of the file, 1 by default.
-    preset, config
-        As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``, see docs/studies.md.
-    settings, labels
-        Dotted key -> value, over preset and file; dotted key -> where it comes from, for messages.
-    grid
-        Dotted key -> values: all combinations are run.
-    genuine, parameters, options
-        Of a custom system, as in `infer`; no live source.
-    simulate
-        Its simulator, "module:function" or a function that can be imported by that name.
+    scenario, runs, first_seed, preset, config, settings, grid, genuine, simulate, parameters
+        As in `study`.
+    labels
+        Dotted key of a setting -> where it comes from, for messages.
+    options
+        Of a custom system, as in `study`.
     """
     for key, value in (("settings", settings), ("grid", grid)):
         fits = isinstance(value, Mapping | None)
