@@ -14,9 +14,9 @@ from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Parameter
 from ..purposes import GENUINE
 from ..systems import CustomOptions, CustomSystem, CustomSystemError, Given, Range, System
-from ..systems._custom import FallibleSource
 from ..systems._describe import read_parameters
 from ..systems._genuine import scales_of
+from ..systems._system import FallibleSource
 from . import _examples
 from ._stimulus import PASSIVE, Dialogue, Interrogator, Stimulus
 

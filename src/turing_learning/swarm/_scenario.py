@@ -47,21 +47,10 @@ class Start:
 
 
 def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
-    """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap.
+    """Return a number that disks cannot exceed whose centers lie in a rectangle, and no two of which overlap; fewer may fit.
 
-    Fewer may be as many as fit; never more.
-
-    Parameters
-    ----------
-    sides_cm
-        Of the rectangle, 0 or more.
-    radius_cm
-        Of the disks, above 0.
-
-    Source
-    ------
-    N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a convex region of area A and
-    perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
+    Source: N. Oler, An inequality in the geometry of numbers, Acta Mathematica 105 (1961) 19: points of a convex region of area A
+    and perimeter P, no two closer than 1, are at most 2 A / sqrt(3) + P / 2 + 1.
     """
     width, height = (side / (2 * radius_cm) for side in sides_cm)
     return (2 / math.sqrt(3) * width * height + width + height + 1) * (1 + 1e-9)  # rounding never refuses a body
@@ -241,9 +230,8 @@ class Trial:
         """Return the number of control cycles in a duration; reject it, by its name, if it is not a whole number."""
         cycles = duration_s / self.control_interval_s
         rule = f"be a whole number of control intervals of {self.control_interval_s} s"
-        require(
-            math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6, name, rule, duration_s
-        )
+        whole = math.isfinite(cycles) and round(cycles) >= 1 and abs(cycles - round(cycles)) < 1e-6
+        require(whole, name, rule, duration_s)
         return round(cycles)
 
 
@@ -298,9 +286,6 @@ class Scenario:
         rule = f"be {expected} wheel speeds, two for each of the {self.sensor.states} sensor states"
         require(len(speeds) == expected, "scenario.controller", rule, brief(speeds))
         require(all(map(math.isfinite, speeds)), "scenario.controller", "be finite wheel speeds", brief(speeds))
-        self._require_room()
-
-    def _require_room(self) -> None:
         arena, start = self.arena, self.start()
         for name, side in zip(("width_cm", "height_cm"), start.sides_cm, strict=True):
             rule = f"be more than the diameter of what moves in it, {2 * start.corner_cm:g}"

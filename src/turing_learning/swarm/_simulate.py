@@ -1,6 +1,7 @@
 """Place swarms and run trials."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -52,9 +53,8 @@ class Drivers:
             rule = f"hold numbers of {len(weights)} networks from 0, or -1 for none"
             require(low >= -1 and high < len(weights), "driver", rule, f"{low} to {high}")
         for name, checked in (("weights", weights), ("driver", driver)):
-            own = np.array(
-                checked, order="C"
-            )  # a copy that nobody changes: a kernel takes the numbers for places in memory
+            # a copy that nobody changes: a kernel takes the numbers for places in memory
+            own = np.array(checked, order="C")
             own.flags.writeable = False
             object.__setattr__(self, name, own)
 
@@ -87,16 +87,12 @@ def build_world(
     scenario: Scenario, robots: int, objects: int, wheel_noise: float, fields_of_view: np.ndarray | None = None
 ) -> World:
     """Return the constants of trials with the given numbers of robots and objects, and fields of view (R, A), if there are any."""
-    robot, item = scenario.robot, scenario.objects
-    readings = {kind: scenario.sensor.reading_of(kind) for kind in ("robot", "object")}
-    sight = {
-        "robot": robot.radius_cm if readings["robot"] else -1.0,
-        "object": item.radius_cm if readings["object"] else -1.0,
-    }
+    robot, item, sensor = scenario.robot, scenario.objects, scenario.sensor
 
     def bodies(of_robot: float, of_object: float) -> np.ndarray:
         return np.repeat([of_robot, of_object], [robots, objects])
 
+    readings = sensor.reading_of("robot"), sensor.reading_of("object")
     inertia = (0.5 * robot.mass_g * robot.radius_cm**2, 0.5 * item.mass_g * item.radius_cm**2)
     return World(
         robots=robots,
@@ -104,8 +100,8 @@ def build_world(
         radius=bodies(robot.radius_cm, item.radius_cm),
         inverse_mass=bodies(1 / robot.mass_g, 1 / item.mass_g),
         inverse_inertia=bodies(1 / inertia[0], 1 / inertia[1]),
-        sight_radius=bodies(sight["robot"], sight["object"]),
-        reading=bodies(readings["robot"], readings["object"]).astype(np.int64),
+        sight_radius=bodies(robot.radius_cm if readings[0] else -1.0, item.radius_cm if readings[1] else -1.0),
+        reading=bodies(*readings).astype(np.int64),
         sectors=None if fields_of_view is None else np.stack((np.cos(fields_of_view / 2), np.sin(fields_of_view / 2))),
         deceleration=item.friction * GRAVITY,
         wheel_distance=robot.wheel_distance_cm,
@@ -117,12 +113,6 @@ def build_world(
         width=float(scenario.arena.width_cm or 0.0),
         height=float(scenario.arena.height_cm or 0.0),
     )
-
-
-def _fields_of_view(scenario: Scenario, given: np.typing.ArrayLike | None, shape: tuple[int, int]) -> np.ndarray | None:
-    """Return the field of view of each robot (R, A); None if all have a line of sight."""
-    fields = np.asarray(scenario.sensor.field_of_view if given is None else given, dtype=np.float64)
-    return np.broadcast_to(fields, shape) if fields.any() else None
 
 
 def simulate(
@@ -172,10 +162,8 @@ def simulate(
     controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=2 * scenario.sensor.states))
     trials, robots = controllers.shape[:2]
     poses = np.ascontiguousarray(array("initial_poses", initial_poses, "R B 3", R=trials))
-    objects = poses.shape[1] - robots
-    require(
-        objects >= 0, "initial_poses", f"hold a pose of each of the {robots} robots, then of objects", poses.shape[1]
-    )
+    rule = f"hold a pose of each of the {robots} robots, then of objects"
+    require(poses.shape[1] >= robots, "initial_poses", rule, poses.shape[1])
     kind = type(drivers).__name__
     require(isinstance(drivers, Drivers | None), "drivers", "be Drivers", kind, "None stands for reactive robots.")
     integer("control_steps", control_steps, 1, LONGEST)
@@ -185,34 +173,25 @@ def simulate(
     if threads is not None:
         integer("threads", threads, 1, remedy="None takes every processor.")
     if fields_of_view is not None:
-        _check_fields_of_view(fields_of_view, (trials, robots))
+        fields, shape = array("fields_of_view", fields_of_view, "...", finite=False, empty=True), (trials, robots)
+        rule = f"have shape (), (A,) or (R, A) = {shape}"
+        require(fields.shape in ((), shape[1:], shape), "fields_of_view", rule, fields.shape)
+        wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
+        require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
     if scenario.arena.bounded:
         _check_inside(scenario, poses, robots)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
+    room = (trials, control_steps + 1)
     result = Simulation(
-        poses=np.empty((trials, control_steps + 1, robots + objects, 3)),
-        sensors=np.empty((trials, control_steps + 1, robots), np.int8),
+        poses=np.empty((*room, poses.shape[1], 3)),
+        sensors=np.empty((*room, robots), np.int8),
         speeds=_new_speeds(trials, robots, control_steps),
     )
     poses = poses.copy()
     poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
-    views = _fields_of_view(scenario, fields_of_view, (trials, robots))
-    world = build_world(scenario, robots, objects, noise, views)
-    networks = None if drivers is None else drivers.networks(trials, robots)
-    if networks is not None:
-        controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
-    record = partial(record_trials, world=world, networks=networks)
     outputs = (result.speeds, result.poses, result.sensors)
-    run_range(record, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
+    _run(record_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, *outputs)
     return result
-
-
-def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
-    """Return room for speeds (R, A, T, 2), in memory robot by robot: so they are judged.
-
-    That of a single trial is no contiguous array either, which would be compiled for anew.
-    """
-    return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
 
 
 def observe(
@@ -224,30 +203,34 @@ def observe(
     fields_of_view: np.ndarray | None = None,
     drivers: Drivers | None = None,
 ) -> np.ndarray:
-    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are.
-
-    The controllers of robots that a network drives hold its largest outputs, and are written over.
-    """
+    """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
     speeds = _new_speeds(trials, robots, scenario.control_steps)
-    views = _fields_of_view(scenario, fields_of_view, (trials, robots))
-    world = build_world(scenario, robots, poses.shape[1] - robots, scenario.robot.wheel_noise, views)
-    networks = None if drivers is None else drivers.networks(trials, robots)
-    observe_some = partial(observe_trials, world=world, networks=networks)
-    run_range(observe_some, trials, threads, poses, controllers, keys, speeds, grain=slots_of(world.bodies))
+    noise = scenario.robot.wheel_noise
+    _run(observe_trials, scenario, controllers, poses, keys, noise, fields_of_view, drivers, threads, speeds)
     return speeds
 
 
-def _check_fields_of_view(fields_of_view: np.typing.ArrayLike, shape: tuple[int, int]) -> None:
-    fields = array("fields_of_view", fields_of_view, "...", finite=False, empty=True)
-    require(
-        fields.shape in ((), shape[1:], shape),
-        "fields_of_view",
-        f"have shape (), (A,) or (R, A) = {shape}",
-        fields.shape,
-    )
-    wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
-    require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
+def _new_speeds(trials: int, robots: int, steps: int) -> np.ndarray:
+    """Return room for speeds (R, A, T, 2), in memory robot by robot, as they are judged; that of one trial in the same layout."""
+    return np.empty((robots, max(trials, 2), steps, 2))[:, :trials].transpose(1, 0, 2, 3)
+
+
+def _run(
+    kernel: Callable[..., None], scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray,
+    wheel_noise: float, fields_of_view: np.typing.ArrayLike | None, drivers: Drivers | None, threads: int | None,
+    *outputs: np.ndarray,
+) -> None:  # fmt: skip
+    """Let a kernel fill the outputs of trials with these controllers (R, A, 2 n), poses (R, A + O, 3) and keys (R,)."""
+    trials, robots = controllers.shape[:2]
+    fields = np.asarray(scenario.sensor.field_of_view if fields_of_view is None else fields_of_view, dtype=np.float64)
+    views = np.broadcast_to(fields, (trials, robots)) if fields.any() else None  # else all have a line of sight
+    world = build_world(scenario, robots, poses.shape[1] - robots, wheel_noise, views)
+    networks = None if drivers is None else drivers.networks(trials, robots)
+    if networks is not None:
+        controllers = np.where(networks.driver[..., None] >= 0, LARGEST_OUTPUT, controllers)
+    advance = partial(kernel, world=world, networks=networks)
+    run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
 
 
 def _check_inside(scenario: Scenario, poses: np.ndarray, robots: int) -> None:

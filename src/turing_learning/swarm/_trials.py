@@ -21,14 +21,8 @@ TRIALS = 10
 class Execution:
     """What each robot of R trials executes, as `simulate` and `observe` take it.
 
-    Attributes
-    ----------
-    controllers : (R, A, 2 n)
-        Left and right wheel speed for each sensor state, as fractions of the maximum; of a network the largest that it may give.
-    fields_of_view : (R, A)
-        Of the sensors (rad); None where all are the scenario's.
-    drivers
-        Networks that drive some of the robots; None if all are reactive.
+    Wheel speeds (R, A, 2 n), of a network the largest that it may give; fields of view (R, A), None where all are the scenario's;
+    networks that drive some of the robots, None if all are reactive.
     """
 
     controllers: np.ndarray
@@ -90,9 +84,8 @@ class Trials:
         """
         agents = Behavior(np.asarray([self.scenario.controller], dtype=np.float64))
         robots = execution_of(self.scenario, agents if models is None else models, self.executed)
-        return observe(
-            self.scenario, robots.controllers, self.poses, self.keys, threads, robots.fields_of_view, robots.drivers
-        )
+        more = (robots.fields_of_view, robots.drivers)
+        return observe(self.scenario, robots.controllers, self.poses, self.keys, threads, *more)
 
 
 def mixed(scenario: Scenario, models: int, trials: int = 1) -> np.ndarray:
@@ -129,39 +122,34 @@ class MixedSwarm:
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
-        agents, behavior = self.scenario.agents, _behavior(self.model or self.scenario.model, models)
-        speeds = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng).observe(behavior, self.threads)
-        return Samples(genuine=one_by_one(speeds[:, :agents]), counterfeit=speeds[:, agents:])
+        agents, replicas = self.scenario.agents, self._replicas(models)
+        speeds = Trials.draw(self.scenario, mixed(self.scenario, len(models)), rng).observe(replicas, self.threads)
+        return Samples(genuine=_one_by_one(speeds[:, :agents]), counterfeit=speeds[:, agents:])
+
+    def _replicas(self, models: np.ndarray) -> Behavior:
+        """Return what replicas of models (M, P), as the optimizer has them, execute."""
+        model = self.model or self.scenario.model
+        models = array("models", models, "M P", finite=False, empty=True, P=len(model.parameter_names))
+        return model.behavior(model.to_units(models))
 
 
 @dataclass(frozen=True)
-class SeparatedSwarm:
+class SeparatedSwarm(MixedSwarm):
     """Groups of agents and groups of replicas, never mixed: a trial of each per model, all replicas of which execute it.
 
-    Both groups have as many individuals as the scenario.
-
-    Parameters
-    ----------
-    threads
-        Number of threads; None takes every processor. It does not change the samples.
-    model
-        What a model is; None takes the scenario's.
+    Both groups have as many individuals as the scenario. The parameters are those of `MixedSwarm`.
 
     Source
     ------
     Paper, section 4.6.3.
     """
 
-    scenario: Scenario
-    threads: int | None = None
-    model: Representation | None = None
-
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (M x individuals, T, 2) and counterfeit samples (M, individuals, T, 2) of models (M, P)."""
-        scenario, behavior = self.scenario, _behavior(self.model or self.scenario.model, models)
+        scenario, replicas = self.scenario, self._replicas(models)
         groups = np.repeat(np.arange(len(models))[:, None], scenario.individuals, axis=1)
         genuine = Trials.draw(scenario, alone(scenario, len(models)), rng).observe(None, self.threads)
-        return Samples(one_by_one(genuine), Trials.draw(scenario, groups, rng).observe(behavior, self.threads))
+        return Samples(_one_by_one(genuine), Trials.draw(scenario, groups, rng).observe(replicas, self.threads))
 
 
 @dataclass(frozen=True)
@@ -195,12 +183,6 @@ class ObservedSwarm:
         return speeds.reshape(-1, *speeds.shape[2:])
 
 
-def _behavior(model: Representation, models: np.ndarray) -> Behavior:
-    """Return what replicas of models (M, P), as the optimizer has them, execute."""
-    models = array("models", models, "M P", finite=False, empty=True, P=len(model.parameter_names))
-    return model.behavior(model.to_units(models))
-
-
-def one_by_one(speeds: np.ndarray) -> np.ndarray:
+def _one_by_one(speeds: np.ndarray) -> np.ndarray:
     """Return the speeds (R, A, T, 2) of all individuals as samples (A x R, T, 2)."""
     return speeds.transpose(1, 0, 2, 3).reshape(-1, *speeds.shape[2:])

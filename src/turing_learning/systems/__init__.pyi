@@ -2,7 +2,6 @@ from ._calls import Simulator as Simulator
 from ._calls import imported as imported
 from ._custom import CustomSource as CustomSource
 from ._custom import CustomSystem as CustomSystem
-from ._custom import GuardedInterrogation as GuardedInterrogation
 from ._describe import CustomOptions as CustomOptions
 from ._describe import Range as Range
 from ._describe import describe as describe
@@ -13,6 +12,7 @@ from ._swarm import Swarm as Swarm
 from ._swarm import physics_steps as physics_steps
 from ._system import CustomSystemError as CustomSystemError
 from ._system import Given as Given
+from ._system import GuardedInterrogation as GuardedInterrogation
 from ._system import Source as Source
 from ._system import System as System
 from ._system import SystemFailedError as SystemFailedError

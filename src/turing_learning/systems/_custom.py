@@ -8,21 +8,19 @@ from typing import Any, ClassVar, Literal, NoReturn
 
 import numpy as np
 
-from ..coevolution import Classifier, Interrogation, Judgments, PassiveInterrogation, Samples
+from ..coevolution import Classifier, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Behavior, Jumps, Parameter
+from ..models._parameters import LARGEST_DECADE
 from ..trajectories import SIGNALS
 from ._calls import Answer, Failed, Runner, Simulator
 from ._genuine import Genuine, cut_samples, observed, shown
-from ._system import CustomSystemError, FailureLog, Given, Source, System
+from ._system import CustomSystemError, FallibleSource, Given, Source, System
 
 _LOGGER = logging.getLogger("turing_learning")
 MOST = 10**9  # samples, steps or calls
 SHOWN = 601  # frames of replicas alone, where there is no recording
 TIME_STEP_TOLERANCE = 0.01  # share by which time steps may differ that count as the same
-LARGEST_DECADE = 300.0
-"""A summary on a logarithmic scale is at most so many decades from 1."""
-
 _NAME = re.compile(r"[A-Za-z0-9_-]{1,60}")
 
 
@@ -169,20 +167,13 @@ class CustomSystem(System):
         """Return a summary of models (..., P), parameter by parameter: in decades on a logarithmic scale, and within its bounds."""
         found = []
         for place, parameter in enumerate(self.parameters.values()):
-            values, decades = models[..., place, None], parameter.scale == "log"
-            summary = summarize(np.log10(values) if decades else values)
-            if decades:
-                summary = 10.0 ** np.clip(summary, -LARGEST_DECADE, LARGEST_DECADE)
-            low = -np.inf if parameter.low is None else parameter.low
-            found.append(np.clip(summary, low, np.inf if parameter.high is None else parameter.high))
+            values = models[..., place, None]
+            if parameter.scale == "log":
+                summary = 10.0 ** np.clip(summarize(np.log10(values)), -LARGEST_DECADE, LARGEST_DECADE)
+            else:
+                summary = summarize(values)
+            found.append(np.clip(summary, parameter.low, parameter.high))
         return np.concatenate(found)
-
-    def shown(self, values: np.ndarray) -> str:
-        """Return one model's parameters (P,) as text, by name, with units."""
-        return ", ".join(
-            f"{name} = {value:.6g}{' ' + parameter.unit if parameter.unit else ''}"
-            for (name, parameter), value in zip(self.parameters.items(), values, strict=True)
-        )
 
     def again(self, path: str) -> Text:
         """Return how to run it again."""
@@ -288,54 +279,6 @@ class CenteredClassifier:
         return self.classifier.judge(genomes, self.system.centered(samples))
 
 
-class FallibleSource(Source):
-    """A source whose models are simulated by a caller's function, which may fail for some of them.
-
-    A failed model is marked in `failed`, and no classifier accepts it.
-    """
-
-    failures: FailureLog
-
-    def __init__(self, system: CustomSystem) -> None:
-        self.system = system
-        self.failures = FailureLog(system.parameter_names)
-        self.failed = np.zeros(0, dtype=bool)  # of the models that were simulated last, (M,)
-
-    def interrogation(self, classifier: Classifier) -> Interrogation:
-        """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
-        return GuardedInterrogation(self, classifier)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
-        return self.system.to_units(models)
-
-    def note(self, parameters: np.ndarray, reasons: Mapping[int, str]) -> None:
-        """Mark and count the models, of those with parameters (M, P), that failed; end the run if these are more than half."""
-        self.failed = np.isin(np.arange(len(parameters)), list(reasons))
-        if not reasons:
-            return
-        generation, count, first = self.generation, len(reasons), min(reasons)
-        told = f"{self.system.shown(parameters[first])}: {reasons[first]}"
-        if 2 * count > len(parameters):
-            of, place, remedy = (
-                " of a generation",
-                f" [generation {generation}]",
-                "Narrow the bounds of the parameters, or repair",
-            )
-            if generation is None:
-                of, place, remedy = "", "", "Repair"
-            raise CustomSystemError(
-                f"`simulate` must not fail for more than half of the {len(parameters)} models{of}; got {count} failures or "
-                f"more{place}, the first with {told}. {remedy} the simulator."
-            )
-        if self.failures.count == 0:
-            when = "" if generation is None else f" in generation {generation}"
-            message = "%d of %d simulations failed%s, the first with %s."
-            _LOGGER.warning(message, count, len(parameters), when, told)
-        for k in sorted(reasons):
-            self.failures.add(generation, parameters[k], reasons[k])
-
-
 class CustomSource(FallibleSource):
     """Genuine samples from a recording or a live source, and counterfeit ones from any simulator.
 
@@ -359,6 +302,7 @@ class CustomSource(FallibleSource):
         Longest duration of a call (s), with workers only; None for no limit.
     """
 
+    system: CustomSystem
     genuine: Genuine
 
     def __init__(
@@ -513,39 +457,3 @@ def _untouched(rng: np.random.Generator) -> np.random.Generator:
     assert isinstance(given, np.random.SeedSequence)  # what it was spawned from has one
     seeds = np.random.SeedSequence(given.entropy, spawn_key=given.spawn_key, pool_size=given.pool_size)
     return np.random.Generator(type(rng.bit_generator)(seeds))
-
-
-class GuardedInterrogation(PassiveInterrogation):
-    """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
-
-    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
-    it, so that their ranks stay as they are.
-
-    Parameters
-    ----------
-    source
-        Yields the samples, and says which models failed.
-    classifier
-        Judges them.
-    """
-
-    source: FallibleSource
-
-    def __call__(
-        self,
-        models: np.ndarray,
-        classifiers: np.ndarray,
-        rng: np.random.Generator,
-        referees: np.ndarray | None = None,
-    ) -> Judgments:
-        """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
-        judgments = super().__call__(models, classifiers, rng, referees)
-        failed = self.source.failed
-        if not failed.any():
-            return judgments
-        outputs, referees_outputs = judgments.counterfeit_outputs, judgments.referee_outputs
-        return replace(
-            judgments,
-            counterfeit_outputs=np.where(failed[:, None], 0.0, outputs),
-            referee_outputs=None if referees_outputs is None else np.where(failed[:, None], 0.0, referees_outputs),
-        )

@@ -1,13 +1,14 @@
 """What a run asks of a system, whatever its kind."""
 
+import logging
 import shlex
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, Self
 
 import numpy as np
 
-from ..coevolution import Classifier, Interrogation, PassiveInterrogation, Samples
+from ..coevolution import Classifier, Interrogation, Judgments, PassiveInterrogation, Samples
 from ..errors import Setting, Text, refuse
 from ..models import Parameter, Representation
 from ..swarm import Scenario
@@ -15,6 +16,7 @@ from ..swarm import Scenario
 if TYPE_CHECKING:
     from ._genuine import Genuine
 
+_LOGGER = logging.getLogger("turing_learning")
 MOST_LISTED = 100
 LONGEST_REASON = 300  # characters
 
@@ -131,6 +133,13 @@ class System:
     def resuming(self) -> tuple[Setting, ...]:
         """Arguments that `resume` needs besides the folder."""
         return ()
+
+    def shown(self, values: np.ndarray) -> str:
+        """Return one model's parameters (P,) as text, by name, with units."""
+        return ", ".join(
+            f"{name} = {value:.6g}{' ' + parameter.unit if parameter.unit else ''}"
+            for (name, parameter), value in zip(self.parameters.items(), values, strict=True)
+        )
 
     def evolved(self, network: Classifier) -> Classifier:
         """Return what evolves, made of the network that judges: the network itself, or one that chooses stimuli, too."""
@@ -287,3 +296,87 @@ class FailureLog:
         rows = (state[name].tolist() for name in ("generations", "parameters", "reasons"))
         self.count = int(state["count"])
         self._listed = [(generation, tuple(values), reason) for generation, values, reason in zip(*rows, strict=True)]
+
+
+class FallibleSource(Source):
+    """A source whose models are simulated by a caller's function, which may fail for some of them.
+
+    A failed model is marked in `failed`, and no classifier accepts it.
+    """
+
+    failures: FailureLog
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.failures = FailureLog(tuple(system.parameters))
+        self.failed = np.zeros(0, dtype=bool)  # of the models that were simulated last, (M,)
+
+    def interrogation(self, classifier: Classifier) -> Interrogation:
+        """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
+        return GuardedInterrogation(self, classifier)
+
+    def to_units(self, models: np.ndarray) -> np.ndarray:
+        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
+        return self.system.model.to_units(models)
+
+    def note(self, parameters: np.ndarray, reasons: Mapping[int, str]) -> None:
+        """Mark and count the models, of those with parameters (M, P), that failed; end the run if these are more than half."""
+        self.failed = np.isin(np.arange(len(parameters)), list(reasons))
+        if not reasons:
+            return
+        generation, count, first = self.generation, len(reasons), min(reasons)
+        told = f"{self.system.shown(parameters[first])}: {reasons[first]}"
+        if 2 * count > len(parameters):
+            of, place, remedy = (
+                " of a generation",
+                f" [generation {generation}]",
+                "Narrow the bounds of the parameters, or repair",
+            )
+            if generation is None:
+                of, place, remedy = "", "", "Repair"
+            raise CustomSystemError(
+                f"`simulate` must not fail for more than half of the {len(parameters)} models{of}; got {count} failures or "
+                f"more{place}, the first with {told}. {remedy} the simulator."
+            )
+        if self.failures.count == 0:
+            when = "" if generation is None else f" in generation {generation}"
+            message = "%d of %d simulations failed%s, the first with %s."
+            _LOGGER.warning(message, count, len(parameters), when, told)
+        for k in sorted(reasons):
+            self.failures.add(generation, parameters[k], reasons[k])
+
+
+class GuardedInterrogation(PassiveInterrogation):
+    """A passive interrogation in which no classifier ever judges a model genuine whose simulation failed.
+
+    Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
+    it, so that their ranks stay as they are.
+
+    Parameters
+    ----------
+    source
+        Yields the samples, and says which models failed.
+    classifier
+        Judges them.
+    """
+
+    source: FallibleSource
+
+    def __call__(
+        self,
+        models: np.ndarray,
+        classifiers: np.ndarray,
+        rng: np.random.Generator,
+        referees: np.ndarray | None = None,
+    ) -> Judgments:
+        """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
+        judgments = super().__call__(models, classifiers, rng, referees)
+        failed = self.source.failed
+        if not failed.any():
+            return judgments
+        outputs, referees_outputs = judgments.counterfeit_outputs, judgments.referee_outputs
+        return replace(
+            judgments,
+            counterfeit_outputs=np.where(failed[:, None], 0.0, outputs),
+            referee_outputs=None if referees_outputs is None else np.where(failed[:, None], 0.0, referees_outputs),
+        )

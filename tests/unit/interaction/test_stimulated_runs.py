@@ -154,7 +154,7 @@ def wrong(**changes):
         (wrong(shape=True), r"`simulate` must return the next state, and observations \(n, D\) = \(200, 1\); got shape \(200,\)"),
         (wrong(raises=True), r"it raised KeyError: 'no such light' \[step 0"),
         (wrong(finite_within=-1.0), "`genuine` must return finite observations"),
-        (wrong(finite_within=0.1), r"more than half of the 8 .*, the first with rate = .*: an answer was not finite"),
+        (wrong(finite_within=0.1), r"half of the 8 .* \[generation 0\], the first with rate = .*: an answer was not finite"),
     ],
 )  # fmt: skip
 def test_a_step_that_fails_ends_the_run(step, message):
