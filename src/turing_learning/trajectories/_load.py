@@ -1,5 +1,6 @@
 """The door: any tracker's file, or a table or dataset in memory, to `Trajectories`."""
 
+import codecs
 import math
 import re
 from dataclasses import replace
@@ -8,13 +9,13 @@ from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 
-from turing_learning.errors import Setting, brief, choice, refuse, require
+from turing_learning.errors import Setting, brief, choice, number, refuse, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
 from .readers import _poses, _tables, _trackers
 from .readers._poses import read_dataset
-from .readers._shared import LONGEST_LINE, check_rate, names_in, refuse_utf16
+from .readers._shared import LONGEST_LINE, names_in, refuse_utf16
 from .readers._tables import read_frame
 
 if TYPE_CHECKING:
@@ -103,7 +104,12 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     if isinstance(path, list):
         said = {"y_axis": y_axis, "keypoint": keypoint, "min_confidence": min_confidence, "allow_pickle": allow_pickle}
         return [load_trajectories(one, fps=fps, pixels_per_cm=pixels_per_cm, format=format, **said) for one in path]
-    _check_options(fps, pixels_per_cm, y_axis, min_confidence)
+    for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
+        if value is not None:
+            number(name, value, least=1 / LARGEST, most=LARGEST)
+    require(y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(y_axis))
+    if min_confidence is not None:
+        number("min_confidence", min_confidence)
     options = Options(keypoint, allow_pickle, fps, y_axis)
     if not isinstance(path, (str, Path)):
         kind = "pandas" if hasattr(path, "columns") else "xarray" if hasattr(path, "data_vars") else ""
@@ -111,7 +117,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
         require(format is None, "format", "be left out for data in memory", brief(format))
         if kind == "xarray":
             return from_xarray(path, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint)
-        source, name, recording = "DataFrame", kind, _of_frame(path, options)
+        source, name, recording = "DataFrame", kind, read_frame(path, options)
     else:
         path, source = Path(path), str(path)
         if not (path.is_file() or path.is_dir()):
@@ -122,18 +128,9 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
             refuse("keypoint", f"be left out for format {chosen.name}", brief(keypoint), place=source)
         name, recording = chosen.name, chosen.read(path, options)
     _check_order(recording, source)
-    recording = _confident(recording, min_confidence, source)
-    return _finish(recording, name, source, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
-
-
-def _of_frame(frame: Any, options: Options) -> Recording:
-    """Read a `DataFrame`, and what `Trajectories.to_pandas` states in its attributes."""
-    recording, attributes = read_frame(frame, options), frame.attrs
-    fps = check_rate(attributes["fps"], "DataFrame, fps") if "fps" in attributes else recording.fps
-    unit, y_axis = attributes.get("unit"), attributes.get("y_axis", recording.y_axis)
-    for name, value, known in (("unit", unit, ("cm", "px", None)), ("y_axis", y_axis, ("up", "down", None))):
-        require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
-    return replace(recording, unit=unit, fps=fps, y_axis=y_axis)
+    if min_confidence is not None:
+        recording = _confident(recording, min_confidence, source)
+    return _finish(recording, name, source, fps, pixels_per_cm, y_axis)
 
 
 def from_xarray(
@@ -157,58 +154,7 @@ def from_xarray(
     """
     recording = read_dataset(dataset, keypoint, fps, y_axis)
     software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
-    return _finish(recording, software, file, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis)
-
-
-def _finish(
-    recording: Recording,
-    format: str,
-    source: str,
-    *,
-    fps: float | None,
-    pixels_per_cm: float | Literal["unknown"] | None,
-    y_axis: YAxis | None,
-) -> Trajectories:
-    """Bring what a file states and what the user states together: cm, y upwards, frame rate."""
-    _refuse_unstated(recording, fps, pixels_per_cm, y_axis, source)
-    scale = _scale(recording, pixels_per_cm, source)
-    _check_extent(recording, scale, source)
-    flip = (y_axis or recording.y_axis) == "down"
-    positions, headings = recording.positions / (scale or 1.0), recording.headings
-    if flip:
-        positions[..., 1] = 0.0 - positions[..., 1]
-        headings = None if headings is None else -headings
-    return Trajectories(
-        positions=np.where(recording.present[..., None], positions, 0.0),
-        present=recording.present,
-        fps=_rate(recording, fps, source),
-        individuals=recording.individuals,
-        unit="cm" if scale else "px",
-        first_frame=recording.first_frame,
-        headings=headings,
-        confidence=recording.confidence,
-        source=source,
-        format=format,
-        remarks=(*recording.remarks, *(["y pointed down in the file and was turned upwards"] if flip else [])),
-    )
-
-
-def _refuse_unstated(
-    recording: Recording, fps: float | None, scale: float | str | None, y_axis: YAxis | None, source: str
-) -> None:
-    """Refuse a recording of which neither file nor user state all that is needed; name all of it at once."""
-    missing = {
-        "fps": fps is None and recording.fps is None,
-        "pixels_per_cm": scale is None and recording.unit is None,
-        "y_axis": y_axis is None and recording.y_axis is None,
-    }
-    first, *others = [name for name, none in missing.items() if none] or [""]
-    if not first:
-        return
-    remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
-    for name in others:
-        remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
-    refuse(first, "be given", "none, and the file does not state it", tuple(remedy), place=source)
+    return _finish(recording, software, file, fps, pixels_per_cm, y_axis)
 
 
 _MEANT = {
@@ -217,18 +163,62 @@ _MEANT = {
 }
 
 
-def _check_options(fps: object, pixels_per_cm: object, y_axis: object, min_confidence: object) -> None:
-    for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
-        if value is not None and not (_is_number(value) and 1 / LARGEST <= value <= LARGEST):  # type: ignore[operator]
-            refuse(name, f"be a number from {1 / LARGEST:g} to {LARGEST:g}", brief(value))
-    if y_axis not in (None, "up", "down"):
-        refuse("y_axis", "be 'up' or 'down'", brief(y_axis))
-    if min_confidence is not None and not _is_number(min_confidence):
-        refuse("min_confidence", "be a finite number", brief(min_confidence))
+def _finish(
+    recording: Recording, format: str, source: str, fps: float | None, scale: float | str | None, y_axis: YAxis | None
+) -> Trajectories:
+    """Bring what a file states and what the user states together: cm, y upwards, frame rate.
+
+    What neither of them states is refused, all of it at once; and so is what both do, differently.
+    """
+    given = (
+        ("fps", fps, recording.fps),
+        ("pixels_per_cm", scale, recording.unit),
+        ("y_axis", y_axis, recording.y_axis),
+    )
+    missing = [name for name, said, stated in given if said is None and stated is None]
+    if missing:
+        first, *others = missing
+        remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
+        for name in others:
+            remedy += [" " if remedy[-1] else "", "Give ", Setting(name), f", too: {_MEANT[name]}."]
+        refuse(first, "be given", "none, and the file does not state it", tuple(remedy), place=source)
+    if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
+        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=source)
+    stated = recording.unit == "cm"
+    if stated and scale is not None:
+        refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
+    per_cm = 1.0 if stated or scale in ("unknown", None) else float(scale)
+    present, positions = recording.present, recording.positions / per_cm
+    farthest = float(np.nanmax(np.abs(recording.positions)))
+    if farthest / per_cm > LARGEST:
+        rule, got = f"leave coordinates within +-{LARGEST:.0e} cm", f"{per_cm:g}, by which {farthest:g} is"
+        refuse("pixels_per_cm", rule, f"{got} {farthest / per_cm:g} cm", place=source)
+    headings, confidence = (
+        None if values is None else np.where(present, np.nan_to_num(values), 0.0)
+        for values in (recording.headings, recording.confidence)
+    )
+    remarks = recording.remarks
+    if (y_axis or recording.y_axis) == "down":
+        positions[..., 1] = 0.0 - positions[..., 1]
+        headings = None if headings is None else -headings
+        remarks += ("y pointed down in the file and was turned upwards",)
+    return Trajectories(
+        positions=np.where(present[..., None], positions, 0.0),
+        present=present,
+        fps=float(fps or recording.fps),  # type: ignore[arg-type]
+        individuals=recording.individuals,
+        unit="cm" if stated or scale not in ("unknown", None) else "px",
+        first_frame=recording.first_frame,
+        headings=headings,
+        confidence=confidence,
+        source=source,
+        format=format,
+        remarks=remarks,
+    )
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float, np.number)) and not isinstance(value, bool) and math.isfinite(value)
+_GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"
+_NUMBERS = re.compile(f"{_GAP}*{_NUMBER}({_GAP}+{_NUMBER})+{_GAP}*", re.IGNORECASE)
 
 
 def _find(path: Path) -> Format:
@@ -237,7 +227,7 @@ def _find(path: Path) -> Format:
     found = [one for one in _ALL if one.recognizes(glance)]
     if len(found) == 1:
         return found[0]
-    if not found and glance.lines and _numbers(glance.lines[0]):
+    if not found and glance.lines and _NUMBERS.fullmatch(glance.lines[0]):
         got = f"numbers alone, {glance.lines[0][:60]!r}"
         remedy = "Name its columns there, for example frame,id,x,y."
         raise refusal("begin with a header line", got, f"{path}:1", remedy)
@@ -247,80 +237,38 @@ def _find(path: Path) -> Format:
     raise refusal(f"have the content of one of {', '.join(FORMATS)}", received, path, (ahead, Setting("format"), "."))
 
 
-def _numbers(line: str) -> bool:
-    """Return whether all cells of a line are numbers, two or more."""
-    found = [cell.strip(' "') for cell in re.split(r"[,;\t ]", line) if cell.strip(' "')]
-    return len(found) > 1 and all(
-        re.fullmatch(r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)", cell, re.IGNORECASE) for cell in found
-    )
-
-
 def _look(path: Path) -> Glance:
     if path.is_dir():
-        return Glance("npz", names=tuple(_trackers.archive_names(file) for file in _trackers.files_of(path)))
+        return Glance("npz", names=tuple(frozenset(_trackers.array_sizes(file)) for file in _trackers.files_of(path)))
     with path.open("rb") as file:
         head = file.read(1 << 16)
+        file.seek(0)
+        raw = [file.readline(LONGEST_LINE) for _ in range(4)]
     if not head:
         raise refusal("not be empty", "0 bytes", path)
     if head.startswith(b"\x89HDF\r\n\x1a\n"):
         return Glance("hdf5", names=(names_in(path),))
     if head.startswith(b"PK\x03\x04"):
-        return Glance("npz", names=(_trackers.archive_names(path),))
+        return Glance("npz", names=(frozenset(_trackers.array_sizes(path)),))
     if head.startswith((b"\x93NUMPY", b"CDF\x01", b"CDF\x02")):
         return Glance("npy" if head.startswith(b"\x93") else "netcdf3")
     refuse_utf16(head, path)
-    return Glance("text", lines=_first_lines(path))
+    # who reads the lines refuses what is not UTF-8, with its line
+    lines = [line.removeprefix(codecs.BOM_UTF8).decode("utf-8", "replace").rstrip("\r\n") for line in raw]
+    return Glance("text", lines=() if any("\0" in line for line in lines) else tuple(filter(None, lines)))
 
 
-def _first_lines(path: Path) -> tuple[str, ...]:
-    """Return the first four lines, none if the file is no text; who reads them refuses what is not UTF-8, with its line."""
-    with path.open("rb") as file:
-        raw = [file.readline(LONGEST_LINE) for _ in range(4)]
-    text = [line.decode("utf-8-sig" if k == 0 else "utf-8", "replace").rstrip("\r\n") for k, line in enumerate(raw)]
-    return tuple(line for line in text if line) if not any("\0" in line for line in text) else ()
-
-
-def _confident(recording: Recording, least: float | None, source: str) -> Recording:
+def _confident(recording: Recording, least: float, source: str) -> Recording:
     """Return the recording without the positions of which the tracker is less sure."""
-    if least is None:
-        return recording
     if recording.confidence is None:
         refuse("min_confidence", "be left out", f"{least} for a file without confidence", place=source)
-    present = recording.present & (recording.confidence >= least)
-    if not present.any():
-        raise refusal(
-            f"hold a position with confidence {least} or more", f"at most {recording.confidence.max()}", source
-        )
-    left_out = int(recording.present.sum() - present.sum())
-    remark = f"{left_out} positions with a confidence below {least} count as missing"
-    return replace(recording, present=present, remarks=(*recording.remarks, remark))
-
-
-def _rate(recording: Recording, fps: float | None, source: str) -> float:
-    if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
-        refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=source)
-    return float(fps or recording.fps)  # type: ignore[arg-type]
-
-
-def _scale(recording: Recording, pixels_per_cm: float | str | None, source: str) -> float | None:
-    """Return by what to divide for cm; None for positions that stay in pixels."""
-    if recording.unit == "cm":
-        if pixels_per_cm is not None:
-            refuse("pixels_per_cm", "be left out for a file in cm", brief(pixels_per_cm), place=source)
-        return 1.0
-    return None if pixels_per_cm in ("unknown", None) else float(pixels_per_cm)
-
-
-def _check_extent(recording: Recording, scale: float | None, source: str) -> None:
-    """Refuse a scale by which coordinates in cm would be as absurd as those in the file may not be."""
-    farthest = float(np.abs(recording.positions[recording.present]).max(initial=0.0))
-    if scale is not None and farthest / scale > LARGEST:
-        refuse(
-            "pixels_per_cm",
-            f"leave coordinates within +-{LARGEST:.0e} cm",
-            f"{scale:g}, by which {farthest:g} is {farthest / scale:g} cm",
-            place=str(source),
-        )
+    sure = np.where(recording.present, np.nan_to_num(recording.confidence), 0.0)
+    unsure = recording.present & (sure < least)
+    if (unsure == recording.present).all():
+        raise refusal(f"hold a position with confidence {least} or more", f"at most {sure.max()}", source)
+    remark = f"{unsure.sum()} positions with a confidence below {least} count as missing"
+    positions = np.where(unsure[..., None], np.nan, recording.positions)
+    return replace(recording, positions=positions, remarks=(*recording.remarks, remark))
 
 
 _FEWEST = 50
@@ -329,17 +277,15 @@ _LEAST_CONTINUITY = 0.7
 
 def _check_order(recording: Recording, source: str) -> None:
     """Refuse rows without frame numbers in which neighboring frames are as far apart as distant ones: shuffled rows."""
-    if recording.numbered or len(recording.present) < 2 * _FEWEST:
+    frames, typical = len(recording.positions), []
+    if recording.numbered or frames < 2 * _FEWEST:
         return
-    near, far = _typical(recording, 1), _typical(recording, len(recording.present) // 2)
-    if near is not None and far is not None and near > _LEAST_CONTINUITY * far:
+    for lag in (1, frames // 2):
+        steps = np.hypot(*np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0))
+        known = steps[~np.isnan(steps)]
+        typical.append(float(np.median(known)) if len(known) >= _FEWEST else math.nan)
+    near, far = typical
+    if near > _LEAST_CONTINUITY * far:
         rule = "have its rows in the order of time"
         received = f"a typical step of {near:.3g} between neighboring rows and {far:.3g} between distant ones"
         raise refusal(rule, received, source, "The rows may be shuffled; they carry no frame number.")
-
-
-def _typical(recording: Recording, lag: int) -> float | None:
-    """Return the median distance over `lag` frames, None where too few are known."""
-    known = recording.present[lag:] & recording.present[:-lag]
-    steps = np.hypot(*np.moveaxis(recording.positions[lag:] - recording.positions[:-lag], -1, 0))[known]
-    return float(np.median(steps)) if len(steps) >= _FEWEST else None

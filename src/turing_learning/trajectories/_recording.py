@@ -2,57 +2,46 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from types import MappingProxyType
+from typing import Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import Refusal, RefusedError, Text, refuse
+from turing_learning.errors import Refusal, RefusedError, Text
 
-from ._signals import every, next_true, wrap
+from ._signals import next_true, wrap
 
 YAxis = Literal["up", "down"]
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Positions in the units and axes of the file.
+    """Motion in the units and axes of the file, as far as the file states them."""
 
-    Attributes
-    ----------
-    first_frame
-        Number of the first frame in the file; frames follow without a break.
-    positions : (F, A, 2)
-        x, y; 0 where an individual is absent.
-    present : (F, A)
-        Whether the file has a position.
-    confidence, headings : (F, A)
-        The tracker's own confidence; heading (rad) in the axes of the file. None where the file has none.
-    fps
-        Frame rate, if the file states it.
-    unit
-        Of positions, "cm" or "px", if the file states it.
-    y_axis
-        Direction of y by the format's definition; None if the format has none.
-    numbered
-        Whether rows carry a frame number, so that their order in the file does not matter.
-    remarks
-        What the reader had to do: rows dropped, individuals left out.
-    """
-
-    first_frame: int
-    individuals: tuple[str, ...]
     positions: np.ndarray
-    present: np.ndarray
+    """x, y (F, A, 2), not a number where an individual is absent."""
+    individuals: tuple[str, ...]
+    first_frame: int = 0
     confidence: np.ndarray | None = None
+    """The tracker's own (F, A)."""
     headings: np.ndarray | None = None
+    """In rad (F, A)."""
     fps: float | None = None
     unit: str | None = None
+    """"cm" or "px"."""
     y_axis: YAxis | None = "down"
+    """None if the format has no direction of y by its definition."""
     numbered: bool = True
+    """Whether rows carry a frame number, so that their order in the file does not matter."""
     remarks: tuple[str, ...] = ()
+
+    @property
+    def present(self) -> np.ndarray:
+        """Whether the file has a position (F, A)."""
+        return ~np.isnan(self.positions[..., 0])
 
 
 @dataclass(frozen=True)
@@ -77,16 +66,10 @@ class Format:
 
 @dataclass(frozen=True)
 class Glance:
-    """A first look at a file: enough to tell the format.
+    """A first look at a file, enough to tell the format.
 
-    Attributes
-    ----------
-    kind
-        "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3".
-    lines
-        The first lines of a text file.
-    names
-        Of what is at the top of an HDF5 file, with "pandas_type" if there is a table of pandas; or of the arrays in each archive.
+    `kind` is "text", "hdf5", "npz" for archives and folders of them, "npy" or "netcdf3"; `lines` are the first ones of a text;
+    `names` are those at the top of an HDF5 file, with "pandas_type" if there is a table of pandas, or the arrays in each archive.
     """
 
     kind: str
@@ -122,14 +105,15 @@ def natural(name: str) -> tuple:
     return [(len(part.lstrip("0")), part) if k % 2 else (0, part) for k, part in enumerate(parts)], name
 
 
-def check_positions(positions: np.ndarray, place: Place) -> np.ndarray:
-    """Return which positions (rows, 2) exist; refuse halves and the absurd."""
+def check_positions(positions: np.ndarray, place: Place, whole: object) -> None:
+    """Refuse positions (rows, 2) of which half is missing, absurd ones, and none at all; `whole` is the place of all."""
     missing = np.isnan(positions)
     _refuse_first(missing[:, 0] != missing[:, 1], place, "have both x and y or neither", positions)
-    with np.errstate(invalid="ignore"):
-        absurd = (np.abs(positions) > LARGEST).any(axis=1)
+    _refuse_first(np.isinf(positions).any(axis=1), place, "have finite positions or NaN", positions)
+    absurd = (np.abs(positions) > LARGEST).any(axis=1)
     _refuse_first(absurd, place, f"have coordinates within +-{LARGEST:.0e}", positions)
-    return ~missing[:, 0]
+    if missing.all():
+        raise refusal("hold at least one position", "none", whole)
 
 
 def _refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray) -> None:
@@ -139,104 +123,44 @@ def _refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray) 
 
 
 def assemble(
-    frames: np.ndarray,
-    names: Sequence[str],
-    positions: np.ndarray,
-    place: Place,
-    *,
-    extras: dict[str, np.ndarray] | None = None,
-    fps: float | None = None,
-    unit: str | None = None,
-    y_axis: YAxis | None = "down",
-    remarks: tuple[str, ...] = (),
-    twice: str = "",
-) -> Recording:
-    """Sort rows into arrays by frame and individual.
+    frames: np.ndarray, names: Sequence[str], positions: np.ndarray, place: Place, *, twice: str = "",
+    extras: Mapping[str, np.ndarray] = MappingProxyType({}), remarks: tuple[str, ...] = (), **stated: Any,
+) -> Recording:  # fmt: skip
+    """Sort rows, which may be in any order, into arrays by frame and individual.
 
-    Frames that are no whole numbers or too far apart, rows without a name, absurd coordinates and contradictions are refused.
-
-    Parameters
-    ----------
-    frames, names, positions : (rows,), (rows,), (rows, 2)
-        Frame number, individual and x, y of each row, in any order; x and y not a number where missing.
-    place
-        Says where in the file a row is.
-    extras
-        "confidence", "headings" (rows,).
-    twice
-        What to do where rows contradict each other.
+    `frames` and `names` (rows,) are those of `positions` (rows, 2) and of `extras`, "confidence" and "headings" (rows,); `place`
+    says where in the file a row is, `twice` what to do where rows contradict each other. Odd frame numbers are refused, too.
     """
-    extras = extras or {}
-    whole = np.isfinite(frames) & (frames >= 0) & (frames <= LARGEST)
-    whole &= np.floor(np.where(whole, frames, 0)) == np.where(whole, frames, 0)
+    whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
     _refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)
     labels = np.asarray(names, dtype=object)
     _refuse_first(labels == "", place, "name the individual in each row", labels)
-    numbers = frames.astype(np.int64)
-    known = check_positions(positions, place)
+    check_positions(positions, place, place(0))
     individuals = sorted(set(names), key=natural)
-    order_of = {name: k for k, name in enumerate(individuals)}
-    who = np.array([order_of[name] for name in names], dtype=np.int64)
-    if not known.any():
-        raise refusal("hold at least one position", "none", place(0))
-    first, count = _extent(numbers, len(individuals), place)
-    values = np.column_stack([positions, *extras.values()]) if extras else positions
-    kept, repeated = _without_repeats(numbers, who, values, place, twice)
-    if repeated:
-        remarks += (f"{repeated} rows said the same as another and were dropped",)
-    here = kept[known[kept]]
-    shape = (count, len(individuals))
-    at = (numbers[here] - first, who[here])
-    placed = {name: _scatter(column, here, at, shape) for name, column in extras.items()}
-    present = np.zeros(shape, dtype=bool)
-    present[at] = True
-    return Recording(
-        first_frame=first,
-        individuals=tuple(individuals),
-        positions=_scatter(positions, here, at, (*shape, 2)),
-        present=present,
-        confidence=placed.get("confidence"),
-        headings=placed.get("headings"),
-        fps=fps,
-        unit=unit,
-        y_axis=y_axis,
-        remarks=remarks,
-    )
-
-
-def _scatter(values: np.ndarray, rows: np.ndarray, at: tuple, shape: tuple) -> np.ndarray:
-    result = np.zeros(shape)
-    result[at] = values[rows]
-    return result
-
-
-def _extent(frames: np.ndarray, individuals: int, place: Place) -> tuple[int, int]:
-    """Return first frame and number of frames."""
-    first, last = int(frames.min()), int(frames.max())
-    count = last - first + 1
-    if count > SPARSEST * len(np.unique(frames)) and count > SPARSEST * 100:
+    numbers, order_of = frames.astype(np.int64), {name: k for k, name in enumerate(individuals)}
+    who = np.array([order_of[name] for name in names])
+    first, last = int(numbers.min()), int(numbers.max())
+    count, late = last - first + 1, int(np.argmax(numbers))
+    if count > SPARSEST * max(len(np.unique(numbers)), 100):
         rule = f"name at least one frame in {SPARSEST} between its first and its last"
-        raise refusal(rule, f"frames {first} to {last}", place(int(np.argmax(frames))))
-    if count * individuals > MOST_CELLS:
+        raise refusal(rule, f"frames {first} to {last}", place(late))
+    if count * len(individuals) > MOST_CELLS:
         rule = f"hold at most {MOST_CELLS} frames times individuals"
-        raise refusal(rule, f"{count} x {individuals}", place(int(np.argmax(frames))), "Split the recording.")
-    return first, count
-
-
-def _without_repeats(
-    frames: np.ndarray, who: np.ndarray, values: np.ndarray, place: Place, remedy: str
-) -> tuple[np.ndarray, int]:
-    """Return the rows without those that say the same again, in order, and how many did."""
-    order = np.lexsort((who, frames))
-    again = (np.diff(frames[order]) == 0) & (np.diff(who[order]) == 0)
+        raise refusal(rule, f"{count} x {len(individuals)}", place(late), "Split the recording.")
+    values = np.column_stack([positions, *extras.values()])
+    order = np.lexsort((who, numbers))
+    again = (np.diff(numbers[order]) == 0) & (np.diff(who[order]) == 0)
     one, other = order[:-1][again], order[1:][again]
     differs = ~((values[one] == values[other]) | (np.isnan(values[one]) & np.isnan(values[other]))).all(axis=1)
-    if differs.any():
-        k = int(np.argmax(differs))
-        early, late = sorted((int(one[k]), int(other[k])))
-        rule = "give one position for each individual and frame"
-        raise refusal(rule, f"another one for frame {frames[early]} than {place(early)}", place(late), remedy)
-    return np.delete(order, np.flatnonzero(again) + 1), int(again.sum())
+    for early, late in np.sort(np.stack([one, other], axis=1)[differs], axis=1)[:1]:
+        got = f"another one for frame {numbers[early]} than {place(early)}"
+        raise refusal("give one position for each individual and frame", got, place(late), twice)
+    if len(one):
+        remarks += (f"{len(one)} rows said the same as another and were dropped",)
+    dense = np.full((count, len(individuals), values.shape[1]), np.nan)
+    dense[numbers - first, who] = values
+    found: dict[str, Any] = {name: dense[..., 2 + k] for k, name in enumerate(extras)}
+    return Recording(dense[..., :2], tuple(individuals), first, remarks=remarks, **found, **stated)
 
 
 JUMP_FACTOR = 20.0
@@ -304,19 +228,11 @@ class Problems:
     @property
     def found(self) -> bool:
         """Whether there is anything: a missing value, a jump, somebody who never moves, a repeated or empty frame, odd headings."""
-        return bool(
-            any(self.missing.values())
-            or self.jumps
-            or self.still
-            or self.repeated_frames
-            or self.empty_frames
-            or self.headings
-        )
+        found = (self.jumps, self.still, self.repeated_frames, self.empty_frames, self.headings)
+        return any(self.missing.values()) or any(found)
 
     def __str__(self) -> str:
-        lines = (
-            [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] if self.every > 1 else []
-        )
+        lines = [f"only one frame in {self.every} is there: `thinned({self.every})` keeps those"] * (self.every > 1)
         lines += self.headings
         lines += [
             f"{name}: {count} of {counted(self.frames)} missing, in {counted(self.gaps[name], 'gap')} of up to "
@@ -342,44 +258,7 @@ def counted(number: int, noun: str = "frame") -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def find_problems(
-    positions: np.ndarray,
-    present: np.ndarray,
-    individuals: tuple[str, ...],
-    first_frame: int,
-    jump_factor: float,
-    headings: np.ndarray | None = None,
-) -> Problems:
-    """Return what is wrong with positions (F, A, 2) and headings (F, A)."""
-    if not (math.isfinite(jump_factor) and jump_factor > 1):
-        refuse("jump_factor", "be a finite number above 1", str(jump_factor))
-    both = present[1:] & present[:-1]
-    steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
-    typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    jumps = tuple(
-        Jump(individuals[who], int(first_frame + frame), float(steps[frame, who]), float(steps[frame, who] / typical))
-        for frame, who in np.argwhere(steps > jump_factor * typical)
-    )
-    same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
-    names = [(name, _gap_lengths(present[:, k])) for k, name in enumerate(individuals)]
-    places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
-    moved = ((positions != places).any(axis=2) & present).any(axis=0)
-    return Problems(
-        missing={name: int(lengths.sum()) for name, lengths in names},
-        gaps={name: len(lengths) for name, lengths in names},
-        longest_gap={name: int(lengths.max(initial=0)) for name, lengths in names},
-        jumps=jumps,
-        repeated_frames=tuple(int(first_frame + 1 + frame) for frame in np.flatnonzero(same)),
-        empty_frames=tuple(int(first_frame + frame) for frame in np.flatnonzero(~present.any(axis=1))),
-        typical_step=typical,
-        frames=len(present),
-        still=tuple(individuals[who] for who in np.flatnonzero((present.sum(axis=0) > 1) & ~moved)),
-        every=every(present),
-        headings=() if headings is None else doubt_headings(positions, present, headings),
-    )
-
-
-def _gap_lengths(present: np.ndarray) -> np.ndarray:
+def gap_lengths(present: np.ndarray) -> np.ndarray:
     """Return the lengths of the runs of frames without a position."""
     starts = np.flatnonzero(~present & np.concatenate([[True], present[:-1]]))
     return next_true(present)[starts] - starts

@@ -1,12 +1,11 @@
 """Positions to signals: what the classifiers get to see of motion."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from turing_learning.errors import brief, integer, refuse
+from turing_learning.errors import brief, integer, number, refuse, require
 
 SIGNALS = {"speed": "cm/s", "turn": "rad/s", "neighbor_distance": "cm", "neighbor_bearing": "rad"}
 """Signals and their units (px instead of cm where the scale is unknown)."""
@@ -83,7 +82,18 @@ def compute_signals(
     """
     positions = np.asarray(positions, dtype=np.float64)
     present = np.ones(positions.shape[:-1], dtype=bool) if present is None else present
-    _check(positions, present, headings, fps, names, smooth_frames)
+    shape = positions.shape[:-1]
+    if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
+        refuse("positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape))
+    for name, array in (("present", present), ("headings", headings)):
+        if array is not None:
+            require(array.shape == shape, name, f"be of shape (..., F, A) = {shape}", str(array.shape))
+    require(np.isfinite(positions[present]).all(), "positions", "be finite wherever `present`", "a value that is not")
+    number("fps", fps, above=0)
+    known = bool(names) and not isinstance(names, str) and set(names) <= set(SIGNALS) and len(set(names)) == len(names)
+    require(known, "names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
+    odd = integer("smooth_frames", smooth_frames, 1) % 2
+    require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
     if smooth_frames > 1:
         positions = smooth(positions, present, smooth_frames)
     both = present[..., 1:, :] & present[..., :-1, :]
@@ -108,30 +118,6 @@ def compute_signals(
     return Signals(values, needed, tuple(names))
 
 
-def _check(
-    positions: np.ndarray,
-    present: np.ndarray,
-    headings: np.ndarray | None,
-    fps: float,
-    names: Sequence[str],
-    smooth_frames: int,
-) -> None:
-    if positions.ndim < 3 or positions.shape[-1] != 2 or positions.shape[-3] < 2:
-        refuse("positions", "be of shape (..., F, A, 2) with 2 frames or more", str(positions.shape))
-    for name, array in (("present", present), ("headings", headings)):
-        if array is not None and array.shape != positions.shape[:-1]:
-            refuse(name, f"be of shape (..., F, A) = {positions.shape[:-1]}", str(array.shape))
-    if not np.isfinite(positions[present]).all():
-        refuse("positions", "be finite wherever `present`", "a value that is not")
-    if not (math.isfinite(fps) and fps > 0):
-        refuse("fps", "be a finite number above 0", str(fps))
-    unknown = [name for name in names if name not in SIGNALS]
-    if not names or unknown or isinstance(names, str) or len(set(names)) < len(names):
-        refuse("names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
-    if integer("smooth_frames", smooth_frames, 1) % 2 == 0:
-        refuse("smooth_frames", "be odd and 1 or more", str(smooth_frames))
-
-
 def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:
     """Return the length of each step, signed if there are headings."""
     length = np.hypot(step[..., 0], step[..., 1])
@@ -148,18 +134,12 @@ def _course(
     """Return heading at each step's first frame, turn over the step, and where they exist."""
     if headings is not None:
         return headings[..., :-1, :], wrap(np.diff(headings, axis=-2)), {"heading": both, "turn": both}
-    direction, known = _directions(step, both)
+    last = last_true(both & (step != 0).any(axis=-1), -2)  # the direction is that of the last displacement
+    direction = np.take_along_axis(np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2)
+    known = last > last_true(~both, -2)  # since the last gap
     came, came_known = _delayed(direction), _delayed(known)
     turned = np.where(known & came_known, wrap(direction - came), 0.0)
     return came, turned, {"heading": came_known, "turn": both & _delayed(both)}
-
-
-def _directions(step: np.ndarray, both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the direction of the last displacement since the last gap, and whether there is one."""
-    moved = both & (step != 0).any(axis=-1)
-    last = last_true(moved, -2)
-    direction = np.arctan2(step[..., 1], step[..., 0])
-    return np.take_along_axis(direction, np.maximum(last, 0), axis=-2), last > last_true(~both, -2)
 
 
 def _delayed(values: np.ndarray) -> np.ndarray:
@@ -189,25 +169,6 @@ def last_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
 def next_true(flags: np.ndarray, axis: int = 0) -> np.ndarray:
     """Return the place of the first true at or after each place, the length if there is none."""
     return flags.shape[axis] - 1 - np.flip(last_true(np.flip(flags, axis), axis), axis)
-
-
-def bridge(
-    positions: np.ndarray, present: np.ndarray, headings: np.ndarray | None, max_gap: int
-) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
-    """Fill gaps of up to `max_gap` frames linearly; return positions, headings, and what was filled (F, A)."""
-    frames = len(present)
-    before, after = last_true(present), next_true(present)
-    filled = ~present & (before >= 0) & (after < frames) & (after - before - 1 <= max_gap)
-    frame, who = np.nonzero(filled)
-    left, right = before[filled], after[filled]
-    share = (frame - left) / (right - left)
-    result = positions.copy()
-    result[frame, who] = (1 - share)[:, None] * positions[left, who] + share[:, None] * positions[right, who]
-    if headings is None:
-        return result, None, filled
-    turned = headings.copy()
-    turned[frame, who] = headings[left, who] + share * wrap(headings[right, who] - headings[left, who])
-    return result, turned, filled
 
 
 def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarray:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import RefusedError, Setting, brief, integer, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, Setting, brief, integer, number, refuse, refusing_as, require
 
-from ._recording import JUMP_FACTOR, Problems, counted, find_problems
-from ._signals import Signals, bridge, compute_signals, every
+from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings, gap_lengths
+from ._signals import Signals, compute_signals, every, last_true, next_true, wrap
 from ._windows import EXCERPT_S, Cut, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
@@ -67,35 +67,22 @@ class Trajectories:
     def __post_init__(self) -> None:
         if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:
             refuse("positions", "be of shape (F, A, 2) and not empty", str(self.positions.shape))
-        self._check_arrays()
+        shape = self.positions.shape[:2]
+        for name, array in self._arrays(...).items():
+            require(array.shape[:2] == shape, name, f"be of shape (F, A) = {shape}", str(array.shape))
+            for place in map(tuple, np.argwhere(~np.isfinite(array))[:1].tolist()):
+                refuse(name, "be finite", f"{array[place]} at {place}")
         if self.present.dtype != bool or not self.present.any():
             refuse("present", "be booleans, some of them true", str(self.present.dtype))
-        if not (math.isfinite(self.fps) and self.fps > 0):
-            refuse("fps", "be a finite number above 0", str(self.fps))
-        if len(self.individuals) != self.positions.shape[1] or len(set(self.individuals)) < len(self.individuals):
-            wanted = f"{self.positions.shape[1]} different names"
-            refuse("individuals", f"be {wanted}", str(self.individuals))
-        if self.unit not in ("cm", "px"):
-            refuse("unit", "be 'cm' or 'px'", brief(self.unit))
-
-    def _check_arrays(self) -> None:
-        shape = self.positions.shape[:2]
-        for name in _ARRAYS:
-            array = getattr(self, name)
-            if array is not None and array.shape[:2] != shape:
-                refuse(name, f"be of shape (F, A) = {shape}", str(array.shape))
-            if array is not None and not np.isfinite(array).all():
-                place = tuple(int(k) for k in np.argwhere(~np.isfinite(array))[0])
-                refuse(name, "be finite", f"{array[place]} at {place}")
+        number("fps", self.fps, above=0)
+        different = len(self.individuals) == shape[1] == len(set(self.individuals))
+        require(different, "individuals", f"be {shape[1]} different names", str(self.individuals))
+        require(self.unit in ("cm", "px"), "unit", "be 'cm' or 'px'", brief(self.unit))
 
     def __str__(self) -> str:
         frames, individuals = self.present.shape
-        share = 1 - self.present.mean()
-        return (
-            f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second "
-            f"({self.duration_s:.4g} s), in {self.unit}, "
-            f"{share:.2%} missing"
-        )
+        what = f"{counted(individuals, 'individual')}, {counted(frames)} at {self.fps:g} per second"
+        return f"{what} ({self.duration_s:.4g} s), in {self.unit}, {1 - self.present.mean():.2%} missing"
 
     @property
     def duration_s(self) -> float:
@@ -121,10 +108,34 @@ class Trajectories:
             Above 1. A step longer than this many typical steps is a jump, perhaps two identities exchanged.
             The typical step is the median over all individuals of the steps that are not 0.
         """
-        found = find_problems(
-            self.positions, self.present, self.individuals, self.first_frame, jump_factor, self.headings
+        number("jump_factor", jump_factor, above=1)
+        positions, present, names, first = self.positions, self.present, self.individuals, self.first_frame
+        both = present[1:] & present[:-1]
+        steps = np.where(both, np.hypot(*np.moveaxis(np.diff(positions, axis=0), -1, 0)), 0.0)
+        typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+        jumps = [
+            Jump(names[who], int(first + frame), float(steps[frame, who]), float(steps[frame, who] / typical))
+            for frame, who in np.argwhere(steps > jump_factor * typical)
+        ]
+        same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
+        gaps = {name: gap_lengths(present[:, k]) for k, name in enumerate(names)}
+        places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
+        moved = ((positions != places).any(axis=2) & present).any(axis=0)
+        return Problems(
+            missing={name: int(lengths.sum()) for name, lengths in gaps.items()},
+            gaps={name: len(lengths) for name, lengths in gaps.items()},
+            longest_gap={name: int(lengths.max(initial=0)) for name, lengths in gaps.items()},
+            jumps=tuple(jumps),
+            repeated_frames=tuple((np.flatnonzero(same) + first + 1).tolist()),
+            empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first).tolist()),
+            typical_step=typical,
+            frames=len(present),
+            remarks=self.remarks,
+            still=tuple(names[who] for who in np.flatnonzero((present.sum(axis=0) > 1) & ~moved)),
+            every=self.every,
+            unit=self.unit,
+            headings=() if self.headings is None else doubt_headings(positions, present, self.headings),
         )
-        return replace(found, remarks=self.remarks, unit=self.unit)
 
     def bridged(self, max_gap: int) -> "Trajectories":
         """Return a copy in which gaps of up to `max_gap` frames, >= 1, are filled by straight motion at even speed.
@@ -133,15 +144,22 @@ class Trajectories:
         headings turn the shorter way.
         """
         max_gap = integer("max_gap", max_gap, 1)
-        positions, headings, filled = bridge(self.positions, self.present, self.headings, max_gap)
-        before = np.zeros_like(self.present) if self.interpolated is None else self.interpolated
-        remark = f"{int(filled.sum())} positions in gaps of up to {max_gap} frames were interpolated"
-        known: dict[str, Any] = {
-            "present": self.present | filled,
-            "interpolated": before | filled,
-            "remarks": (*self.remarks, remark),
-        }
-        return replace(self, positions=positions, headings=headings, **known)
+        before, after = last_true(self.present), next_true(self.present)
+        filled = ~self.present & (before >= 0) & (after < len(before)) & (after - before - 1 <= max_gap)
+        frame, who = np.nonzero(filled)
+        left, right = before[filled], after[filled]
+        share = (frame - left) / (right - left)
+        arrays = {"positions": self.positions.copy(), "present": self.present | filled, "interpolated": filled}
+        ends = self.positions[left, who], self.positions[right, who]
+        arrays["positions"][filled] = (1 - share)[:, None] * ends[0] + share[:, None] * ends[1]
+        if self.interpolated is not None:
+            arrays["interpolated"] = self.interpolated | filled
+        if self.headings is not None:
+            start, end = self.headings[left, who], self.headings[right, who]
+            arrays["headings"] = self.headings.copy()
+            arrays["headings"][filled] = start + share * wrap(end - start)
+        remark = f"{len(frame)} positions in gaps of up to {max_gap} frames were interpolated"
+        return replace(self, **arrays, remarks=(*self.remarks, remark))
 
     def thinned(self, every: int) -> "Trajectories":
         """Return a copy of one frame in `every`, at the lower frame rate that follows; the first with anybody is one of them."""
@@ -164,12 +182,6 @@ class Trajectories:
         if name not in self.individuals:
             refuse("individuals", f"be among {', '.join(self.individuals)}", brief(name))
         return self.individuals.index(name)
-
-    def _apart(self, names: Sequence[str], among: Sequence[str]) -> tuple[int, ...]:
-        """Return the places of the individuals that are held out, some of those whose windows are cut."""
-        if isinstance(names, str) or not set(names) <= set(among) or (names and set(names) >= set(among)):
-            refuse("hold_out_individuals", f"be a list of names, some of {', '.join(among)} but not all", brief(names))
-        return tuple(self._place(name) for name in names)
 
     def speeds(self, *, smooth_frames: int = 1) -> Signals:
         """Compute linear (cm/s) and angular speed (rad/s), (F - 1, A, 2): `signals` with its default names."""
@@ -247,28 +259,32 @@ class Trajectories:
             `learning` and `held_out` (K, T, D), where they are from, and what was cut out.
         """
         if self.every > 1:
-            refuse(
-                "fps",
-                "be the rate of the frames that are there",
-                f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second",
-                (
-                    "If that is the rate of what was tracked, keep those by thinning: ",
-                    Setting("every", self.every),
-                    ".",
-                ),
+            got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
+            ahead, kept = (
+                "If that is the rate of what was tracked, keep those by thinning: ",
+                Setting("every", self.every),
             )
+            refuse("fps", "be the rate of the frames that are there", got, (ahead, kept, "."))
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
-        chosen = [self._place(name) for name in names]
+        chosen, apart = [self._place(name) for name in names], hold_out_individuals
+        if isinstance(apart, str) or not set(apart) <= set(names) or (apart and set(apart) >= set(names)):
+            refuse("hold_out_individuals", f"be a list of names, some of {', '.join(names)} but not all", brief(apart))
+        if (steps is None) == (length_s is None):
+            refuse("steps", "be given, or `length_s`, one of them", f"{steps} and {length_s}")
+        if length_s is not None:
+            fits = math.isfinite(length_s) and round(length_s * self.fps) >= 1
+            require(fits, "length_s", f"be at least one frame of {1 / self.fps:.4g} s", length_s)
+            steps = round(length_s * self.fps)
         cut = Cut(
-            steps=_steps(steps, length_s, self.fps),
+            steps=integer("steps", steps, 1, remedy="A length in s is given as `length_s`."),
             stride=stride,
             hold_out=hold_out,
             gap=gap,
             half=smooth_frames // 2,
             lead=int(self.headings is None and bool({"turn", "neighbor_bearing"} & set(signals))),
-            apart=self._apart(hold_out_individuals, names),
+            apart=tuple(self._place(name) for name in apart),
         )
         usable = self.signals(signals, smooth_frames=smooth_frames)
         jumps = None
@@ -293,10 +309,11 @@ class Trajectories:
             "frame": frame + self.first_frame,
             "time": frame / self.fps,
             "id": np.array(self.individuals, dtype=object)[who],
+            "x": self.positions[frame, who, 0],
+            "y": self.positions[frame, who, 1],
         }
-        columns |= {"x": self.positions[frame, who, 0], "y": self.positions[frame, who, 1]}
-        for name, values in (("heading", self.headings), ("confidence", self.confidence)):
-            columns |= {} if values is None else {name: values[frame, who]}
+        known = {"heading": self.headings, "confidence": self.confidence}
+        columns |= {name: values[frame, who] for name, values in known.items() if values is not None}
         table = pd.DataFrame(columns)
         table.attrs = {"fps": self.fps, "unit": self.unit, "y_axis": "up"}
         return table
@@ -314,18 +331,15 @@ class Trajectories:
         """
         import xarray as xr
 
-        positions = np.where(self.present[..., None], self.positions, np.nan)
-        sure = np.full(self.present.shape, np.nan) if self.confidence is None else self.confidence
+        positions = np.where(self.present[..., None], self.positions, np.nan).transpose(0, 2, 1)[:, :, None]
+        sure = np.nan if self.confidence is None else self.confidence
         planes = {"confidence": sure} | ({} if self.headings is None else {"heading": self.headings})
-        extras = {
+        variables = {
             name: (("time", "keypoints", "individuals"), np.where(self.present, values, np.nan)[:, None])
             for name, values in planes.items()
         }
         return xr.Dataset(
-            {
-                "position": (("time", "space", "keypoints", "individuals"), positions.transpose(0, 2, 1)[:, :, None]),
-                **extras,
-            },
+            {"position": (("time", "space", "keypoints", "individuals"), positions)} | variables,
             coords={
                 "time": (np.arange(len(positions)) + self.first_frame) / self.fps,
                 "space": ["x", "y"],
@@ -375,13 +389,3 @@ def pooled_windows(
         with refusing_as(RefusedError, place=place if len(recordings) > 1 else ""):
             parts.append(each.windows(**options | apart))
     return join_windows(parts, hold_out_recordings)
-
-
-def _steps(steps: int | None, length_s: float | None, fps: float) -> int:
-    if (steps is None) == (length_s is None):
-        refuse("steps", "be given, or `length_s`, one of them", f"{steps} and {length_s}")
-    if length_s is not None:
-        if not (math.isfinite(length_s) and round(length_s * fps) >= 1):
-            refuse("length_s", f"be at least one frame of {1 / fps:.4g} s", str(length_s))
-        return round(length_s * fps)
-    return integer("steps", steps, 1, remedy="A length in s is given as `length_s`.")

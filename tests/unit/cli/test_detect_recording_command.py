@@ -146,7 +146,10 @@ def test_without_normal_recordings_there_is_a_ranking_and_no_verdict(fish, trial
     [
         (["trial.txt", "--fps", "25", "--scale", "1"], "fps` must be that of the run, 10; got 25"),
         (["trial.txt", "--fps", "10"], "`--scale` must be given; got none"),
-        (["trial.txt", "--fps", "10", "--scale", "1e-12"], r"`--scale` must be a number from 1e-09 to .*; got 1e-12\."),
+        (
+            ["trial.txt", "--fps", "10", "--scale", "1e-12"],
+            r"`--scale` must be a finite number of at least 1e-09 and .*; got 1e-12\.",
+        ),
         (["short.txt", *OPTIONS], r"`motion` must hold a window of 20 steps .* got 15 frames"),
         (["none.txt", *OPTIONS], r"`motion` must be a readable file; got none.txt"),
         (["trial.txt", *OPTIONS, "--out", "x.txt"], "`out` must end with .csv; got x.txt"),

@@ -439,7 +439,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         ),
         (
             [*without(RECORDED, "--scale"), "--scale", "1e-12"],
-            "`--scale` must be a number from 1e-09 to 1e+09; got 1e-12.",
+            "`--scale` must be a finite number of at least 1e-09 and of at most 1e+09; got 1e-12.",
         ),
         (
             [*without(RECORDED, "--scale"), "--scale", "1e-7"],
@@ -447,7 +447,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
         ),
         (
             [*without(RECORDED, "--fps"), "--fps", "1e12"],
-            "`--fps` must be a number from 1e-09 to 1e+09; got 1000000000000.0.",
+            "`--fps` must be a finite number of at least 1e-09 and of at most 1e+09; got 1000000000000.0.",
         ),
         (
             [*RECORDED[:2], *RECORDED[6:8], "--scale", "1e-5", "--fps", "1e9", "--window", "2e-7"],

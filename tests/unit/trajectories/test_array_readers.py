@@ -78,7 +78,7 @@ def test_a_file_of_sleap_and_idtracker_ai_at_once_is_ambiguous(tmp_path):
         (np.zeros((0, 2, 2)), r"hold numbers with 3 dimensions, not empty; got float64 \(0, 2, 2\) \["),
         (np.zeros((5, 2, 3)), r"hold trajectories of shape \(F, A, 2\), not empty; got \(5, 2, 3\) \["),
         (np.full((5, 2, 2), np.nan), r"hold at least one position; got none \[.*, dataset trajectories\]"),
-        (np.full((5, 2, 2), np.inf), r"have finite positions or NaN; got an infinite one \[.*, frame 0\]"),
+        (np.full((5, 2, 2), np.inf), r"have finite positions or NaN; got \[inf, inf\] \[.*, frame 0\]"),
         (np.array([[[1.0, 2.0]], [[np.nan, 2.0]]]), r"have both x and y or neither; got \[nan, 2.0\] \[.*, frame 1\]"),
     ],
 )

@@ -84,12 +84,21 @@ def test_the_direction_of_y_in_a_plain_table_is_never_guessed(tmp_path):
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ({"fps": 0}, r"`fps` must be a number from 1e-09 to 1e\+09; got 0"),
-        ({"fps": np.inf}, r"`fps` must be a number from 1e-09 to 1e\+09; got inf"),
-        ({"fps": 1e-12}, r"`fps` must be a number from 1e-09 to 1e\+09; got 1e-12"),
-        ({"pixels_per_cm": -1}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got -1"),
-        ({"pixels_per_cm": 1e300}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got 1e\+300"),
-        ({"pixels_per_cm": "ten"}, r"`pixels_per_cm` must be a number from 1e-09 to 1e\+09; got 'ten'"),
+        ({"fps": 0}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 0"),
+        ({"fps": np.inf}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got inf"),
+        ({"fps": 1e-12}, r"`fps` must be a finite number of at least 1e-09 and of at most 1e\+09; got 1e-12"),
+        (
+            {"pixels_per_cm": -1},
+            r"`pixels_per_cm` must be a finite number of at least 1e-09 and of at most 1e\+09; got -1",
+        ),
+        (
+            {"pixels_per_cm": 1e300},
+            r"`pixels_per_cm` must be a finite number of at least 1e-09 and of at most 1e\+09; got 1e\+300",
+        ),
+        (
+            {"pixels_per_cm": "ten"},
+            r"`pixels_per_cm` must be a finite number of at least 1e-09 and of at most 1e\+09; got 'ten'",
+        ),
         ({"y_axis": "left"}, "`y_axis` must be 'up' or 'down'; got 'left'"),
         ({"min_confidence": np.nan}, "`min_confidence` must be a finite number; got nan"),
         ({"min_confidence": 0.5}, "`min_confidence` must be left out; got 0.5 for a file without confidence"),

@@ -116,7 +116,7 @@ def test_a_byte_that_is_no_text_is_refused_with_its_line(tmp_path):
 def test_a_line_without_end_is_refused_before_it_fills_the_memory(tmp_path, monkeypatch):
     monkeypatch.setattr(_shared, "LONGEST_LINE", 100)
     with pytest.raises(ValueError, match=r"have lines of at most 100 bytes; got a longer one \[.*file.txt:2\]"):
-        load(tmp_path, TIDY + "0" * 101 + ",a,1,2\n")
+        load(tmp_path, TIDY + "0" * 101)
 
 
 def test_an_error_in_many_rows_has_the_right_line(tmp_path):
@@ -276,20 +276,22 @@ def test_attributes_that_are_wrong_are_refused(text, message, tmp_path):
         load(tmp_path, "x1,y1\n1,2\n", fps=None)
 
 
-@pytest.mark.parametrize("block", [7, 64, 1 << 24])
-def test_large_files_are_looked_at_in_blocks(block, tmp_path, monkeypatch):
-    monkeypatch.setattr(_shared, "BLOCK", block)
-    rows = [f"{k},a,{k}.5,{-k}.25" for k in range(1, 51)]
-    path = tmp_path / "long.csv"
-    path.write_text("frame,id,x,y\n" + "\n".join(rows) + "\n")
-    assert _shared._is_even(path, ",", 4, 1)
-    found = load_trajectories(path, fps=10, pixels_per_cm=1, y_axis="up")
-    np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)])
-    for change in ("3,a,1", '3,"a",1,2', "3,a,1,2,", "3,a,1,\udcff"):
-        path.write_bytes("\n".join(["frame,id,x,y", *rows[:3], change, *rows[4:], ""]).encode(errors="surrogateescape"))
-        assert not _shared._is_even(path, ",", 4, 1)
-    path.write_text("\n".join(["frame,id,x,y", *rows]))
-    assert not _shared._is_even(path, ",", 4, 1)  # cut off
+@pytest.mark.parametrize("size", [7, 64, 1 << 24])
+def test_large_files_are_read_in_blocks(size, tmp_path, monkeypatch):
+    monkeypatch.setattr(_shared, "BLOCK", size)
+    monkeypatch.setattr(_shared, "ROWS", size)
+    rows = [f"{k},a,{k}.5,{-k}.25\n" for k in range(1, 51)]
+    for same in ("", ",", "\r", "\r\r"):
+        changed = [*rows[:29], rows[29].replace("\n", f"{same}\n"), '31,"a",31.5, -31.25\n', *rows[31:], "\n\n"]
+        found = load(tmp_path, TIDY + "".join(changed))
+        np.testing.assert_array_equal(found.positions[:, 0], [(k + 0.5, -k - 0.25) for k in range(1, 51)])
+    wrong = {"30,a,1": "3", "30,a,x,2": "'x'", "30,a,1,\udcff": "byte 0xff", "3\r0,a,1,2": "a carriage return"}
+    for row, got in wrong.items():
+        content = (TIDY + "".join([*rows[:29], f"{row}\n", *rows[30:]])).encode(errors="surrogateescape")
+        with pytest.raises(ValueError, match=rf"got {got}.* \[.*file.txt:31\]"):
+            load(tmp_path, content)
+    with pytest.raises(ValueError, match=r"end with a line end; got b'.*51.25' \[.*file.txt:52\]"):
+        load(tmp_path, TIDY + "".join(rows) + "51,a,1,51.25")
 
 
 @pytest.mark.parametrize("blank", ["\t\t", " \t \t ", "\t\t\r"])

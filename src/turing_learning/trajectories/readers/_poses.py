@@ -1,19 +1,20 @@
 """Files of DeepLabCut and of the movement package, with several points of each body."""
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from turing_learning.errors import brief, refuse
+from turing_learning.errors import brief, refuse, require
 from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, assemble, refusal
 
 from ._shared import (
     MOST_NUMBERS,
     RATE_DIGITS,
     Sheet,
-    array_sheet,
+    Table,
     check_rate,
     check_unpacked,
     choose,
@@ -57,10 +58,7 @@ def read_csv(path: Path, options: Options) -> Recording:
     if len(set(lengths)) > 1:
         raise refusal("have header lines of the same length", lengths, f"{path}:1")
     labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
-
-    def read(numbers: list[int]) -> Any:
-        return read_table(path, ",", lengths[0], skip=skip, numbers=numbers)
-
+    read = partial(read_table, path, ",", lengths[0], skip=skip)
     return read_points(labels, Sheet(["frame"], read, f"{path}:1"), options)
 
 
@@ -68,28 +66,25 @@ def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
     """Read one key point of each animal from columns with labels, after one that numbers the frames."""
     labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
     points = list(dict.fromkeys(label[2] for label in labels))
-    point, who = (
-        choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place),
-        [label[1] for label in labels],
-    )
-    animals = [name for name in dict.fromkeys(who) if any(label[1:3] == (name, point) for label in labels)]
+    point = choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place)
+    animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
     columns = []
     for wanted in ((animal, point, what) for animal in animals for what in COORDS):
-        found = [k for k, label in enumerate(labels) if label[1:] == wanted]
+        found = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
         if len(found) != 1:
             got = f"{len(found)} columns {wanted}"
             raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
-        columns.append(found[0] + 1)
+        columns += found
     table = sheet.read(numbers=[0, *columns])
     count, frames = len(animals), table.numbers[:, 0]
     values = table.numbers[:, 1:].reshape(-1, 3)
-    left_out = len(set(who)) - count
+    left_out = len({label[1] for label in labels}) - count
     return assemble(
         np.repeat(frames, count),
         animals * len(frames),
         values[:, :2],
         lambda row: table.place(row // count),
-        extras={"confidence": np.nan_to_num(values[:, 2])},
+        extras={"confidence": values[:, 2]},
         remarks=(f"{left_out} of the individuals have no key point {point!r}",) if left_out else (),
     )
 
@@ -105,14 +100,16 @@ def read_h5(path: Path, options: Options) -> Recording:
         if form is None:
             raise refusal("hold a table of pandas", text(group.attrs["pandas_type"]), f"{path}, {names[0]}")
         frames, labels, values = form(group, path)
-    sound = (
-        values.shape == (len(frames), len(labels)) and len(labels) and {len(label) for label in labels} in ({3}, {4})
-    )
+    place, widths = f"{path}, {names[0]}", {len(label) for label in labels}
+    sound = values.shape == (len(frames), len(labels)) and widths in ({3}, {4})
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
-        raise refusal(
-            "name scorer, (individual,) body part and coordinate of each column", "others", f"{path}, {names[0]}"
-        )
-    return read_points(labels, array_sheet(np.column_stack([frames, values]), f"{path}, {names[0]}"), options)
+        raise refusal("name scorer, (individual,) body part and coordinate of each column", "others", place)
+    values = np.column_stack([frames, values])
+
+    def read(numbers: list[int]) -> Table:
+        return Table(values[:, numbers], (), lambda row: f"{place}, row {row}")
+
+    return read_points(labels, Sheet([], read, place), options)
 
 
 def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
@@ -162,7 +159,7 @@ def _netcdf3(path: Path) -> "xr.Dataset":
 
     try:
         with xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
-            most = max(math.prod(each.shape) for each in opened.variables.values())
+            most = max(each.size for each in opened.variables.values())
             if most <= MOST_NUMBERS:
                 return opened.load()
     except Exception as error:  # a damaged file can raise anything
@@ -182,21 +179,15 @@ def _netcdf4(path: Path) -> "xr.Dataset":
                 continue
             if found.dtype.kind not in "fiu":
                 raise refusal("hold numbers", found.dtype, f"{path}, {name}")
-            dimensions = [_dimension(scale) for scale in found.dims]
+            dimensions = [text(scale[0].name).lstrip("/") if len(scale) else "unnamed" for scale in found.dims]
             variables[name] = (dimensions, found[()])
-        names = {name for dimensions, _ in variables.values() for name in dimensions}
         coordinates: dict[str, Any] = {}
-        for name in sorted(names):
+        for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
             scale = member(file, name, path)
             if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension"):
                 coordinates[name] = scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
-        attributes = {name: value for name, value in file.attrs.items() if not name.startswith("_")}
-        stated = {name: _plain(value) for name, value in attributes.items()}
+        stated = {name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")}
         return xr.Dataset(variables, coordinates, stated)
-
-
-def _dimension(scale: Any) -> str:
-    return text(scale[0].name).lstrip("/") if len(scale) else "unnamed"
 
 
 def _plain(value: Any) -> Any:
@@ -224,85 +215,63 @@ def read_dataset(
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
         dimensions = ("time", "space", "keypoints", "individuals")
         refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)
-    if [str(name) for name in dataset["space"].values] != ["x", "y"]:
-        refuse("dataset", "have the coordinates x, y in space", str(list(dataset["space"].values)), place=source)
-    if 0 in dataset["position"].shape:
-        refuse("dataset", "not be empty", str(dict(dataset.sizes)), place=source)
-    _check_stated(dataset, y_axis)
-    rate = _rate(dataset, fps)
+    space = [str(name) for name in dataset["space"].values]
+    require(space == ["x", "y"], "dataset", "have the coordinates x, y in space", str(space), place=source)
+    require(0 not in dataset["position"].shape, "dataset", "not be empty", str(dict(dataset.sizes)), place=source)
+    stated = dataset.attrs.get("y_axis")
+    if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
+        refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}", place=source)
+    rate, first_frame = _timing(dataset, fps, source)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
         dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, source or "dataset")))
     elif keypoint is not None:
-        refuse("keypoint", "be left out for a dataset without key points", brief(keypoint))
-    confidence = _plane(dataset, "confidence")
+        refuse("keypoint", "be left out for a dataset without key points", brief(keypoint), place=source)
+    confidence, headings = (
+        dataset[name].transpose("time", "individuals").values.astype(np.float64) if name in dataset else None
+        for name in ("confidence", "heading")
+    )
+    unit = dataset.attrs.get("length_unit")
     return from_array(
         dataset["position"].transpose("time", "individuals", "space").values.astype(np.float64),
         tuple(str(name) for name in dataset["individuals"].values),
         f"{source or 'dataset'}, position",
         confidence=None if confidence is None or np.isnan(confidence).all() else confidence,
-        headings=_plane(dataset, "heading"),
+        headings=headings,
         fps=rate,
-        first_frame=round(float(dataset["time"].values[0]) * (1.0 if _in_frames(dataset) else rate or fps or 1.0)),
-        unit=_known(dataset.attrs.get("length_unit")),
-        y_axis=dataset.attrs.get("y_axis"),
+        first_frame=first_frame,
+        unit=unit if unit in ("cm", "px") else None,
+        y_axis=stated,
     )
 
 
-def _known(unit: Any) -> str | None:
-    return unit if unit in ("cm", "px") else None
+def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[float | None, int]:
+    """Return frame rate and first frame of a dataset, by its attribute and by times in seconds; `fps` decides between them.
 
-
-def _plane(dataset: "xr.Dataset", name: str) -> np.ndarray | None:
-    if name not in dataset:
-        return None
-    return dataset[name].transpose("time", "individuals").values.astype(np.float64)
-
-
-def _rate(dataset: "xr.Dataset", fps: float | None) -> float | None:
-    """Return the frame rate that the dataset states, by its attribute and by times in seconds; `fps` decides between them."""
-    stated = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], "dataset, fps")
-    times = dataset["time"].values
-    if _in_frames(dataset) or len(times) < 2:
-        return stated
-    by_times = float(f"{(len(times) - 1) / float(times[-1] - times[0]):.{RATE_DIGITS}g}")
-    if stated is not None and math.isclose(stated, by_times, rel_tol=1e-3):
-        return stated
-    if stated is not None and fps is None:
-        refuse(
-            "dataset",
-            f"have the same frame rate in its times, {by_times:g}, and in its attribute fps",
-            f"{stated:g}",
-            f"If the times are right, give fps={by_times:g}; if not, mend them.",
-        )
-    return by_times
-
-
-def _in_frames(dataset: "xr.Dataset") -> bool:
-    """Whether times count frames: they say so, or there are none, or they are one apart and state no unit."""
-    unit = dataset.attrs.get("time_unit")
-    times = dataset["time"].values
-    return unit == "frames" or "time" not in dataset.coords or (unit is None and bool((np.diff(times) == 1).all()))
-
-
-def _check_stated(dataset: "xr.Dataset", y_axis: YAxis | None) -> None:
+    Times count frames if they say so, or if there are none, or if they are one apart and state no unit.
+    """
     times = np.asarray(dataset["time"].values)
     steps = np.diff(times.astype(np.float64)) if times.dtype.kind in "fiu" else np.full(1, np.nan)
     if not np.allclose(steps, steps[:1], rtol=1e-3, atol=0) or (steps <= 0).any():
-        refuse("dataset", "have evenly spaced times as numbers", "others")
+        refuse("dataset", "have evenly spaced times as numbers", "others", place=source)
     unit = dataset.attrs.get("time_unit")
-    if unit not in (None, "seconds", "frames"):
-        refuse("time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit))
+    known = unit in (None, "seconds", "frames")
+    require(known, "time_unit", "be 'seconds' or 'frames' in `dataset`", brief(unit), place=source)
     if unit == "frames" and (steps != 1).any():
-        refuse(
-            "dataset",
-            "have times one frame apart, as their unit is frames",
-            f"{steps[0]:g}",
-            "Number the frames that are there, and give the rate of those as `fps`.",
-        )
-    stated = dataset.attrs.get("y_axis")
-    if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
-        refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}")
+        remedy = "Number the frames that are there, and give the rate of those as `fps`."
+        refuse("dataset", "have times one frame apart, as their unit is frames", f"{steps[0]:g}", remedy, place=source)
+    rate = None if dataset.attrs.get("fps") is None else check_rate(dataset.attrs["fps"], f"{source or 'dataset'}, fps")
+    if unit == "frames" or "time" not in dataset.coords or (unit is None and bool((steps == 1).all())):
+        return rate, round(float(times[0]))
+    if len(times) > 1:
+        by_times = float(f"{(len(times) - 1) / float(times[-1] - times[0]):.{RATE_DIGITS}g}")
+        close = rate is not None and math.isclose(rate, by_times, rel_tol=1e-3)
+        if rate is not None and not close and fps is None:
+            rule = f"have the same frame rate in its times, {by_times:g}, and in its attribute fps"
+            remedy = f"If the times are right, give fps={by_times:g}; if not, mend them."
+            refuse("dataset", rule, f"{rate:g}", remedy, place=source)
+        rate = rate if close else by_times
+    return rate, round(float(times[0]) * (rate or fps or 1.0))
 
 
 MOVEMENT_FORMAT = Format(

@@ -4,17 +4,18 @@ import codecs
 import csv
 import io
 import pickle
+import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from turing_learning.errors import brief, refuse
-from turing_learning.trajectories._recording import LARGEST, Place, Recording, YAxis, check_positions, refusal
+from turing_learning.trajectories._recording import LARGEST, Place, Recording, check_positions, refusal
 
 RATE_DIGITS = 5
 """Of a frame rate that times state: 29.97, or 0.0016667 with a frame every ten minutes."""
@@ -24,42 +25,13 @@ MOST_TIMES = 200
 """A file may unpack to `FREE_BYTES`, or to so many times its own size: recordings do not compress by more, and bombs do."""
 
 
-def from_array(
-    positions: np.ndarray,
-    names: tuple[str, ...],
-    place: str | Place,
-    *,
-    confidence: np.ndarray | None = None,
-    headings: np.ndarray | None = None,
-    first_frame: int = 0,
-    fps: float | None = None,
-    unit: str | None = None,
-    y_axis: YAxis | None = "down",
-    numbered: bool = True,
-    remarks: tuple[str, ...] = (),
-) -> Recording:
-    """Return the recording of positions (F, A, 2), not a number where missing; `place` is that of all, or says where a frame is."""
-    frames, count = positions.shape[:2]
+def from_array(positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any) -> Recording:
+    """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
+    count = positions.shape[1]
     at = place if callable(place) else lambda frame: f"{place}, frame {frame}"
-    infinite = np.isinf(positions)
-    if infinite.any():
-        raise refusal("have finite positions or NaN", "an infinite one", at(int(np.argwhere(infinite)[0][0])))
-    present = check_positions(positions.reshape(-1, 2), lambda row: at(row // count)).reshape(frames, count)
-    if not present.any():
-        raise refusal("hold at least one position", "none", at(0) if callable(place) else place)
-    return Recording(
-        first_frame=first_frame,
-        individuals=names,
-        positions=np.where(present[..., None], positions, 0.0),
-        present=present,
-        confidence=None if confidence is None else np.where(present, np.nan_to_num(confidence), 0.0),
-        headings=None if headings is None else np.where(present, np.nan_to_num(headings), 0.0),
-        fps=fps,
-        unit=unit,
-        y_axis=y_axis,
-        numbered=numbered,
-        remarks=remarks,
-    )
+    whole = place(0) if callable(place) else place
+    check_positions(positions.reshape(-1, 2), lambda row: at(row // count), whole)
+    return Recording(positions, names, **stated)
 
 
 def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
@@ -189,6 +161,7 @@ def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
 LONGEST_LINE = 1 << 22
 """Bytes in a line beyond which a file is no table; a thousand key points need less than a tenth."""
 BLOCK = 1 << 24  # bytes that are looked at together
+ROWS = 1 << 14  # rows that are turned into numbers together
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,27 +182,26 @@ class Sheet:
     place: str
 
 
-def array_sheet(values: np.ndarray, place: str) -> Sheet:
-    """Return a table of numbers (rows, columns) without names."""
-
-    def read(numbers: Sequence[int]) -> Table:
-        return Table(values[:, list(numbers)].astype(np.float64), (), lambda row: f"{place}, row {row}")
-
-    return Sheet([], read, place)
-
-
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each line; blank lines are accepted at the end only."""
-    blank = 0
+    """Yield number and text of each line of a whole text in UTF-8; blank lines are accepted at its end only."""
+    rest, number, blank = b"", 0, 0
     with path.open("rb") as file:
-        for number, raw in enumerate(iter(lambda: file.readline(LONGEST_LINE + 1), b""), start=1):
-            line = _decoded(raw, f"{path}:{number}", first=number == 1)
-            if not line.strip():
-                blank = blank or number
-                continue
-            if blank:
-                raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
-            yield number, line
+        while block := file.read(BLOCK):
+            block, end, rest = (rest + block).rpartition(b"\n")
+            for line in _decoded(block, path, number).split("\n") if end else ():
+                number += 1
+                if not line or line.isspace():
+                    blank = blank or number
+                elif blank:
+                    raise refusal("have no blank line inside", "an empty line", f"{path}:{blank}")
+                else:
+                    yield number, line
+            if len(rest) > LONGEST_LINE:
+                rule = f"have lines of at most {LONGEST_LINE} bytes"
+                raise refusal(rule, "a longer one", f"{path}:{number + 1}")
+    if rest:
+        remedy = "The file may be cut off; if it is whole, add a line end."
+        raise refusal("end with a line end", f"{rest[-20:]!r}", f"{path}:{number + 1}", remedy)
 
 
 def refuse_utf16(raw: bytes, place: object) -> None:
@@ -238,42 +210,47 @@ def refuse_utf16(raw: bytes, place: object) -> None:
         raise refusal("be text in UTF-8", "UTF-16", place, "Save it as UTF-8.")
 
 
-def _decoded(raw: bytes, place: str, *, first: bool) -> str:
-    if first:
-        refuse_utf16(raw, place)
-    if len(raw) > LONGEST_LINE:
-        raise refusal(f"have lines of at most {LONGEST_LINE} bytes", "a longer one", place)
-    if not raw.endswith(b"\n"):
-        remedy = "The file may be cut off; if it is whole, add a line end."
-        raise refusal("end with a line end", f"{raw[-20:]!r}", place, remedy)
-    if b"\0" in raw:
-        raise refusal("be a text file", "a zero byte", place)
+def _decoded(lines: bytes, path: Path, before: int) -> str:
+    """Return the text of lines, with one kind of line end, of which there are so many `before` in the file."""
+
+    def place(at: int) -> str:
+        return f"{path}:{before + 1 + lines.count(10, 0, at)}"
+
+    if not before:
+        refuse_utf16(lines, f"{path}:1")
+        lines = lines.removeprefix(codecs.BOM_UTF8)
+    lines = re.sub(rb"\r+(\n|$)", rb"\1", lines) if b"\r" in lines else lines
+    for sign, rule, got in (
+        (b"\0", "be a text file", "a zero byte"),
+        (b"\r", "have line ends of one kind", "a carriage return inside a line"),
+    ):
+        if sign in lines:
+            raise refusal(rule, got, place(lines.index(sign)))
     try:
-        line = raw.decode("utf-8-sig" if first else "utf-8").rstrip("\r\n")
+        return lines.decode("utf-8")
     except UnicodeDecodeError as error:
         remedy = "It may be in Latin-1 or another encoding: save it as UTF-8."
-        raise refusal("be text in UTF-8", f"byte {raw[error.start]:#04x}", place, remedy) from None
-    if "\r" in line:
-        raise refusal("have line ends of one kind", "a carriage return inside a line", place)
-    return line
+        raise refusal("be text in UTF-8", f"byte {lines[error.start]:#04x}", place(error.start), remedy) from None
 
 
-def cells(line: str, separator: str, place: str) -> list[str]:
-    """Return the cells of a line, quotes taken off."""
-    if '"' not in line:
-        return [cell.strip() for cell in line.split(separator)]
+def _cells(line: str, separator: str, path: Path, number: int, width: int = 0) -> list[str]:
+    """Return the cells of a line, `width` of them if it is given, quotes taken off."""
     try:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, strict=True))]
+        row = line.split(separator) if '"' not in line else next(csv.reader([line], delimiter=separator, strict=True))
     except csv.Error as error:
-        raise refusal("have complete quotes", str(error), place) from None
+        raise refusal("have complete quotes", str(error), f"{path}:{number}") from None
+    if len(row) > (width or 1) and not row[-1].strip():  # a separator at the end opens no further cell
+        row.pop()
+    if width and len(row) != width:
+        remedy = "The file may be cut off or damaged."
+        raise refusal(f"have {width} cells in each row", len(row), f"{path}:{number}", remedy)
+    return row
 
 
 def header(path: Path, lines: int, separator: str) -> list[list[str]]:
-    """Return the cells of the first lines; a separator at the end of a line opens no further cell."""
-    rows = []
-    for number, line in islice(read_lines(path), lines):
-        row = cells(line, separator, f"{path}:{number}")
-        rows.append(row if row[-1] else row[:-1])
+    """Return the cells of the first lines."""
+    first = islice(read_lines(path), lines)
+    rows = [[cell.strip() for cell in _cells(line, separator, path, number)] for number, line in first]
     if len(rows) < lines:
         raise refusal(f"have {lines} header lines", len(rows), path)
     return rows
@@ -292,86 +269,34 @@ def read_sheet(path: Path, separator: str) -> Sheet:
 def read_table(
     path: Path, separator: str, width: int, *, skip: int, numbers: Sequence[int], texts: Sequence[int] = ()
 ) -> Table:
-    """Read columns of a text file, by their places, after `skip` header lines; rows have `width` cells, perhaps
-    with a separator after the last. Whatever is wrong is refused with file and line.
-    """
-    import pandas as pd
-
-    def place(row: int) -> str:
-        return f"{path}:{skip + 1 + int(row)}"
-
-    most = width if _is_even(path, separator, width, skip) else _check_rows(path, separator, width, skip)
-    frame = pd.read_csv(
-        path, sep=separator, header=None, names=range(most), index_col=False, usecols=sorted({*numbers, *texts}),
-        skiprows=skip, dtype=object, keep_default_na=False, na_filter=False, low_memory=False, encoding="utf-8-sig",
-    )  # fmt: skip
-    found = np.empty((len(frame), len(numbers)))
-    for k, column in enumerate(numbers):
-        values = frame[column].tolist()
-        try:
-            found[:, k] = list(map(float, values))
-        except ValueError:  # empty cells, or no numbers
-            found[:, k] = list(map(_number, values))
-        wrong = np.isinf(found[:, k])
-        if "_" in "".join(values):
-            wrong |= ["_" in value for value in values]
-        if wrong.any():
-            row = int(np.argmax(wrong))
-            remedy = "Write decimals with a point." if "," in values[row] else ""
-            raise refusal("have finite numbers or NaN", repr(values[row].strip()[:40]), place(row), remedy)
-    return Table(found, tuple([cell.strip() for cell in frame[column]] for column in texts), place)
+    """Read columns of a text file, by their places, after `skip` header lines; whatever is wrong is refused with its line."""
+    found: list[np.ndarray] = []
+    names: tuple[list[str], ...] = tuple([] for _ in texts)
+    lines = islice(read_lines(path), skip, None)
+    while block := list(islice(lines, ROWS)):
+        cells = list(chain.from_iterable(_cells(line, separator, path, number, width) for number, line in block))
+        found.append(np.column_stack([_numbers(cells[k::width]) for k in numbers]))
+        for row, column in np.argwhere(np.isinf(found[-1])):
+            cell = cells[row * width + numbers[column]].strip()
+            remedy = "Write decimals with a point." if "," in cell else ""
+            raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
+        for column, k in zip(names, texts, strict=True):
+            column += map(str.strip, cells[k::width])
+    if not found:
+        raise refusal("have at least one row", "none", path)
+    return Table(np.concatenate(found), names, lambda row: f"{path}:{skip + 1 + int(row)}")
 
 
-def _is_even(path: Path, separator: str, width: int, skip: int) -> bool:
-    """Return whether a file is plain text, in UTF-8 without quotes and blank lines, with the separators of `width` cells in each.
-
-    Others may be as good: `_check_rows` reads them line by line.
-    """
-    rest, lines = b"", 0
-    with path.open("rb") as file:
-        while block := file.read(BLOCK):
-            text, end, after = (rest + block).rpartition(b"\n")
-            text, rest = text + end, after
-            signs = np.frombuffer(text, dtype=np.uint8)
-            ends = np.flatnonzero(signs == ord("\n"))
-            cuts, seen = (
-                np.diff(np.searchsorted(np.flatnonzero(which), ends), prepend=0)
-                for which in (signs == ord(separator), (signs > ord(" ")) & (signs < 127))
-            )
-            lengths = np.diff(ends, prepend=-1)
-            known = cuts[max(skip - lines, 0) :] == width - 1
-            lines += len(ends)
-            if len(rest) > LONGEST_LINE or (lengths > LONGEST_LINE).any() or not (known.all() and seen.all()):
-                return False
-            if width == 1 or b'"' in text or b"\0" in text or text.count(b"\r") != text.count(b"\r\n"):
-                return False
-            try:
-                text.decode("utf-8")
-            except UnicodeDecodeError:
-                return False
-    return lines > skip and not rest
+def _numbers(cells: list[str]) -> np.ndarray:
+    """Return the numbers that cells are, not a number where one is empty, infinite where it is none."""
+    if "_" not in "".join(cells):
+        with suppress(ValueError):
+            return np.array(list(map(float, cells)))
+    return np.array([_number(cell.strip()) for cell in cells])
 
 
 def _number(cell: str) -> float:
-    """Return the number that a cell is, infinite where it is none."""
     try:
-        return float(cell)
+        return np.inf if "_" in cell else float(cell or "nan")
     except ValueError:
-        return np.inf if cell.strip() else np.nan
-
-
-def _check_rows(path: Path, separator: str, width: int, skip: int) -> int:
-    """Return the most cells of a row, an empty last one included; refuse a file without rows, or a row with another number."""
-    number, most = 0, width
-    for number, line in read_lines(path):
-        if number <= skip:
-            continue
-        row = cells(line, separator, f"{path}:{number}")
-        count = len(row) - (len(row) == width + 1 and not row[-1])
-        most = max(most, len(row))
-        if count != width:
-            remedy = "The file may be cut off or damaged."
-            raise refusal(f"have {width} cells in each row", count, f"{path}:{number}", remedy)
-    if number <= skip:
-        raise refusal("have at least one row", "none", path)
-    return most
+        return np.inf

@@ -5,11 +5,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from turing_learning.errors import Setting, refuse
+from turing_learning.errors import Setting, brief, refuse, require
 from turing_learning.trajectories._recording import (
     LARGEST,
     Format,
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 TIME = ("time", "time_s", "time (s)", "seconds", "t")
 WHO = ("id", "individual", "individuals", "animal", "fish", "identity", "track", "track_id", "trackid", "tracker_id")
 """Names of columns of individuals; without one all rows are of one individual."""
+EXTRAS = {"heading": "headings", "confidence": "confidence"}
 LATE = 0.25
 """Frames by which a time may be beside that of its frame."""
 
@@ -51,23 +52,19 @@ def _is_tidy(glance: Glance) -> bool:
     return others < names and ({"x", "y"} <= names or (bool(others) and wide and not _is_csv(glance)))
 
 
-def read_tracktor(path: Path, options: Options) -> Recording:
-    """Read columns frame, pos_x, pos_y (pixels) and, for several individuals, id.
-
-    Source: Sridhar, Roche and Gingins 2019, Tracktor, Methods in Ecology and Evolution 10.
-    """
-    return read_long(_sheet(path), options, "pos_x", "pos_y", y_axis="down")
-
-
 def read_tidy(path: Path, options: Options) -> Recording:
     """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table.
 
     Columns of a long table that are none of these are left alone.
     """
-    sheet = _sheet(path)
+    return _long_or_wide(_sheet(path), options)
+
+
+def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     if {"x", "y"} <= {name.lower() for name in sheet.names}:
         return read_long(sheet, options)
-    return replace(read_wide(sheet, WIDE, each=None), y_axis=None)
+    rule = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
+    return replace(read_wide(sheet, rule, each=(2, 3)), y_axis=None)
 
 
 def _sheet(path: Path) -> Sheet:
@@ -85,28 +82,26 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", *, y_a
     who = ["id"] if "id" in names else [name for name in WHO if name in names]
     if len(who) > 1:
         raise refusal("name the column of its individuals id", f"{' and '.join(who)}", sheet.place, "Rename one.")
-    extra = [name for name in ("heading", "confidence") if name in names and y_axis is None]
+    extra = [name for name in EXTRAS if name in names and y_axis is None]
     wanted = [when, x, y, *extra]
     twice = [name for name in (*wanted, *who) if names.count(name) > 1]
     if twice:
         raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
     table = sheet.read(numbers=[names.index(name) for name in wanted], texts=[names.index(name) for name in who])
-    frames, positions, fps = table.numbers[:, 0], table.numbers[:, 1:3], None
+    (frames, *columns), fps = table.numbers.T, None
     if when != "frame":
         frames, fps = frames_at(frames, options.fps, table.place)
-    extras: dict[str, np.ndarray] = {}
-    for k, name in enumerate(extra):
-        extras["headings" if name == "heading" else name] = values = table.numbers[:, 3 + k]
-        unknown = np.isnan(values) & ~np.isnan(positions[:, 0])
+    for name, values in zip(extra, columns[2:], strict=True):
+        unknown = np.isnan(values) & ~np.isnan(columns[0])
         if unknown.any():
             raise refusal(f"give `{name}` wherever it gives x and y", "none", table.place(int(np.argmax(unknown))))
     unread = ", ".join(name for name in sheet.names if name and name.lower() not in wanted) if not who else ""
     return assemble(
         frames,
         table.texts[0] if who else ["1"] * len(frames),
-        positions,
+        np.column_stack(columns[:2]),
         table.place,
-        extras=extras,
+        extras=dict(zip((EXTRAS[name] for name in extra), columns[2:], strict=True)),
         fps=fps,
         y_axis=y_axis,
         remarks=(f"without a column id all rows are of one individual; columns not read: {unread}",) if unread else (),
@@ -116,9 +111,7 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", *, y_a
 
 def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.ndarray, float | None]:
     """Return frame numbers (rows,) at times (s), and the frame rate that the times state unless it is given as `fps`."""
-    absurd = ~(np.abs(seconds) <= LARGEST)
-    if absurd.any():
-        row = int(np.argmax(absurd))
+    for row in np.flatnonzero(~(np.abs(seconds) <= LARGEST))[:1]:
         raise refusal(f"have times within +-{LARGEST:.0e} s", seconds[row], place(row))
     known = np.unique(seconds)
     since, span = seconds - known[0], float(known[-1] - known[0])
@@ -127,12 +120,8 @@ def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.
         steps = np.diff(known)  # every frame has somebody, or gaps are whole frames
         rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
     off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
-    rate, away = next(
-        ((rate, each > LATE) for rate, each in zip(rates, off, strict=True) if each.max() <= LATE),
-        (rates[0], off[0] > LATE),
-    )
-    if away.any():
-        row = int(np.argmax(away))
+    rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
+    for row in np.flatnonzero(away > LATE)[:1]:
         rule = f"have times that are whole frames apart, at {rate:.6g} per second"
         remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
         raise refusal(rule, f"{seconds[row]:.10g} s", place(row), remedy)
@@ -140,7 +129,11 @@ def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.
     return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
 
 
-TRACKTOR_FORMAT = Format("tracktor", lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance), read_tracktor)
+TRACKTOR_FORMAT = Format(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
+    "tracktor",
+    lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance),
+    lambda path, options: read_long(_sheet(path), options, "pos_x", "pos_y", y_axis="down"),
+)
 TIDY_FORMAT = Format("tidy", _is_tidy, read_tidy)
 
 
@@ -160,7 +153,7 @@ def read_idtracker(path: Path, options: Options) -> Recording:
 
     Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
     """
-    return read_wide(read_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=3)
+    return read_wide(read_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -171,44 +164,41 @@ def read_csv(path: Path, options: Options) -> Recording:
     return read_wide(read_sheet(path, ","), "x1, y1, x2, y2, ... after the time", fps=_attribute(path))
 
 
-def read_wide(sheet: Sheet, rule: str, *, each: int | None = 2, fps: float | None = None) -> Recording:
-    """Read x, y and perhaps a confidence of each individual; `each` is their number, None for 2 or 3.
+def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
+    """Read x, y and perhaps a confidence of each individual; `each` are the numbers that there may be.
 
     Columns are called x1 or fish_x; one of times (s) or frames may be among them.
     """
     found: dict[str, dict[int, int]] = {}
     when = None
+
+    def refuse_column(name: str) -> NoReturn:
+        raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place)
+
     for place, name in enumerate(sheet.names):
-        number, suffix = (
-            re.fullmatch(r"(?i)(x|y|probid)([0-9]+)", name),
-            re.fullmatch(r"(?i)(.+)[ _.:](x|y|likelihood|confidence)", name),
-        )
+        number = re.fullmatch(r"(?i)(x|y|probid)([0-9]+)", name)
+        suffix = re.fullmatch(r"(?i)(.+)[ _.:](x|y|likelihood|confidence)", name)
         if number is None and suffix is None and when is None and name.lower() in ("frame", *TIME):
             when = place
             continue
         who, what = (number[2], number[1]) if number else (suffix[1], suffix[2]) if suffix else ("", "")
         kind = COORDINATES.get(what.lower())
         if kind is None or kind in found.setdefault(who, {}):
-            raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {name!r}", sheet.place)
+            refuse_column(name)
         found[who][kind] = place
-    widths = {len(columns) for columns in found.values()}
-    if (
-        len(widths) != 1
-        or not widths <= ({2, 3} if each is None else {each})
-        or not all({0, 1} <= set(columns) for columns in found.values())
-    ):
-        raise refusal(f"have the columns {rule}", f"{len(sheet.names)} columns, {sheet.names[-1]!r}", sheet.place)
+    width = len(next(iter(found.values()), ()))
+    if width not in each or any(sorted(columns) != list(range(width)) for columns in found.values()):
+        refuse_column(sheet.names[-1])
     individuals = sorted(found, key=natural)
-    wanted = [found[who][kind] for who in individuals for kind in sorted(found[who])]
+    wanted = [found[who][kind] for who in individuals for kind in range(width)]
     table = sheet.read(numbers=[*([] if when is None else [when]), *wanted])
-    values = table.numbers[:, when is not None :].reshape(len(table.numbers), len(individuals), -1)
+    values = table.numbers[:, when is not None :].reshape(len(table.numbers), len(individuals), width)
     first, rate = 0, fps
     if when is not None:
         first, rate = _timed(table.numbers[:, 0], sheet.names[when].lower() == "frame", table.place, fps)
-    sure = values[..., 2] if values.shape[2] > 2 else None
-    known = ~np.isnan(values[..., 0])
-    complete = sure is not None and bool((sure >= 0).all(where=known))
-    estimated = 0 if sure is None else int((sure < 0).sum())
+    sure = values[..., 2] if width > 2 else np.zeros(())
+    estimated = int((sure < 0).sum())
+    complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
     return from_array(
         values[..., :2],
         tuple(individuals),
@@ -225,8 +215,7 @@ def _timed(times: np.ndarray, frames: bool, place: Place, fps: float | None) -> 
     """Return first frame and frame rate of rows at times (s), or with frame numbers, that follow without a break."""
 
     def check(bad: np.ndarray, rule: str, got: str) -> None:
-        if bad.any():
-            row = int(np.argmax(bad))
+        for row in np.flatnonzero(bad)[:1]:
             raise refusal(rule, got.format(times[row], times[row] - times[row - 1]), place(row))
 
     check(~(np.abs(times) <= LARGEST), f"have times within +-{LARGEST:.0e} s", "{0}")
@@ -278,13 +267,10 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     """
     table = read_table(path, "\t", 6, skip=0, numbers=range(6))
     frames, arena, track, x, y, label = table.numbers.T
-    whole = np.isfinite([arena, track, label]).all(axis=0) & (
-        np.floor([arena, track, label]) == [arena, track, label]
-    ).all(axis=0)
-    if not whole.all():
-        row = int(np.argmin(whole))
+    whole = table.numbers[:, [1, 2, 5]]
+    for row in np.flatnonzero(~(np.floor(whole) == whole).all(axis=1))[:1]:
         rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
-        raise refusal(rule, table.numbers[row, [1, 2, 5]].tolist(), table.place(row))
+        raise refusal(rule, whole[row].tolist(), table.place(row))
     several = len(np.unique(arena)) > 1
     names = [f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)]
     unlabeled = int((label == 0).sum())
@@ -295,47 +281,48 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
 TOXTRAC_FORMAT = Format("toxtrac", _is_toxtrac, read_toxtrac)
 
 
-WIDE = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
-
-
 def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
-    """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate)."""
+    """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate).
+
+    What `Trajectories.to_pandas` states in its attributes holds.
+    """
     if not len(frame):
         raise refusal("have at least one row", "none", "DataFrame")
+    stated: dict[str, Any] = {}
+    for name, known in (("unit", ("cm", "px", None)), ("y_axis", ("up", "down", None))):
+        if name in frame.attrs:
+            stated[name] = value = frame.attrs[name]
+            require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
+    if "fps" in frame.attrs:
+        stated["fps"] = check_rate(frame.attrs["fps"], "DataFrame, fps")
     levels = frame.columns.nlevels
     if levels in (3, 4):
         labels = [tuple(map(str, label)) for label in frame.columns]
-        return read_points(labels, _frame_sheet(frame.reset_index(names="frame")), options)
+        return replace(read_points(labels, _frame_sheet(frame.reset_index(names="frame")), options), **stated)
     if options.keypoint is not None:
         refuse("keypoint", "be left out for a table without key points", repr(options.keypoint))
     if levels == 2:
         frame = frame.set_axis([f"{who}_{what}" if what else str(who) for who, what in frame.columns], axis=1)
     if any(name is not None for name in frame.index.names):
         frame = frame.reset_index()
-    names = {str(name).lower() for name in frame.columns}
-    if {"x", "y"} <= names:
-        return read_long(_frame_sheet(frame), options)
-    if names.isdisjoint(("frame", *TIME)):
+    if {str(name).lower() for name in frame.columns}.isdisjoint(("x", "frame", *TIME)):
         frame = frame.reset_index(names="frame")
-    return replace(read_wide(_frame_sheet(frame), WIDE, each=None), y_axis=None)
+    return replace(_long_or_wide(_frame_sheet(frame), options), **stated)
 
 
 def _frame_sheet(frame: "pd.DataFrame") -> Sheet:
-    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
-        import pandas as pd
+    import pandas as pd
 
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
         found = np.empty((len(frame), len(numbers)))
         for k, column in enumerate(numbers):
             series = frame.iloc[:, column]
-            values = (
-                pd.to_numeric(series, errors="coerce")
-                if series.dtype.kind in "fiuO"
-                else pd.Series(np.nan, series.index)
-            )
-            found[:, k] = values.to_numpy(dtype=float, na_value=np.nan)
+            if series.dtype.kind in "fiuO":
+                found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+            else:
+                found[:, k] = np.nan
             bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
-            if bad.any():
-                row = int(np.argmax(bad))
+            for row in np.flatnonzero(bad)[:1]:
                 raise refusal("have finite numbers or NaN", repr(series.iloc[row]), place(row))
         names = tuple(["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts)
         return Table(found, names, place)
