@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 
-from turing_learning.errors import Setting, brief, choice, number, refuse, require
+from turing_learning.errors import RefusedError, Setting, brief, choice, number, refuse, refusing_as, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
@@ -202,19 +202,20 @@ def _finish(
         positions[..., 1] = 0.0 - positions[..., 1]
         headings = None if headings is None else -headings
         remarks += ("y pointed down in the file and was turned upwards",)
-    return Trajectories(
-        positions=np.where(present[..., None], positions, 0.0),
-        present=present,
-        fps=float(fps or recording.fps),  # type: ignore[arg-type]
-        individuals=recording.individuals,
-        unit="cm" if stated or scale not in ("unknown", None) else "px",
-        first_frame=recording.first_frame,
-        headings=headings,
-        confidence=confidence,
-        source=source,
-        format=format,
-        remarks=remarks,
-    )
+    with refusing_as(RefusedError, place=source):
+        return Trajectories(
+            positions=np.where(present[..., None], positions, 0.0),
+            present=present,
+            fps=float(fps or recording.fps),  # type: ignore[arg-type]
+            individuals=recording.individuals,
+            unit="cm" if stated or scale not in ("unknown", None) else "px",
+            first_frame=recording.first_frame,
+            headings=headings,
+            confidence=confidence,
+            source=source,
+            format=format,
+            remarks=remarks,
+        )
 
 
 _GAP, _NUMBER = r'[,;\t "]', r"[-+]?([0-9.]+(e[-+]?[0-9]+)?|nan)"

@@ -158,3 +158,9 @@ def test_a_recording_without_confidence_has_an_unknown_one_in_the_dataset_as_wri
     dataset = load_trajectories(tidy(tmp_path, walk()), **SAID["tidy"]).to_xarray()
     assert np.isnan(dataset["confidence"]).all()
     assert from_xarray(dataset).confidence is None
+
+
+def test_individuals_of_one_name_are_refused_with_the_file(recording):
+    dataset = recording.to_xarray().assign_coords(individuals=["a", "b", "a"])
+    with pytest.raises(ValueError, match=r"`individuals` must be 3 different names; got \('a', .*analysis\.h5\]"):
+        from_xarray(dataset)
