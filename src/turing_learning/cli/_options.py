@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -73,9 +73,9 @@ class Tracks:
 
     def read(self, path: Path, name: str) -> "Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
-        from turing_learning.families._recorded import TrackerFile
+        from turing_learning.families._recorded import read_recording
 
-        return TrackerFile(**{each.name: getattr(self, each.name) for each in fields(Tracks)}).read(path, name)
+        return read_recording(path, name, self.given)
 
 
 @Parameter(name="*", group=RECORDED)
@@ -112,7 +112,7 @@ class Recording(Tracks):
             refuse("--model", "be given for recorded motion", "none", (example, *self._also(self.trajectories[0])))
         if self.model not in FAMILIES:
             refuse("--model", f"be one of {', '.join(FAMILIES)}", repr(self.model), nearest(self.model, FAMILIES))
-        return RecordedMotion(**vars(self))
+        return RecordedMotion(self.given)
 
     def _also(self, path: Path) -> tuple[Any, ...]:
         """Return what else has to be given to read a file."""
@@ -160,7 +160,7 @@ class Recording(Tracks):
         if not isinstance(stored, Mapping):
             return self
         remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
-        return Recording(**vars(RecordedMotion.remembered(stored, remedy, elsewhere=elsewhere)) | self.given)
+        return Recording(**RecordedMotion.remembered(stored, remedy, elsewhere=elsewhere).options | self.given)
 
 
 def titled(path: Path) -> str:

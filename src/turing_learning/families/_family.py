@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from turing_learning.errors import brief, refuse
+from turing_learning.errors import brief, integer, number, refuse, require
 
 from ..models import Parameter
 from ..trajectories import SIGNALS, compute_signals
@@ -56,14 +56,20 @@ class Family(ABC):
     """Whether individuals take notice of each other."""
 
     def __post_init__(self) -> None:
-        for name, lowest in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
-            value = getattr(self, name)
-            if type(value) is not int or value < lowest:
-                refuse(name, f"be an integer of at least {lowest}", brief(value))
-        if self.observed > self.individuals:
-            refuse("observed", f"be at most `individuals`, {self.individuals}", str(self.observed))
+        for name, least in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
+            integer(name, getattr(self, name), least)
+        require(
+            self.observed <= self.individuals,
+            "observed",
+            f"be at most `individuals`, {self.individuals}",
+            self.observed,
+        )
         self._check_above_zero("interval_s", "start_side_cm")
-        self._check_signals()
+        names = self.signals
+        if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
+            refuse("signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names))
+        lonely = self.individuals == 1 and NEIGHBOR & set(names)
+        require(not lonely, "signals", "not speak of neighbors where there is one individual", brief(names))
 
     @property
     @abstractmethod
@@ -148,10 +154,9 @@ class Family(ABC):
         ValueError
             If a parameter is missing, unknown or out of range, or there is no group.
         """
-        if set(truth) != set(self.parameters):
-            refuse("truth", f"name {', '.join(self.parameters)}", str(", ".join(truth) or "nothing"))
-        if groups < 1:
-            refuse("groups", "be 1 or more", str(groups))
+        known, named = set(truth) == set(self.parameters), ", ".join(truth) or "nothing"
+        require(known, "truth", f"name {', '.join(self.parameters)}", str(named))
+        require(groups >= 1, "groups", "be 1 or more", groups)
         parameters = np.tile([float(truth[name]) for name in self.parameters], (groups, 1))
         return self(parameters, rng).reshape(-1, self.steps, len(self.signals))
 
@@ -164,9 +169,7 @@ class Family(ABC):
         names = list(self.parameters)
         if parameters.ndim != 2 or parameters.shape[1] != len(names) or not len(parameters):
             refuse("parameters", f"be of shape (M, P) = (any, {len(names)})", str(parameters.shape))
-        wrong = np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))
-        if len(wrong):
-            model, column = (int(k) for k in wrong[0])
+        for model, column in np.argwhere(~(np.isfinite(parameters) & (parameters >= self.least)))[:1].tolist():
             rule = "finite" if math.isinf(self.least) else f"finite and {self.least:g} or more"
             value = parameters[model, column]
             refuse("parameters", f"be {rule}", f"{names[column]} = {value}", place=f"model {model}")
@@ -174,16 +177,7 @@ class Family(ABC):
 
     def _check_above_zero(self, *names: str) -> None:
         for name in names:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                refuse(name, "be a finite number above 0", brief(value))
-
-    def _check_signals(self) -> None:
-        names = self.signals
-        if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
-            refuse("signals", f"be a tuple of some of {', '.join(SIGNALS)}, each once", brief(names))
-        if self.individuals == 1 and NEIGHBOR & set(names):
-            refuse("signals", "not speak of neighbors where there is one individual", brief(names))
+            number(name, getattr(self, name), above=0)
 
 
 def alone(positions: np.ndarray, observed: int) -> np.ndarray:
@@ -208,20 +202,9 @@ NEIGHBOR = {"neighbor_distance", "neighbor_bearing"}
 
 
 def offsets(positions: np.ndarray, period: float | None = None) -> np.ndarray:
-    """Return where others are, [m, i, j] being the way from individual i to j of model m.
+    """Return ways (M, A, A) from places (M, A), complex (cm): [m, i, j] is that from individual i to j of model m.
 
-    Parameters
-    ----------
-    positions : (M, A) complex
-        Places (cm).
-    period
-        Side of the square that is repeated in both directions (cm), and the way is that to the nearest image;
-        None if the plane is unbounded.
-
-    Returns
-    -------
-    (M, A, A) complex
-        In cm.
+    In a square of side `period` (cm) that is repeated in both directions it is the way to the nearest image.
     """
     way = positions[:, None, :] - positions[:, :, None]
     return way if period is None else way - period * np.round(way / period)
@@ -244,14 +227,9 @@ def total(which: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def reflected(positions: np.ndarray, vectors: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions (M, A) folded back into a tank, and vectors mirrored with them, as light at its walls.
+    """Return positions (M, A) folded back into a tank, and directions or velocities mirrored with them, as light at its walls.
 
-    Parameters
-    ----------
-    positions, vectors : (M, A) complex
-        Places (cm), and directions or velocities.
-    size
-        Width and height of the tank (cm), one corner of which is the origin.
+    `size` is width and height of the tank (cm), one corner of which is the origin.
     """
     x, along = _folded(positions.real, vectors.real, size[0])
     y, across = _folded(positions.imag, vectors.imag, size[1])
@@ -286,21 +264,15 @@ class Particles(Family):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.tank_cm is None:
-            return
-        if np.shape(self.tank_cm) != (2,) or not all(math.isfinite(side) and side > 0 for side in self.tank_cm):
-            refuse("tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
+        if self.tank_cm is not None:
+            fits = np.shape(self.tank_cm) == (2,) and all(math.isfinite(side) and side > 0 for side in self.tank_cm)
+            require(fits, "tank_cm", "be two finite numbers above 0, or None", brief(self.tank_cm))
 
     @abstractmethod
     def _move(self, parameters: np.ndarray, rngs: Sequence[np.random.Generator]) -> Iterator[np.ndarray]:
         """Yield the positions (M, A) before the first of `moves` steps and after each.
 
-        Parameters
-        ----------
-        parameters : (P, M, 1)
-            The columns, each ready to be multiplied with an array (M, A).
-        rngs
-            Each model's own generator.
+        `parameters` (P, M, 1) are ready to be multiplied with arrays (M, A); each model has a generator of its own.
         """
 
     def _paths(self, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, None]:

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from turing_learning.errors import brief, refuse
+from turing_learning.errors import brief, require
 
 from ..models import Parameter
-from ._family import Particles, draw, offsets, rotation, total, unit
+from ._family import NEIGHBOR, Particles, draw, offsets, rotation, total, unit
 
 ROUNDING = 1e-12
 """By which the cosine of an angle of view may be off."""
@@ -42,13 +42,11 @@ class Vicsek(Particles):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.period_cm is None:
-            return
-        self._check_above_zero("period_cm")
-        if self.tank_cm is not None:
-            refuse("tank_cm", "be None in a periodic square", brief(self.tank_cm), "Set period_cm=None.")
-        if any(name.startswith("neighbor") for name in self.signals):
-            refuse("signals", "be speed and turn in a periodic square", brief(self.signals), "Set period_cm=None.")
+        if self.period_cm is not None:
+            self._check_above_zero("period_cm")
+            where, remedy, near = "in a periodic square", "Set period_cm=None.", NEIGHBOR & set(self.signals)
+            require(self.tank_cm is None, "tank_cm", f"be None {where}", brief(self.tank_cm), remedy)
+            require(not near, "signals", f"be speed and turn {where}", brief(self.signals), remedy)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -103,8 +101,8 @@ class Couzin(Particles):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not 0 < self.field_of_view_rad <= 2 * math.pi:
-            refuse("field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad))
+        fits = 0 < self.field_of_view_rad <= 2 * math.pi
+        require(fits, "field_of_view_rad", "be above 0 and at most 2 pi", brief(self.field_of_view_rad))
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -188,8 +186,7 @@ class Boids(Particles):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_above_zero("radius_cm", "acceleration_per_s")
-        if not 0 <= self.slowest <= 1:
-            refuse("slowest", "be in [0, 1]", brief(self.slowest))
+        require(0 <= self.slowest <= 1, "slowest", "be in [0, 1]", brief(self.slowest))
 
     @property
     def parameters(self) -> dict[str, Parameter]:

@@ -15,53 +15,39 @@ from . import FAMILIES, Family, Particles, Replicates, as_recorded
 WINDOW_S = 4.0
 
 
-@dataclass(frozen=True, kw_only=True)
-class TrackerFile:
-    """How a file of a tracker is read; the names are those of `load_trajectories` but for the scale."""
-
-    fps: float | None = None
-    scale: float | None = None
-    y_axis: str | None = None
-    format: str | None = None
-    keypoint: str | None = None
-    every: int | None = None
-    bridge: int | None = None
-    smooth: int | None = None
-
-    def read(self, path: Path, name: str) -> Trajectories:
-        """Open a recording; `name` is that of the argument for its file."""
-        options = {"fps": self.fps, "pixels_per_cm": self.scale, "y_axis": self.y_axis, "format": self.format}
-        try:
-            with refusing_as(RefusedError):
-                recording = load_trajectories(path, keypoint=self.keypoint, **options)
-                if self.every is not None:
-                    rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
-                    fits = self.every < 1 or self.every % recording.every == 0
-                    require(fits, "every", rule, str(self.every), place=str(path))
-                    recording = recording.thinned(self.every)
-                return recording if self.bridge is None else recording.bridged(self.bridge)
-        except RefusedError as error:
-            if error.refusal is None or error.refusal.name != "path":
-                raise
-            raise RefusedError(replace(error.refusal, name=name)) from error
-        except OSError as error:
-            got = f"{path} ({error.strerror or error})"
-            refuse(name, "be a readable file", got)
-        except ImportError as error:
-            raise RefusedError(str(error)) from error
+def read_recording(path: Path, name: str, options: Mapping[str, Any]) -> Trajectories:
+    """Open a tracker's file by those options of commands that are given; `name` is that of the argument for the file."""
+    fps, scale, y_axis, format, keypoint, every, bridge = map(options.get, _OF_FILES)
+    try:
+        with refusing_as(RefusedError):
+            how: dict[str, Any] = {"fps": fps, "pixels_per_cm": scale, "y_axis": y_axis}
+            recording = load_trajectories(path, format=format, keypoint=keypoint, **how)
+            if every is not None:
+                rule = f"be a multiple of {recording.every}, as only one frame in so many is there"
+                require(every < 1 or every % recording.every == 0, "every", rule, str(every), place=str(path))
+                recording = recording.thinned(every)
+            return recording if bridge is None else recording.bridged(bridge)
+    except RefusedError as error:
+        if error.refusal is None or error.refusal.name != "path":
+            raise
+        raise RefusedError(replace(error.refusal, name=name)) from error
+    except OSError as error:
+        refuse(name, "be a readable file", f"{path} ({error.strerror or error})")
+    except ImportError as error:
+        raise RefusedError(str(error)) from error
 
 
-@dataclass(frozen=True, kw_only=True)
-class RecordedMotion(TrackerFile):
-    """Recordings, how they are cut into samples, and the family of models that imitates them; texts are those of commands."""
+_OF_FILES = ("fps", "scale", "y_axis", "format", "keypoint", "every", "bridge")
 
-    trajectories: list[Path]
-    model: str
-    window: float | None = None
-    signals: str | None = None
-    tank: list[str] | None = None
-    hold_out_individuals: str | None = None
-    hold_out_recordings: str | None = None
+
+@dataclass(frozen=True)
+class RecordedMotion:
+    """Recordings, how they are cut into samples, and the family of models that imitates them.
+
+    `options` are those of commands that are given, by their names in Python: `trajectories`, a list of paths, and `model` at least.
+    """
+
+    options: dict[str, Any]
 
     @classmethod
     def remembered(cls, stored: Mapping[str, Any], remedy: Any = "", *, elsewhere: bool = False) -> Self:
@@ -71,14 +57,14 @@ class RecordedMotion(TrackerFile):
             found = _digest(path)
             got = f"{path}, which {'has changed since' if found else 'is not there any more'}"
             require(found == digest, "trajectories", "be the recording that the run began with", got, remedy)
-        return cls(**stored["options"] | {"trajectories": paths})
+        return cls(stored["options"] | {"trajectories": paths})
 
     @property
     def entry(self) -> dict[str, Any]:
         """What a stored run remembers: the options that are given, and digests of the files."""
-        given = {name: value for name, value in vars(self).items() if value is not None}
-        options = given | {"trajectories": [str(path.absolute()) for path in self.trajectories]}
-        return {"options": options, "sha256": [_digest(path) for path in self.trajectories]}
+        paths = self.options["trajectories"]
+        options = {**self.options, "trajectories": [str(path.absolute()) for path in paths]}
+        return {"options": options, "sha256": [_digest(path) for path in paths]}
 
     def opened(
         self, steps: int | None = None, signals: Sequence[str] | None = None
@@ -87,29 +73,33 @@ class RecordedMotion(TrackerFile):
 
         Headings are not measured if the individuals of the family have none.
         """
-        apart = _listed(self.hold_out_individuals, "hold_out_individuals", "names")
-        numbers = _listed(self.hold_out_recordings, "hold_out_recordings", "numbers")
-        count, chosen = len(self.trajectories), FAMILIES[self.model]
+        given, paths, chosen = self.options.get, self.options["trajectories"], FAMILIES[self.options["model"]]
+        names = _listed(given("signals"), "signals", "names")
+        apart = _listed(given("hold_out_individuals"), "hold_out_individuals", "names")
+        numbers = _listed(given("hold_out_recordings"), "hold_out_recordings", "numbers")
+        count = len(paths)
         fits = all(each.isdecimal() and 1 <= int(each) <= count for each in numbers) and len(set(numbers)) < count
         rule = f"be numbers of some of the {count} recordings, from 1, but not of all"
-        require(fits, "hold_out_recordings", rule, repr(self.hold_out_recordings))
-        motion = tuple(self.read(path, "trajectories") for path in self.trajectories)
+        require(fits, "hold_out_recordings", rule, repr(given("hold_out_recordings")))
+        motion = tuple(read_recording(path, "trajectories", self.options) for path in paths)
         if not chosen.headings:
             motion = tuple(replace(each, headings=None) for each in motion)
-        length: dict[str, Any] = {"length_s": WINDOW_S if self.window is None else self.window}
-        if self.window is None and steps is not None:
+        length: dict[str, Any] = {"length_s": self.options.get("window", WINDOW_S)}
+        if "window" not in self.options and steps is not None:
             length = {"steps": steps}
+        # signals of neighbors say most of groups whose models take notice of each other
+        together = chosen.social and all(len(each.individuals) > 1 for each in motion)
         with refusing_as(RefusedError):
             windows = pooled_windows(
                 motion,
                 **length,
-                signals=_listed(self.signals, "signals", "names") or signals or _usual(chosen, motion),
-                smooth_frames=1 if self.smooth is None else self.smooth,
+                signals=names or signals or (tuple(SIGNALS) if together else ("speed", "turn")),
+                smooth_frames=self.options.get("smooth", 1),
                 hold_out_individuals=apart,
                 hold_out_recordings=[int(number) - 1 for number in numbers],
             )
             near = any(name.startswith("neighbor") for name in windows.names) and issubclass(chosen, Particles)
-            asked = self.tank or (["recorded"] if near else [])
+            asked = given("tank") or (["recorded"] if near else [])
             asked = asked * count if asked in (["recorded"], ["none"]) else asked
             tanks = [_tank(text, motion[min(k, count - 1)]) for k, text in enumerate(asked)]
             family = as_recorded(chosen, motion, windows, tanks=tanks)
@@ -124,12 +114,6 @@ def _digest(path: Path) -> str:
     except OSError:
         return ""
     return digests[0] if path.is_file() else digest_of("".join(digests).encode())
-
-
-def _usual(family: type[Family], motion: Sequence[Trajectories]) -> tuple[str, ...]:
-    """Return the signals that say most: those of neighbors, too, of groups whose models take notice of each other."""
-    together = family.social and all(len(each.individuals) > 1 for each in motion)
-    return tuple(SIGNALS) if together else ("speed", "turn")
 
 
 def _listed(text: str | None, option: str, what: str) -> list[str]:
@@ -151,9 +135,5 @@ def _tank(text: str, recording: Trajectories) -> tuple[float, float] | None:
     try:
         return float(sides[1]), float(sides[2])  # type: ignore[index]
     except (TypeError, ValueError):
-        refuse(
-            "tank",
-            "be width x height in cm, recorded, or none",
-            repr(text),
-            ("For example: ", Setting("tank", "40x30")),
-        )
+        remedy = ("For example: ", Setting("tank", "40x30"))
+        refuse("tank", "be width x height in cm, recorded, or none", repr(text), remedy)

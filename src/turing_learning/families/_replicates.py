@@ -1,13 +1,15 @@
 """The paper's robots as a family, and groups as they were recorded: several, each with individuals and a tank of its own."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Any, ClassVar
 
 import numpy as np
 
-from turing_learning.errors import refuse, require
+from turing_learning.errors import require
 
 from ..models import FULL_VIEW, Parameter
 from ..swarm import AGGREGATION, Scenario
@@ -43,13 +45,8 @@ class Robots(Family):
     def __post_init__(self) -> None:
         super().__post_init__()
         crowd = self.scenario.start(self.individuals, self._side).crowd
-        if crowd:
-            refuse(
-                "individuals",
-                "have room where they start",
-                f"{self.individuals}, and {crowd}",
-                "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario.",
-            )
+        remedy = "Take fewer, or give them more room: `start_side_cm`, or within the walls of the scenario."
+        require(not crowd, "individuals", "have room where they start", f"{self.individuals}, and {crowd}", remedy)
 
     @property
     def _side(self) -> float | None:
@@ -66,21 +63,17 @@ class Robots(Family):
         from ..swarm import initial_poses, simulate  # needs the compiled kernels
 
         seed = int(rng.integers(2**63))
-        scenario = self._observed_scenario()
+        duration_s = self.moves * self.interval_s
+        trial = replace(self.scenario.trial, control_interval_s=self.interval_s, duration_s=duration_s)
+        scenario = replace(self.scenario, trial=trial)
         starts = initial_poses(scenario, len(parameters), rng, robots=self.individuals, side_cm=self._side)
         model = scenario.model.behavior(parameters)
-        shape = (len(parameters), self.individuals)
         controllers = np.repeat(model.wheel_speeds[:, None], self.individuals, axis=1)
-        views = None if model.field_of_view is None else np.broadcast_to(model.field_of_view[:, None], shape)
+        view = model.field_of_view
+        views = None if view is None else np.repeat(view[:, None], self.individuals, axis=1)
         poses = simulate(scenario, controllers, starts, control_steps=self.moves, seed=seed, fields_of_view=views).poses
         seen = poses[:, self.settling_steps :, : self.individuals]
         return seen[..., :2], seen[..., 2]
-
-    def _observed_scenario(self) -> Scenario:
-        trial = replace(
-            self.scenario.trial, control_interval_s=self.interval_s, duration_s=self.moves * self.interval_s
-        )
-        return replace(self.scenario, trial=trial)
 
 
 @dataclass(frozen=True)
@@ -98,30 +91,16 @@ class Replicates:
     groups: tuple[Family, ...]
     shares: tuple[float, ...]
 
-    @property
-    def parameters(self) -> dict[str, Parameter]:
-        """The P parameters with suggested ranges."""
-        return self.groups[0].parameters
-
-    @property
-    def signals(self) -> tuple[str, ...]:
-        """The D signals of a step."""
-        return self.groups[0].signals
-
-    @property
-    def steps(self) -> int:
-        """Time steps T of a sample."""
-        return self.groups[0].steps
-
-    @property
-    def interval_s(self) -> float:
-        """Duration of a step (s)."""
-        return self.groups[0].interval_s
-
-    @property
-    def headings(self) -> bool:
-        """Whether individuals have headings."""
-        return self.groups[0].headings
+    parameters = property(lambda self: self.groups[0].parameters)
+    """The P parameters with suggested ranges."""
+    signals = property(lambda self: self.groups[0].signals)
+    """The D signals of a step."""
+    steps = property(lambda self: self.groups[0].steps)
+    """Time steps T of a sample."""
+    interval_s = property(lambda self: self.groups[0].interval_s)
+    """Duration of a step (s)."""
+    headings = property(lambda self: self.groups[0].headings)
+    """Whether individuals have headings."""
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return positions (M, F, A, 2) in the first group."""
@@ -172,27 +151,17 @@ def as_recorded(
     fits = len(given) in (0, len(recordings))
     require(fits, "tanks", f"be one, or one for each of {len(recordings)} recordings", len(tanks))
     walls = any(tank is not None for tank in given)
-    if walls and not issubclass(family, Particles):
-        refuse("tanks", "be left out for this family, whose walls are those of its scenario", family.__name__)
+    rule = "be left out for this family, whose walls are those of its scenario"
+    require(not walls or issubclass(family, Particles), "tanks", rule, family.__name__)
     if hasattr(family, "period_cm") and (walls or NEIGHBOR & set(windows.names)):
         settings = {"period_cm": None} | settings
-    alike: dict[tuple[int, tuple[float, float] | None], int] = {}
-    counts = np.bincount(windows.learning_recording, minlength=len(recordings))
-    for recording, tank, count in zip(recordings, given or [None] * len(recordings), counts, strict=True):
-        key = (len(recording.individuals), tank)
-        if count:  # nothing is learned from a recording that is held out
-            alike[key] = alike.get(key, 0) + int(count)
-    groups = tuple(
-        family(
-            individuals=individuals,
-            steps=windows.learning.shape[1],
-            interval_s=windows.interval_s,
-            signals=windows.names,
-            **(settings if tank is None else settings | {"tank_cm": tank}),
-        )
-        for individuals, tank in alike
-    )
-    if len(groups) == 1:
-        return groups[0]
-    total = sum(alike.values())
-    return Replicates(groups, tuple(count / total for count in alike.values()))
+    kinds = [(len(each.individuals), tank) for each, tank in zip(recordings, given or repeat(None), strict=False)]
+    alike = Counter(kinds[k] for k in windows.learning_recording)
+    own = {"steps": windows.learning.shape[1], "interval_s": windows.interval_s, "signals": windows.names}
+    groups = {
+        kind: family(individuals=kind[0], **own, **settings | ({} if kind[1] is None else {"tank_cm": kind[1]}))
+        for kind in dict.fromkeys(kinds)
+        if alike[kind]  # nothing is learned from a recording that is held out
+    }
+    first, *others = groups.values()
+    return Replicates((first, *others), tuple(alike[kind] / alike.total() for kind in groups)) if others else first

@@ -135,6 +135,16 @@ def test_a_pickle_in_a_table_of_deeplabcut_that_calls_anything_is_not_opened(tmp
         load_trajectories(path, **SAID["deeplabcut-h5"])
 
 
+def test_a_name_that_a_table_of_pandas_does_not_have_is_damage(tmp_path):
+    path = tmp_path / "fixed.h5"
+    path.write_bytes((DATA / "deeplabcut_fixed.h5").read_bytes())
+    with h5py.File(path, "a") as file:
+        table = next(each for each in file.values() if "pandas_type" in each.attrs)
+        table["block0_items_label1"][0] = 99
+    with pytest.raises(ValueError, match=r"be a whole HDF5 file; got list index out of range \[.*fixed\.h5\]"):
+        load_trajectories(path, **SAID["deeplabcut-h5"])
+
+
 @pytest.mark.parametrize("write", [idtracker_ai_h5, sleap], ids=["idtracker.ai", "sleap"])
 def test_an_hdf5_file_of_zeros_is_refused_before_it_fills_the_memory(write, tmp_path):
     path = write(tmp_path, walk())

@@ -64,7 +64,7 @@ def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
         raise refusal(f"unpack to at most {most} bytes", size, path)
 
 
-_DAMAGE = (OSError, RuntimeError, KeyError, TypeError, AttributeError, ValueError, OverflowError, MemoryError)
+_DAMAGE = (OSError, RuntimeError, LookupError, TypeError, AttributeError, ValueError, OverflowError, MemoryError)
 """What HDF5 raises on damaged files."""
 
 

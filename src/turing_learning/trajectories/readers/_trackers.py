@@ -98,7 +98,7 @@ CENTROID = "wcentroid"
 HEAD = "head"
 _WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
 _DAMAGE = (
-    OSError, EOFError, KeyError, ValueError, OverflowError, MemoryError, NotImplementedError, RuntimeError,
+    OSError, EOFError, LookupError, ValueError, OverflowError, MemoryError, NotImplementedError, RuntimeError,
     AttributeError, struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 """What zipfile and numpy raise on damaged files."""
