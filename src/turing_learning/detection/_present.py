@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turing_learning.figures import Picture, timeline_figure
-from turing_learning.figures._classifiers import paths_figure
+from turing_learning.figures._one_run import paths_figure
 from turing_learning.report._page import Listing, Report, report_page
 
 from ._alike import Detection

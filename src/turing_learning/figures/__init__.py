@@ -16,8 +16,8 @@ when the first one is made. The figures that only the package itself draws are i
 their callers give arrays of the right shape.
 """
 
-from ._classifiers import timeline_figure
 from ._many_runs import box_figure
+from ._one_run import timeline_figure
 from ._picture import Picture, save_figure
 from ._swarms import swarm_frame
 

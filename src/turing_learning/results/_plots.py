@@ -1,6 +1,6 @@
 """A run in pictures and in motion: what `Result.plot` draws into axes of matplotlib, and swarms that move in pages."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,8 +10,7 @@ import numpy as np
 from turing_learning import report
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.errors import require
-from turing_learning.figures._classifiers import Distribution, quantities_figure
-from turing_learning.figures._one_run import fitness_figure, parameters_figure
+from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, grid_of_panels, titled
 from turing_learning.figures._swarms import draw_paths
 from turing_learning.purposes import REPLAY
@@ -100,7 +99,7 @@ class Plots:
             sides = [{name: side[..., d] for d, name in enumerate(system.signals)} for side in (known, simulated)]
             found = compare_quantities(sides[0], sides[1], system.signal_units)
         shown = distributions_of(found)
-        panels = _panels(ax, [each.name for each in shown], 2.1)
+        panels = _panels(ax, list(shown), 2.1)
         quantities_figure(shown, panels=panels)
         return np.array(panels.axes)
 
@@ -138,15 +137,11 @@ def draw_fitness(history: "xarray.Dataset", configuration: Configuration, panels
     return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
 
 
-def distributions_of(quantities: "Iterable[Quantity]") -> list[Distribution]:
-    """Return quantities as they are drawn."""
-    return [
-        Distribution(
-            f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name,
-            *map(np.array, (each.edges, each.genuine, each.simulated)),
-        )
-        for each in quantities
-    ]
+def distributions_of(quantities: "Sequence[Quantity]") -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return quantities as they are drawn: name and unit -> edges of bins, shares of genuine and simulated values."""
+    names = [f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name for each in quantities]
+    drawn = [(np.array(each.edges), np.array(each.genuine), np.array(each.simulated)) for each in quantities]
+    return dict(zip(names, drawn, strict=True))
 
 
 def replay(configuration: Configuration, estimate: np.ndarray) -> report.Replay:

@@ -11,8 +11,14 @@ from turing_learning import report
 from turing_learning.analysis import is_known, mean_absolute_error
 from turing_learning.config import Configuration, to_toml
 from turing_learning.figures import Picture
-from turing_learning.figures._classifiers import ParameterProfile, profiles_figure, quantities_figure
-from turing_learning.figures._one_run import dialogues_figure, error_figure, step_sizes_figure
+from turing_learning.figures._one_run import (
+    ParameterProfile,
+    dialogues_figure,
+    error_figure,
+    profiles_figure,
+    quantities_figure,
+    step_sizes_figure,
+)
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 

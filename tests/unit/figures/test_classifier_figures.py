@@ -2,8 +2,7 @@ import numpy as np
 import pytest
 
 from turing_learning.figures import timeline_figure
-from turing_learning.figures._classifiers import (
-    Distribution,
+from turing_learning.figures._one_run import (
     ParameterProfile,
     accuracy_figure,
     profiles_figure,
@@ -55,7 +54,7 @@ def test_the_best_of_the_jury_is_a_third_curve():
 
 
 def test_each_quantity_has_a_panel_with_both_distributions():
-    figure = quantities_figure([Distribution(name, np.arange(5), HALF, HALF) for name in ("speed", "turn", "x")])
+    figure = quantities_figure({name: (np.arange(5), HALF, HALF) for name in ("speed", "turn", "x")})
     assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == ["speed", "turn", "x"]
     assert len(figure.axes[0].patches) == 2
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["genuine", "simulated at the estimate"]

@@ -11,8 +11,8 @@ import pandas as pd
 from turing_learning import analysis
 from turing_learning.analysis import Comparison, absolute_error, mean_absolute_error
 from turing_learning.figures import box_figure
-from turing_learning.figures._classifiers import accuracy_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
+from turing_learning.figures._one_run import accuracy_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
