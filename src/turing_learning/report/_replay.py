@@ -220,7 +220,7 @@ def _pictures(replay: Replay, speed: float, frames_per_second: int) -> Iterator[
 
 
 def _picture(replay: Replay, time_s: float) -> "Image":
-    from PIL import Image, ImageDraw
+    from PIL import Image, ImageDraw, ImageFont
 
     width, height = _size(replay)
     canvas = Image.new("RGB", (FINE * width, FINE * height), PAPER)
@@ -229,18 +229,12 @@ def _picture(replay: Replay, time_s: float) -> "Image":
         _draw_swarm(ImageDraw.Draw(panel), panel.size, replay, swarm, time_s)
         canvas.paste(panel, (FINE * (GAP + k * (PANEL + GAP)), FINE * HEAD))
     picture = canvas.resize((width, height), Image.Resampling.BOX)
-    _write_head(ImageDraw.Draw(picture), replay, time_s)
-    return picture
-
-
-def _write_head(pen: "ImageDraw", replay: Replay, time_s: float) -> None:
-    from PIL import ImageFont
-
-    font = ImageFont.load_default(14)
+    pen, font = ImageDraw.Draw(picture), ImageFont.load_default(14)
     for k, swarm in enumerate(replay.swarms):
         pen.text((GAP + k * (PANEL + GAP), HEAD / 2), swarm.label, fill=INK, font=font, anchor="lm")
     right = len(replay.swarms) * (PANEL + GAP)
     pen.text((right, HEAD / 2), f"{time_s:.1f} s", fill=MUTED, font=font, anchor="rm")
+    return picture
 
 
 def poses_at(replay: Replay, swarm: Swarm, time_s: float) -> np.ndarray:
@@ -272,15 +266,11 @@ def _draw_swarm(pen: "ImageDraw", size: tuple[int, int], replay: Replay, swarm: 
     centers = on_panel(poses)
     for center in centers[swarm.robots :]:
         pen.circle(tuple(center), replay.object_radius_cm * scale, fill=GREEN)
-    robot_radius = max(replay.robot_radius_cm * scale, 2.0 * FINE)
-    for k, replica in enumerate(swarm.is_replica):
-        _draw_robot(pen, centers[k], poses[k, 2], robot_radius, replica)
-
-
-def _draw_robot(pen: "ImageDraw", center: np.ndarray, heading: float, radius: float, replica: bool) -> None:
-    if replica:
-        pen.circle(tuple(center), radius, fill=PALE_ORANGE, outline=ORANGE, width=round(0.28 * radius))
-    else:
-        pen.circle(tuple(center), radius, fill=BLUE)
-    tip = center + radius * np.array([np.cos(heading), -np.sin(heading)])
-    pen.line([tuple(center), tuple(tip)], fill=INK if replica else PAPER, width=max(1, round(0.25 * radius)))
+    radius = max(replay.robot_radius_cm * scale, 2.0 * FINE)
+    for center, heading, replica in zip(centers, poses[:, 2], swarm.is_replica, strict=False):  # robots come first
+        if replica:
+            pen.circle(tuple(center), radius, fill=PALE_ORANGE, outline=ORANGE, width=round(0.28 * radius))
+        else:
+            pen.circle(tuple(center), radius, fill=BLUE)
+        tip = center + radius * np.array([np.cos(heading), -np.sin(heading)])
+        pen.line([tuple(center), tuple(tip)], fill=INK if replica else PAPER, width=max(1, round(0.25 * radius)))

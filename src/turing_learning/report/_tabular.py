@@ -191,7 +191,7 @@ def parameter_rows(
     return ["parameter", *known], rows
 
 
-def parameter_table(columns: Mapping[str, Mapping[str, Any] | None]) -> "pd.DataFrame":
+def parameter_table(**columns: Mapping[str, Any] | None) -> "pd.DataFrame":
     """Return a row for each parameter, of columns name -> value; "interval" becomes `low` and `high`.
 
     A column that is None, or an empty text in every row, is left out.

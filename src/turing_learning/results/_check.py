@@ -5,9 +5,10 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import asdict, dataclass, fields, replace
+from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,6 +16,18 @@ from turing_learning.analysis import is_known
 from turing_learning.config import Configuration, ConfigurationError
 from turing_learning.config._study import refuse_unknown, resolved
 from turing_learning.errors import brief, integer, refuse, refusing_as, require
+from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, Recovery, profile, two_sample_test
+from turing_learning.identifiability._check import check_from_json
+from turing_learning.identifiability._evidence import (
+    RECOVERING,
+    Quantity,
+    evidence_of,
+    recorded_quantities,
+    signal_quantities,
+    stream,
+    swarm_quantities,
+)
+from turing_learning.identifiability._two_sample import LEVEL
 from turing_learning.store import RunFolderError, RunStorageError, storage, writable
 from turing_learning.systems import (
     CustomOptions,
@@ -32,10 +45,8 @@ from turing_learning.systems._genuine import cut_samples
 from turing_learning.trajectories import Trajectories
 
 from ._folder import RunFolder
+from ._present import draw_check, save_figures
 from ._result import Result, simulated_model
-
-if TYPE_CHECKING:
-    from turing_learning.identifiability import Check, Effort, Evidence
 
 FOLDER, CHECK = "check", "check/check.json"
 COMPARED = 500  # simulated samples whose signals are compared
@@ -58,19 +69,15 @@ class _Checker:
     given: Given  # of a custom system
     groups: np.ndarray | None  # which held-out samples belong together, and what a group is
     grouping: str
-    effort: "Effort"
+    effort: Effort
     seed: int
     recoveries: int
     length: int  # of the recoveries
     recording: Sequence[Trajectories]
     stage: Stage
 
-    def run(self, *, force: bool) -> "Check":
+    def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
-        from turing_learning.identifiability import profile, two_sample_test
-        from turing_learning.identifiability._check import check_from_json
-        from turing_learning.identifiability._evidence import evidence_of
-
         self.configuration = self.result.configuration
         self.folder = None if self.result.path is None else RunFolder(self.result.path)
         self.estimate, model = np.array(list(self.result.estimate.values())), simulated_model(self.result)
@@ -84,7 +91,8 @@ class _Checker:
         } | asdict(self.effort)
         known = self._known(force)
         # refuses what cannot be checked, before anything is written
-        evidence = evidence_of(self.configuration, self.source, self.effort, self.seed, self.groups, self.grouping)
+        options = (self.effort, self.seed, self.groups, self.grouping)
+        self.evidence = evidence = evidence_of(self.configuration, self.source, *options)
         content = self._begun() if known is None else known
         if "test" not in content:
             self.stage("fresh classifiers against the estimate")
@@ -92,7 +100,7 @@ class _Checker:
             self._write(content)
         if "quantities" not in content:
             self.stage("distributions, genuine beside simulated")
-            content["quantities"] = [each.to_json() for each in self._quantities(evidence, model)]
+            content["quantities"] = [each.to_json() for each in self._quantities(model)]
             self._write(content)
         # no weight of a network stands for one of the parameters
         profiled = self.effort.points > 0 and self.result.networks is None
@@ -111,9 +119,9 @@ class _Checker:
             self._write(content)
         for k in range(len(content["recoveries"]), self.recoveries):
             self.stage(f"a run whose truth is the estimate, {k + 1} of {self.recoveries}")
-            content["recoveries"].append(self._recovery(k, evidence))
+            content["recoveries"].append(self._recovery(k))
             self._write(content)
-        content["parameters"] = self._pinned_down(content, evidence, profiled)
+        content["parameters"] = self._pinned_down(content, profiled)
         check = check_from_json(content)
         self._write(content | {"verdicts": check.verdicts})
         return check
@@ -154,23 +162,19 @@ class _Checker:
         self._write(new)
         return new
 
-    def _quantities(self, evidence: "Evidence", model: np.ndarray) -> tuple[Any, ...]:
-        from turing_learning.identifiability._evidence import recorded_quantities, signal_quantities, swarm_quantities
-
+    def _quantities(self, model: np.ndarray) -> tuple[Quantity, ...]:
         if self.configuration.system.simulated is not None:
             return swarm_quantities(self.configuration, model, seed=self.seed)
         system, count = self.configuration.system, min(COMPARED, 2 * self.effort.samples)
         names, units = system.signals, system.signal_units
-        found = signal_quantities(evidence, self.estimate, names, units, count=count, seed=self.seed)
+        found = signal_quantities(self.evidence, self.estimate, names, units, count=count, seed=self.seed)
         if not self.recording or not hasattr(self.given.simulate, "simulate"):
             return found
         group = recorded_quantities(self.recording, self.given.simulate, self.estimate, seed=self.seed)
         return (*found, *(each for each in group if each.name not in names))
 
-    def _recovery(self, k: int, evidence: "Evidence") -> dict[str, Any]:
+    def _recovery(self, k: int) -> dict[str, Any]:
         """Run once more, with the estimate as the truth."""
-        from turing_learning.identifiability import Recovery
-
         owner = self.result.origin
         assert owner is not None
         seed = self.configuration.run.seed + 1 + k
@@ -179,7 +183,7 @@ class _Checker:
             overrides["run.generations"] = self.length
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         if self.source.genuine is not None:
-            scenario, given = self._simulated_system(k, evidence)
+            scenario, given = self._simulated_system(k)
         else:
             scenario, given = self.configuration.system.imitated(self.estimate), replace(self.given, genuine=None)
             overrides["classifiers.input_scale"] = self.configuration.classifiers.input_scale
@@ -191,7 +195,7 @@ class _Checker:
                 raise
             with stored_in(self.folder.path):  # resumed as a check, not as a run of its own
                 raise error.__cause__ from None
-        shares = np.abs(_numbers(evidence, found.estimate) - _numbers(evidence, self.result.estimate)) / 2
+        shares = np.abs(self._numbers(found.estimate) - self._numbers(self.result.estimate)) / 2
         return Recovery(
             seed=seed,
             generations=found.generations,
@@ -199,23 +203,18 @@ class _Checker:
             estimate=found.estimate,
             interval=found.wandering or found.interval,
             error_share=dict(zip(found.estimate, shares.tolist(), strict=True)),
-            **(self._told(k, configuration, evidence, given, found) if self.configuration.run.trials else {}),
+            **(self._told(k, configuration, given, found) if self.configuration.run.trials else {}),
         ).to_json()
 
-    def _told(
-        self, k: int, configuration: Configuration, evidence: "Evidence", given: Given, found: Result
-    ) -> dict[str, float]:
+    def _told(self, k: int, configuration: Configuration, given: Given, found: Result) -> dict[str, float]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
-        from turing_learning.identifiability import two_sample_test
-        from turing_learning.identifiability._evidence import RECOVERING, evidence_of, stream
-
-        number = self.seed + 1 + k
+        number, evidence = self.seed + 1 + k, self.evidence
         with configuration.system.open(given) as source:
             known = evidence_of(configuration, source, self.effort, number) if source.genuine is None else evidence
             if source.genuine is not None:
                 rng = stream(self.seed, RECOVERING, k, 1)
                 count, live = len(evidence.testing), source.genuine.live
-                testing = evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
+                testing = self._simulated(count, rng)
                 learning = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
                 known = replace(evidence, learning=learning, testing=testing, groups=evidence.groups[: len(testing)])
             tested = {"accuracy": np.array(list(found.estimate.values())), "attainable": self.estimate}
@@ -224,17 +223,21 @@ class _Checker:
                 for place, (name, values) in enumerate(tested.items(), 1)
             }
 
-    def _simulated_system(self, k: int, evidence: "Evidence") -> tuple[CustomSystem, Given]:
-        """Return a system of as many samples as the run learned from, simulated at the estimate."""
-        from turing_learning.identifiability._evidence import RECOVERING, stream
+    def _simulated(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """Return so many samples, simulated at the estimate."""
+        return self.evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
 
+    def _numbers(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return values as numbers from -1 to 1 over the initial ranges."""
+        known = self.evidence.parameters
+        return np.array([float(known[name].to_numbers(np.array(value))) for name, value in values.items()])
+
+    def _simulated_system(self, k: int) -> tuple[CustomSystem, Given]:
+        """Return a system of as many samples as the run learned from, simulated at the estimate."""
         data, system = cast(Genuine, self.source.genuine), cast(CustomSystem, self.configuration.scenario)
         rng, live = stream(self.seed, RECOVERING, k), data.live
         count = len(data.learning if live is None else cut_samples(live(rng), system.steps))
-
-        def simulated(rng: np.random.Generator) -> np.ndarray:
-            return evidence.simulate(np.tile(self.estimate, (count, 1)), rng)[:, 0]
-
+        simulated = partial(self._simulated, count)
         names = ("name", "title", "signals", "samples_per_generation", "vectorized")
         options = cast(CustomOptions, {name: getattr(system, name) for name in names})
         if system.vectorized:
@@ -245,13 +248,9 @@ class _Checker:
             known, found = describe(simulated(rng) if live is None else simulated, system.parameters, options)
         return known, replace(self.given, genuine=found, groups=None)
 
-    def _pinned_down(self, content: dict[str, Any], evidence: "Evidence", profiled: bool) -> list[dict[str, Any]]:
-        from turing_learning.identifiability import PinnedDown
-        from turing_learning.identifiability._claims import Profile
-        from turing_learning.identifiability._two_sample import LEVEL
-
+    def _pinned_down(self, content: dict[str, Any], profiled: bool) -> list[dict[str, Any]]:
         interval, rejected = self.result.interval, content["test"]["p_value"] <= LEVEL
-        ends = [_numbers(evidence, {name: each[side] for name, each in interval.items()}) for side in (0, 1)]
+        ends = [self._numbers({name: each[side] for name, each in interval.items()}) for side in (0, 1)]
         widths = np.minimum(np.abs(ends[1] - ends[0]) / 2, 1.0)
         errors, found = [each["error_share"] for each in content["recoveries"]], []
         for (name, value), width in zip(self.result.estimate.items(), widths, strict=True):
@@ -261,17 +260,12 @@ class _Checker:
                 interval_share=float(width) if is_known(width) else None,
                 open_share=Profile(**content["profiles"][name]).open_share if profiled else None,
                 recovery_error=max(each[name] for each in errors) if errors else None,
-                bound="" if self.result.networks else evidence.parameters[name].bound_at(value),
+                bound="" if self.result.networks else self.evidence.parameters[name].bound_at(value),
                 rejected=rejected,
                 sides=(low, high) if self.configuration.run.trials else None,
             )
             found.append(asdict(each))
         return found
-
-
-def _numbers(evidence: "Evidence", values: Mapping[str, float]) -> np.ndarray:
-    """Return values as numbers from -1 to 1 over the initial ranges."""
-    return np.array([float(evidence.parameters[name].to_numbers(np.array(value))) for name, value in values.items()])
 
 
 def stored_check(path: Path) -> dict[str, Any] | None:
@@ -283,13 +277,11 @@ def stored_check(path: Path) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and "settings" in content else None
 
 
-def complete_check(path: Path | None) -> "Check | None":
+def complete_check(path: Path | None) -> Check | None:
     """Return the check of a run folder if it is complete."""
     content = None if path is None else stored_check(path)
     if content is None or "parameters" not in content:
         return None
-    from turing_learning.identifiability._check import check_from_json
-
     return check_from_json(content)
 
 
@@ -326,7 +318,7 @@ def check_run(
     simulate: Simulator | None = None,
     recording: Trajectories | Sequence[Trajectories] | None = None,
     groups: Any = None,
-    effort: "Effort | None" = None,
+    effort: Effort | None = None,
     recoveries: int | None = None,
     recovery_generations: int | None = None,
     seed: int = 0,
@@ -334,7 +326,7 @@ def check_run(
     timeout_s: float | None = None,
     force: bool = False,
     stage: Stage | None = None,
-) -> "Check":
+) -> Check:
     """Check whether the estimate of a run can be believed; call it as `Result.check`.
 
     Parameters
@@ -376,10 +368,6 @@ def check_run(
     CustomSystemError
         If the simulator fails for most of the samples.
     """
-    from turing_learning.identifiability import Effort
-
-    from ._present import draw_check, save_figures
-
     trials = configuration.run.trials
     got = f"{recovery_generations} for a run of {trials} trials"
     rule = "be left out for a run of trials"
@@ -434,8 +422,6 @@ def check_run(
 
 def refuse_unknown_part(options: Mapping[str, Any]) -> None:
     """Raise ConfigurationError if there is an option that no check has."""
-    from turing_learning.identifiability import Effort
-
     for name in (each.name for each in fields(Effort) if each.name in options):
         example = f"Give effort=turing_learning.identifiability.Effort({name}={options[name]!r})."
         got = f"{options[name]!r} beside it"

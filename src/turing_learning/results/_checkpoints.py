@@ -4,7 +4,7 @@ import hashlib
 import io
 import re
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +38,12 @@ class Latest:
 def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -> Path:
     """Write a checkpoint, atomically, in a folder that may be missing; keep the newest two, or it `alone`."""
     folder.mkdir(exist_ok=True)
-    content = _packed(checkpoint.arrays)
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w") as archive:
+        for name, array in checkpoint.arrays.items():
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
+    content = buffer.getvalue()
     path = folder / f"generation-{checkpoint.generation:06d}-{_digest(content)}.npz"
     write_atomically(path, content)
     for old in [other for _, other in _newest_first(folder) if other != path][0 if alone else KEPT - 1 :]:
@@ -49,12 +54,8 @@ def save_checkpoint(folder: Path, checkpoint: Checkpoint, alone: bool = False) -
 def latest_checkpoint(
     folder: Path, accept: Callable[[Checkpoint], bool] = lambda checkpoint: True, configuration: str | None = None
 ) -> Latest:
-    """Read the newest checkpoint that is as it was written, and that `accept` takes. The folder may be missing.
-
-    Those that name another SHA-256 than that of the run's `configuration` count as damaged.
-    """
-    damaged: list[Path] = []
-    refused: list[Path] = []
+    """Read the newest checkpoint that is as it was written, of the run's `configuration` (SHA-256), and that `accept` takes."""
+    damaged, refused = list[Path](), list[Path]()
     for generation, path in _newest_first(folder):
         arrays = _read(path)
         if arrays is None or (configuration and str(arrays.get(CONFIGURATION, configuration)) != configuration):
@@ -73,13 +74,12 @@ def stored_generations(folder: Path) -> int:
 
 def discard_checkpoints(folder: Path, above: int) -> None:
     """Remove checkpoints of more than `above` generations."""
-    for generation, path in _newest_first(folder):
-        if generation > above:
-            path.unlink(missing_ok=True)
+    for path in [path for generation, path in _newest_first(folder) if generation > above]:
+        path.unlink(missing_ok=True)
 
 
 def _newest_first(folder: Path) -> list[tuple[int, Path]]:
-    """Return generation and path of every checkpoint."""
+    """Return generation and path of every checkpoint; the folder may be missing."""
     named = [(int(found[1]), path) for path in folder.glob("generation-*.npz") if (found := _NAME.match(path.name))]
     return sorted(named, key=lambda each: (each[0], _written_at(each[1])), reverse=True)
 
@@ -89,15 +89,6 @@ def _written_at(path: Path) -> int:
         return path.stat().st_mtime_ns
     except OSError:  # the run that a reader looks at goes on, and has removed it
         return 0
-
-
-def _packed(arrays: Mapping[str, np.ndarray]) -> bytes:
-    buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w") as archive:
-        for name, array in arrays.items():
-            with archive.open(f"{name}.npy", "w") as member:
-                np.lib.format.write_array(member, np.asanyarray(array), allow_pickle=False)
-    return buffer.getvalue()
 
 
 def _read(path: Path) -> dict[str, np.ndarray] | None:

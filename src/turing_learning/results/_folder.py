@@ -7,8 +7,8 @@ import shlex
 import shutil
 import socket
 import subprocess
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from functools import partial
@@ -392,8 +392,7 @@ def refuse_target(
     require(not taken, name, "be a file that does not exist", str(path), other, error=ConfigurationError)
 
 
-@contextmanager
-def writing(path: Path, name: str) -> Iterator[None]:
+def writing(path: Path, name: str) -> AbstractContextManager[None]:
     """Turn what the operating system says about such a file into one message."""
-    with told(ConfigurationError, f"`{name}` must be a file that can be written; got {path}", "Choose another place."):
-        yield
+    what = f"`{name}` must be a file that can be written; got {path}"
+    return told(ConfigurationError, what, "Choose another place.")

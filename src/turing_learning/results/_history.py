@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from turing_learning.coevolution import Generation
-from turing_learning.errors import require
+from turing_learning.errors import Refusal, require
 from turing_learning.store import DamagedError, RunFolderError
 
 if TYPE_CHECKING:
@@ -52,17 +53,14 @@ ATTRIBUTES: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Layout:
-    """The sizes of a full history: G generations of M models with P named parameters and N classifiers with Q weights.
-
-    `chunk` is the number of generations that share a file.
-    """
+    """The sizes of a full history."""
 
     generations: int
     models: int
-    parameters: tuple[str, ...]
+    parameters: tuple[str, ...]  # names
     classifiers: int
     weights: int
-    chunk: int
+    chunk: int  # generations that share a file
 
     def shape(self, name: str) -> tuple[int, ...]:
         """Return the sizes of a variable in one generation."""
@@ -76,14 +74,11 @@ class Layout:
 
 
 class HistoryRecorder:
-    """Collect generations and write them in chunks, to anything that takes ``arrays[name][start:stop] = block``.
-
-    `seals` are those of when the arrays had been flushed the last time; None for empty arrays.
-    """
+    """Collect generations and write them in chunks, to anything that takes ``arrays[name][start:stop] = block``."""
 
     def __init__(
         self, layout: Layout, arrays: Mapping[str, Any], seals: Mapping[str, np.ndarray] | None = None
-    ) -> None:
+    ) -> None:  # the seals of when the arrays had been flushed the last time
         self._arrays, self._chunk, self._generations, self._count = arrays, layout.chunk, layout.generations, 0
         self._stops: list[int] = [] if seals is None else seals["stops"].tolist()
         self._checksums: list[int] = [] if seals is None else seals["checksums"].tolist()
@@ -162,10 +157,9 @@ def open_store(path: Path) -> Mapping[str, Any]:
 def damaged_generations(
     path: Path, layout: Layout, generations: int, seals: Mapping[str, np.ndarray]
 ) -> list[tuple[int, int]] | None:
-    """Return which of so many generations of a history on disk are not as they were flushed: (first, behind the last).
+    """Return which of so many generations of a history on disk are not as the seals say: (first, behind the last).
 
-    Empty if all are sound; None if nothing can be read, or the coordinates are others. The seals are those of
-    the recorder that had flushed these generations, or more.
+    None if nothing can be read, or the coordinates are others.
     """
     try:
         arrays = open_store(path)
@@ -212,10 +206,7 @@ def require_sound(path: Path, layout: Layout, generations: int, seals: Mapping[s
 
 
 def _checksum(values: Mapping[str, np.ndarray]) -> int:
-    total = 0
-    for array in values.values():
-        total = zlib.crc32(np.ascontiguousarray(array).data, total)
-    return total
+    return reduce(lambda total, array: zlib.crc32(np.ascontiguousarray(array).data, total), values.values(), 0)
 
 
 def dataset_in_memory(
@@ -241,10 +232,9 @@ def dataset_on_disk(path: Path, completed: int) -> "xarray.Dataset":
     try:
         return xarray.open_zarr(path, chunks=None).isel({GENERATION: slice(0, completed)})
     except Exception as error:  # whatever Zarr says of files that it did not expect
-        raise RunFolderError(
-            f"`run` must have its history; got {path.parent} without a readable {path.name} ({type(error).__name__}). Restore it, "
-            "or run again."
-        ) from error
+        got = f"{path.parent} without a readable {path.name} ({type(error).__name__})"
+        why = Refusal("run", "have its history", got, remedy="Restore it, or run again.")
+        raise RunFolderError(why) from error
 
 
 def with_units(history: "xarray.Dataset", units: Sequence[str]) -> "xarray.Dataset":
@@ -273,10 +263,7 @@ def generation_values(generation: Generation) -> dict[str, np.ndarray]:
 
 
 class Traces:
-    """What a thin history keeps of every generation, with the spread of its models and the seconds that it took.
-
-    There may be `capacity` generations, of models with so many `parameters`.
-    """
+    """What a thin history keeps of up to `capacity` generations, with the spread of the models and the seconds taken."""
 
     def __init__(self, capacity: int, parameters: int) -> None:
         self.completed = 0
@@ -289,7 +276,9 @@ class Traces:
         """Append the `generation_values` of a generation and the time it took (s)."""
         given: dict[str, Any] = {**values, "seconds": seconds}
         for population in ("model", "classifier"):
-            given[f"{population}_fitness_quantiles"] = _quantiles(given[f"{population}_fitness"])
+            fitness = np.sort(given[f"{population}_fitness"])
+            places = np.multiply(QUANTILES, len(fitness) - 1)  # as `numpy.quantile` does, for less than its overhead
+            given[f"{population}_fitness_quantiles"] = np.interp(places, np.arange(len(fitness)), fitness)
         with np.errstate(over="ignore", invalid="ignore"):  # of models that run away
             given["model_spread"] = np.std(values["model"], axis=0)
         for name, array in self._arrays.items():
@@ -309,9 +298,3 @@ class Traces:
         self.completed = len(state["seconds"])
         for name, array in self._arrays.items():
             array[: self.completed] = state.get(name, np.nan)  # 0.1.0 did not keep the spread
-
-
-def _quantiles(values: np.ndarray) -> np.ndarray:
-    """Return the `QUANTILES` as `numpy.quantile` does, for less than its overhead."""
-    places = np.multiply(QUANTILES, len(values) - 1)
-    return np.interp(places, np.arange(len(values)), np.sort(values))

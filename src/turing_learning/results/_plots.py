@@ -13,6 +13,13 @@ from turing_learning.errors import require
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, grid_of_panels, titled
 from turing_learning.figures._swarms import draw_paths
+from turing_learning.identifiability._evidence import (
+    COMPARING,
+    Quantity,
+    compare_quantities,
+    stream,
+    swarm_quantities,
+)
 from turing_learning.purposes import REPLAY
 from turing_learning.swarm import Scenario, execution_of, initial_poses, simulate
 from turing_learning.swarm._trials import Execution
@@ -24,8 +31,6 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from turing_learning.identifiability import Quantity
 
 COMPARED = 500  # simulated samples whose signals are compared
 REPLAY_DURATION_S = 180.0
@@ -85,8 +90,6 @@ class Plots:
         Of a swarm: speed, turning, distance of neighbors and polarization. Of a custom system: its signals, for which `genuine`
         and `simulate` are given again if the run was loaded and they are no functions of a module.
         """
-        from turing_learning.identifiability._evidence import COMPARING, compare_quantities, stream, swarm_quantities
-
         rule, got, system = "be of a system that can be simulated", "one in a laboratory", self.configuration.system
         require(self.laboratory is None, "run", rule, got, place=str(self.laboratory), error=ConfigurationError)
         if system.simulated is not None:
@@ -137,7 +140,7 @@ def draw_fitness(history: "xarray.Dataset", configuration: Configuration, panels
     return fitness_figure(models, classifiers, stopped=stopped, trials=trials, panels=panels)
 
 
-def distributions_of(quantities: "Sequence[Quantity]") -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def distributions_of(quantities: Sequence[Quantity]) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return quantities as they are drawn: name and unit -> edges of bins, shares of genuine and simulated values."""
     names = [f"{each.name.replace('_', ' ')} ({each.unit})" if each.unit else each.name for each in quantities]
     drawn = [(np.array(each.edges), np.array(each.genuine), np.array(each.simulated)) for each in quantities]

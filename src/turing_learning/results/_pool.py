@@ -140,15 +140,13 @@ class Pooled(Tabular):
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, R-hat or Birge ratio, and what else is known."""
         return parameter_table(
-            {
-                "unit": self.units,
-                "estimate": self.estimate,
-                "interval": self.interval,
-                "truth": self.truth,
-                "absolute_error": self.estimate_absolute_error,
-                "r_hat" if self.trials is None else "birge": self.agreement,
-                "runs": self.runs_agree,
-            }
+            unit=self.units,
+            estimate=self.estimate,
+            interval=self.interval,
+            truth=self.truth,
+            absolute_error=self.estimate_absolute_error,
+            **{"r_hat" if self.trials is None else "birge": self.agreement},
+            runs=self.runs_agree,
         )
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":

@@ -378,14 +378,12 @@ class Result(Tabular):
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: estimate, ends of its 90 % interval, best model; unit, truth and error if known."""
         return parameter_table(
-            {
-                "unit": {} if self.origin is None else units_of(self.system, self.estimate),
-                "estimate": self.estimate,
-                "interval": self.interval,
-                "best_model": self.best_model,
-                "truth": self.truth,
-                "absolute_error": self.estimate_absolute_error,
-            }
+            unit={} if self.origin is None else units_of(self.system, self.estimate),
+            estimate=self.estimate,
+            interval=self.interval,
+            best_model=self.best_model,
+            truth=self.truth,
+            absolute_error=self.estimate_absolute_error,
         )
 
     def _shown(self) -> "tuple[str, Sequence[str], Sequence[Sequence[str]], Sequence[str | Text]]":

@@ -142,7 +142,7 @@ def no_room(*arguments, **options):
     "writer",
     [
         "store.write_atomically",
-        "results._present.save_figures",
+        "results._check.save_figures",
         "results._checkpoints.write_atomically",
         "results._folder.write_atomically",
     ],
