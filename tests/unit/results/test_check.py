@@ -22,6 +22,7 @@ from turing_learning.systems import CustomSystemError
 SETTINGS = {"models.population": 8, "classifiers.population": 8, "run.threads": 1, "run.history": "thin"}
 SWARM = {"models.population": 4, "classifiers.population": 4, "scenario.trial.duration_s": 1.0}
 QUICK = Effort(samples=20, generations=8, population=8, points=6, profile_generations=4, profile_population=8)
+BRIEF = replace(QUICK, points=0)
 
 
 def infer(generations=6, **options):
@@ -95,7 +96,7 @@ def test_a_check_observes_a_live_system_only_to_train_classifiers_and_to_test_th
         return live(rng)
 
     result = tl.infer(genuine=live, simulate=walk, parameters=RANGES, generations=3, settings=SETTINGS, seed=1)
-    result.check(genuine=observed, effort=replace(QUICK, points=0), recoveries=0)
+    result.check(genuine=observed, effort=BRIEF, recoveries=0)
     assert len(calls) == 2
 
 
@@ -106,7 +107,7 @@ def test_the_random_numbers_of_a_check_are_those_of_its_purpose_and_of_the_run_i
         purposes.add(rng.bit_generator.seed_seq.entropy[0])
         return walk(parameters, rng)
 
-    infer().check(simulate=noted, effort=replace(QUICK, points=0), recovery_generations=1)
+    infer().check(simulate=noted, effort=BRIEF, recovery_generations=1)
     assert purposes == {CHECK, INTERROGATION}
 
 
@@ -192,29 +193,29 @@ def test_what_is_not_known_of_a_run_that_has_not_moved_is_said_in_file_figure_an
 
 def test_other_settings_are_refused_unless_forced(tmp_path):
     result = infer(out=tmp_path / "run")
-    result.check(effort=QUICK, recoveries=0)
+    result.check(effort=BRIEF, recoveries=0)
     with pytest.raises(RunFolderError, match="`run` must be checked with the settings that its check began with"):
-        result.check(effort=QUICK, recoveries=0, seed=1)
-    assert result.check(effort=QUICK, recoveries=0, seed=1, force=True).recoveries == ()
+        result.check(effort=BRIEF, recoveries=0, seed=1)
+    assert result.check(effort=BRIEF, recoveries=0, seed=1, force=True).recoveries == ()
     assert content(result.path)["settings"]["seed"] == 1
 
 
 def test_a_check_of_unfinished_trials_speaks_of_trials(stop_after):
     options = {"genuine": recorded(), "simulate": walk, "parameters": RANGES, "seed": 1}
     stopped = tl.infer(**options, trials=40, should_stop=stop_after(3))
-    found = stopped.check(effort=replace(QUICK, points=0), recoveries=0)
+    found = stopped.check(effort=BRIEF, recoveries=0)
     assert found.unfinished == (stopped.trials, 40)
     assert f"that after {stopped.trials} of 40 trials." in str(found)
 
 
 def test_a_check_of_a_run_that_goes_on_says_so(tmp_path, stop_after):
     stopped = infer(out=tmp_path / "run", should_stop=stop_after(3))
-    found = stopped.check(effort=QUICK, recoveries=0)
+    found = stopped.check(effort=BRIEF, recoveries=0)
     assert found.unfinished == (3, 6)
     assert "The run was not finished: the estimate is that after 3 of 6 generations." in str(found)
-    assert stopped.check(effort=QUICK, recoveries=0) == found
+    assert stopped.check(effort=BRIEF, recoveries=0) == found
     tl.resume(stopped.path, genuine=recorded(), simulate=walk)
-    given = {"genuine": recorded(), "simulate": walk, "effort": QUICK, "recoveries": 0}
+    given = {"genuine": recorded(), "simulate": walk, "effort": BRIEF, "recoveries": 0}
     with pytest.raises(
         RunFolderError, match=r"got another, after 6 generations \[.*\]\. The run has gone on since: replace"
     ):
@@ -237,11 +238,12 @@ def test_a_run_that_cannot_be_checked_keeps_nothing_of_it(tmp_path):
 
 
 def test_agents_that_nobody_knows_are_compared_with_nothing(tmp_path):
-    settings = {"scenario.known": False, "models.population": 8, "classifiers.population": 8, "run.threads": 1}
-    result = tl.infer("aggregation", generations=3, seed=1, settings=settings, out=tmp_path / "run")
+    result = tl.infer(
+        "aggregation", generations=3, seed=1, settings=SWARM | {"scenario.known": False}, out=tmp_path / "run"
+    )
     assert (result.truth, result.absolute_error, result.estimate_mae) == (None, None, None)
     assert "there is no truth to compare it with" in (tmp_path / "run/report.html").read_text()
-    (recovery,) = result.check(effort=QUICK, recovery_generations=3).recoveries  # whose truth is the estimate
+    (recovery,) = result.check(effort=BRIEF, recovery_generations=3).recoveries  # whose truth is the estimate
     assert recovery.truth == result.estimate
     assert np.isfinite(list(recovery.error_share.values())).all()
 
@@ -252,7 +254,7 @@ def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
     shutil.rmtree(tmp_path / "run/history.zarr")
     (tmp_path / "run/report.html").write_text("as it was")
     calls = []
-    given = {"genuine": recorded(), "simulate": walk, "effort": QUICK, "recoveries": 0}
+    given = {"genuine": recorded(), "simulate": walk, "effort": BRIEF, "recoveries": 0}
     found = tl.load_run(tmp_path / "run").check(**given, stage=calls.append)
     assert calls[-1].startswith("the report is left as it was: `run` must have its history")
     assert (tmp_path / "run/report.html").read_text() == "as it was"
@@ -261,11 +263,11 @@ def test_a_report_whose_history_is_gone_is_left_as_it_was(tmp_path):
 
 def test_a_forced_check_looks_again(tmp_path):
     result = infer(out=tmp_path / "run")
-    result.check(effort=QUICK, recoveries=0)
+    result.check(effort=BRIEF, recoveries=0)
     calls = []
-    result.check(effort=QUICK, recoveries=0, stage=calls.append)
+    result.check(effort=BRIEF, recoveries=0, stage=calls.append)
     assert calls == []
-    result.check(effort=QUICK, recoveries=0, stage=calls.append, force=True)
+    result.check(effort=BRIEF, recoveries=0, stage=calls.append, force=True)
     assert calls[0] == "fresh classifiers against the estimate"
 
 
@@ -464,5 +466,5 @@ def test_a_simulator_that_fails_in_a_profile_may_be_checked_without():
 
     with pytest.raises(CustomSystemError, match=r"Repair the simulator\. Or check without profiles, with points=0"):
         result.check(simulate=narrow, effort=QUICK, recoveries=0)
-    found = result.check(simulate=narrow, effort=replace(QUICK, points=0), recoveries=0)
+    found = result.check(simulate=narrow, effort=BRIEF, recoveries=0)
     assert found.profiles == ()
