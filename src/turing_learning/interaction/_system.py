@@ -149,9 +149,7 @@ class StimulatedSystem(CustomSystem):
     def open(self, given: Given) -> "StimulatedSource":
         """Return its trials."""
         given = self.accept(given)
-        for setting in self.resuming:
-            rule = "be given for a system with stimuli, which no folder holds completely"
-            require(getattr(given, setting.name) is not None, setting.name, rule, "nothing")
+        self.require_all(given)
         step = BEHAVIORS[self.behavior_name] if self.behavior_name else given.simulate
         return StimulatedSource(self, step, None if self.true else given.genuine)
 

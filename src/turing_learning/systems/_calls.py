@@ -151,10 +151,11 @@ class Runner:
             except WorkerDied:
                 yield Failed("its worker process died")
             except NotImportable as error:
-                raise CustomSystemError(
-                    f"`simulate` must be importable by a worker process; got {error}. Define it at the top level of a module, or "
-                    "leave `workers` out."
-                ) from error
+                rule, remedy = (
+                    "be importable by a worker process",
+                    "Define it at the top level of a module, or leave `workers` out.",
+                )
+                raise CustomSystemError(f"`simulate` must {rule}; got {error}. {remedy}") from error
 
     def close(self) -> None:
         """End all workers at once."""

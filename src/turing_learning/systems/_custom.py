@@ -35,14 +35,10 @@ class CustomSystem(System):
 
     Parameters
     ----------
-    name, title
-        A word for folders, and what stands above the report.
+    name, title, signals, steps, interval_s, headings, smooth_frames
+        See `System`. A name is of 1 to 60 letters, digits, _ and -.
     parameters
-        Name -> parameter, in the order of the simulator's columns; P >= 1. Names are of letters, digits, _ and -.
-    signals
-        Names of the D signals per step.
-    steps
-        Time steps of a sample, T.
+        Name -> parameter, in the order of the simulator's columns; P >= 1. They have such names, too.
     center, input_scale : (D,)
         The classifiers see (signal - center) / input_scale: median, and 99th percentile of the distance from
         it, of the genuine data; see `read_genuine`.
@@ -56,12 +52,6 @@ class CustomSystem(System):
         Number of calls of a vectorized simulator in a generation; the models are split evenly. 0 if it takes one model.
     digest
         SHA-256 of the genuine data; empty for a live source.
-    interval_s
-        Duration of a time step (s); 0 if it is not known.
-    headings
-        Whether the signals are measured "with" headings or "without"; empty if that is not known, or makes no difference to them.
-    smooth_frames
-        Frames over which recorded positions were averaged; 1 for none.
     """
 
     __pydantic_config__: ClassVar = {"extra": "forbid"}
@@ -89,18 +79,15 @@ class CustomSystem(System):
     def __post_init__(self) -> None:
         rule = "be of 1 to 60 letters, digits, _ and -"
         require(isinstance(self.name, str) and _NAME.fullmatch(self.name), "name", rule, brief(self.name))
-        named = isinstance(self.parameters, Mapping) and self.parameters
-        require(named, "parameters", "name one parameter or more", brief(self.parameters))
+        some = isinstance(self.parameters, Mapping) and self.parameters
+        require(some, "parameters", "name one parameter or more", brief(self.parameters))
         rule = "have names of 1 to 60 letters, digits, _ and -"
         for name in self.parameters:
-            fits = isinstance(name, str) and _NAME.fullmatch(name)
-            require(fits, "parameters", rule, brief(name), "Give the unit to `Parameter`.")
-        require(
-            len(self.signals) == len(self.center) == len(self.input_scale) > 0,
-            "signals",
-            "be as many names as the data has signals, one or more",
-            f"{len(self.signals)} names of {len(self.center)} signals",
-        )
+            named = isinstance(name, str) and _NAME.fullmatch(name)
+            require(named, "parameters", rule, brief(name), "Give the unit to `Parameter`.")
+        rule, given = "be as many names as the data has signals, one or more", len(self.signals)
+        fits = given == len(self.center) == len(self.input_scale) > 0
+        require(fits, "signals", rule, f"{given} names of {len(self.center)} signals")
         different = len(set(self.signals)) == len(self.signals)
         require(different, "signals", "have different names", ", ".join(self.signals))
         least = {"steps": 1, "samples": 0, "samples_per_generation": 0, "batches": 0, "smooth_frames": 1}
@@ -143,9 +130,8 @@ class CustomSystem(System):
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
-        return np.column_stack(
-            [parameter.to_units(column) for parameter, column in zip(self.parameters.values(), models.T, strict=True)]
-        )
+        pairs = zip(self.parameters.values(), models.T, strict=True)
+        return np.column_stack([parameter.to_units(column) for parameter, column in pairs])
 
     def described(self, parameters: np.ndarray) -> np.ndarray:
         """Return models with these parameters (..., P) as they are."""
@@ -187,16 +173,7 @@ class CustomSystem(System):
     def open(self, given: Given) -> Source:
         """Return the samples of the system and of its simulator."""
         given = self.accept(given)
-        rule = "be given for a custom system, which no folder holds completely"
-        remedy = (
-            "Give ",
-            Setting("genuine"),
-            " and ",
-            Setting("simulate"),
-            " as the run began with them, from Python.",
-        )
-        for name in ("genuine", "simulate"):
-            require(getattr(given, name) is not None, name, rule, "nothing", remedy)
+        self.require_all(given)
         return CustomSource(self, given.genuine, given.simulate, workers=given.workers, timeout_s=given.timeout_s)
 
     def accept(self, given: Given) -> Given:
@@ -205,17 +182,12 @@ class CustomSystem(System):
             self._refuse_other_simulator(given.simulate)
         if given.genuine is None or isinstance(given.genuine, Genuine):
             return given
-        return replace(given, genuine=self._same_samples(given.genuine))
-
-    def _same_samples(self, given: Any) -> Genuine:
-        """Return the samples with which a run began, as they are given again."""
-        genuine = observed(given)
-        kind = "a live source" if self.live else "an array of samples"
-        rule = f"be {kind}, as when the run began"
+        genuine, held_out = observed(given.genuine), np.array(self.held_out, dtype=np.int64)
+        rule = f"be {'a live source' if self.live else 'an array of samples'}, as when the run began"
         require(callable(genuine) == self.live, "genuine", rule, f"a {type(genuine).__name__}")
-        held_out = np.array(self.held_out, dtype=np.int64)
         if self.live:
-            return Genuine(np.zeros((1, self.steps, len(self.signals))), held_out, genuine)
+            data = Genuine(np.zeros((1, self.steps, len(self.signals))), held_out, genuine)
+            return replace(given, genuine=data)
         steps = np.shape(getattr(genuine, "learning", ()))[1:2]
         rule, remedy = f"be windows of {self.steps} steps, as when the run began", "Cut them as then."
         require(not steps or steps[0] == self.steps, "genuine", rule, steps and steps[0], remedy)
@@ -223,7 +195,7 @@ class CustomSystem(System):
         rule = f"be the samples that the run began with, of SHA-256 {self.digest[:12]}..."
         others, remedy = f"others, {data.digest[:12]}...", "Give the same, or start a new run."
         require(data.digest == self.digest, "genuine", rule, others, remedy)
-        return data
+        return replace(given, genuine=data)
 
     def _refuse_other_simulator(self, simulate: Any) -> None:
         """Refuse a simulator that says itself that it simulates another system, as a family of models can."""
@@ -306,14 +278,9 @@ class CustomSource(FallibleSource):
     genuine: Genuine
 
     def __init__(
-        self,
-        system: CustomSystem,
-        genuine: Genuine,
-        simulate: Simulator,
-        *,
-        workers: int | None = None,
+        self, system: CustomSystem, genuine: Genuine, simulate: Simulator, *, workers: int | None = None,
         timeout_s: float | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         super().__init__(system)
         self.genuine, self._live, self._learning = genuine, genuine.live, system.centered(genuine.learning)
         self._simulate, shape = simulate, (system.steps, len(system.signals))
@@ -409,10 +376,8 @@ class CustomSource(FallibleSource):
         except Exception as error:
             raise CustomSystemError(f"{error} [live source, generation {self.generation}]") from error
         if samples.shape[2] != len(self.system.signals):
-            raise CustomSystemError(
-                f"`genuine` must yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]} "
-                f"[live source, generation {self.generation}]."
-            )
+            rule = f"yield {len(self.system.signals)} signals as in the beginning; got {samples.shape[2]}"
+            raise CustomSystemError(f"`genuine` must {rule} [live source, generation {self.generation}].")
         return self.system.centered(samples)
 
     def _answers(self, parameters: np.ndarray, rng: np.random.Generator) -> Iterator[tuple[np.ndarray, Answer]]:
@@ -442,9 +407,7 @@ class CustomSource(FallibleSource):
             )
 
     def _refuse(self, failed: Failed, models: str) -> NoReturn:
-        advice = (
-            "; for a function of one model's parameters (P,) set vectorized=False" if self.system.vectorized else ""
-        )
+        advice = "; for a function of one model's parameters (P,) set vectorized=False" * self.system.vectorized
         raise CustomSystemError(
             f"`simulate` must return samples of every model; {failed.reason} [generation 0, {models}]. Repair it, or narrow "
             f"the bounds of the parameters{advice}."

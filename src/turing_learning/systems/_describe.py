@@ -83,9 +83,8 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         As for `turing_learning.infer`.
     """
     genuine = observed(genuine)
-    data = read_genuine(
-        genuine, length=options.get("length"), held_out=options.get("held_out"), rng=np.random.default_rng(GENUINE)
-    )
+    asked, rng = (options.get("length"), options.get("held_out")), np.random.default_rng(GENUINE)
+    data = read_genuine(genuine, length=asked[0], held_out=asked[1], rng=rng)
     center, scale = data.scales()
     name, signals = options.get("name", "own-system"), _signals(options, genuine, data.samples.shape[2])
     system = CustomSystem(
@@ -111,21 +110,18 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
         got = f"the same at every step of all of them: {constant}"
         refuse("genuine", "be windows of motion that varies", got, remedy)
     if constant:  # a model without noise can be found by a constant
-        _LOGGER.warning(
-            "Genuine samples do not vary in every signal: %s, at every step of all of them. If that is not what was observed, "
-            "repair the samples, or leave the signal out.",
-            constant,
-        )
+        remedy = "If that is not what was observed, repair the samples, or leave the signal out."
+        message = "Genuine samples do not vary in every signal: %s, at every step of all of them. %s"
+        _LOGGER.warning(message, constant, remedy)
     return system, data
 
 
 def _signals(options: CustomOptions, genuine: Any, count: int) -> tuple[str, ...]:
     names: Any = options.get("signals") or getattr(genuine, "names", None)
-    require(
-        not isinstance(names, str), "signals", "be a tuple of names", brief(names), f"For one signal: ({names!r},)."
-    )
     listed = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
-    require(names is None or listed, "signals", "be a tuple of names", brief(names), 'For example ("speed", "turn").')
+    remedy = f"For one signal: ({names!r},)." if isinstance(names, str) else 'For example ("speed", "turn").'
+    fits = names is None or (listed and not isinstance(names, str))
+    require(fits, "signals", "be a tuple of names", brief(names), remedy)
     return tuple(names or (f"signal{d}" for d in range(count)))
 
 

@@ -94,28 +94,13 @@ def scales_of(values: np.ndarray) -> tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def read_genuine(
-    genuine: Any,
-    *,
-    length: int | Literal["shortest"] | None = None,
-    held_out: float | Sequence[int] | None = None,
+    genuine: Any, *, length: int | Literal["shortest"] | None = None, held_out: float | Sequence[int] | None = None,
     rng: np.random.Generator,
-) -> Genuine:
+) -> Genuine:  # fmt: skip
     """Check the samples of a system, cut them to one length, and choose those that are held out for testing.
 
-    Parameters
-    ----------
-    genuine
-        Samples (K, T, D), or K arrays (T, D) whose T may differ; or `SplitSamples`; or a live source, a
-        function rng -> (K, T, D).
-    length
-        None refuses samples of different lengths. "shortest" cuts all of them, at the end, to the shortest; a
-        number cuts them to that many steps, and refuses shorter ones.
-    held_out
-        Share of the samples that are held out, drawn at random, at least 0 and below 1; or which ones, counted
-        from 0. Windows that overlap or follow each other are alike: name complete individuals or blocks of time
-        then. None takes a fifth at random, of split samples those held out, and none of a live source.
-    rng
-        Draws the samples that are held out, and feeds a live source.
+    They are (K, T, D), or K arrays (T, D), or `SplitSamples`, or a live source, a function rng -> (K, T, D). For `length` and
+    `held_out` see `CustomOptions`; `rng` draws the samples that are held out, and feeds a live source.
     """
     if callable(genuine):
         rule = "be left out for a live source, which is observed anew each time"
@@ -136,14 +121,12 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     require(known, "length", 'be an integer of at least 1, "shortest", or None', brief(length))
     if isinstance(given, SplitSamples):
         given = [*given.learning, *given.held_out]
-    shape = getattr(given, "shape", ())
-    require(
-        not isinstance(shape, tuple) or len(shape) != 2,
-        "genuine",
-        "be samples (K, T, D), or a list of K tables (T, D)",
-        f"one table of shape {shape}",
-        "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal.",
+    shape, rule = getattr(given, "shape", ()), "be samples (K, T, D), or a list of K tables (T, D)"
+    remedy = (
+        "Give [table] if it is one sample of several signals, table[..., None] if its rows are samples of one signal."
     )
+    one = isinstance(shape, tuple) and len(shape) == 2
+    require(not one, "genuine", rule, f"one table of shape {shape}", remedy)
     series = [given] if np.isscalar(given) or not isinstance(given, Iterable) else list(given)
     arrays = [_as_series(sample, k) for k, sample in enumerate(series)]
     require(arrays, "genuine", "hold at least one sample", "none")
@@ -219,14 +202,10 @@ def observed(genuine: Any) -> Any:
     listed = isinstance(genuine, list | tuple) and len(genuine) > 0
     if listed and all(isinstance(one, Windows) for one in genuine):
         return join_windows(genuine)
-    require(
-        not isinstance(genuine[0] if listed else genuine, Trajectories | Signals),
-        "genuine",
-        "be samples, into which a recording is cut",
-        type(genuine[0] if listed else genuine).__name__,
-        "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
-        "`load_trajectories` returned; of several: genuine=pooled_windows(recordings, length_s=4.0).",
-    )
+    first, rule = genuine[0] if listed else genuine, "be samples, into which a recording is cut"
+    remedy = "Give windows of it, for example of 4 s: genuine=recording.windows(length_s=4.0), where recording is what "
+    remedy += "`load_trajectories` returned; of several: genuine=pooled_windows(recordings, length_s=4.0)."
+    require(not isinstance(first, Trajectories | Signals), "genuine", rule, type(first).__name__, remedy)
     if isinstance(genuine, str):
         rule, remedy = "be samples, a scenario or the name of one", "A file is read with `load_trajectories`."
         require(genuine in SCENARIOS, "genuine", rule, brief(genuine), f"{nearest(genuine, SCENARIOS)} {remedy}")

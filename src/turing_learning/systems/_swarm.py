@@ -21,11 +21,7 @@ SPEEDS = ("speed", "turn")
 
 
 def system_of(
-    scenario: Scenario | CustomSystem,
-    *,
-    hidden: int = 0,
-    threads: int | None = None,
-    initial: tuple[float, float] = (-1.0, 1.0),
+    scenario: Scenario | CustomSystem, *, hidden: int, threads: int | None, initial: tuple[float, float]
 ) -> System:
     """Return the system of a scenario, a custom system being one already; models are networks of so many hidden neurons, if any."""
     if not isinstance(scenario, Scenario):
@@ -134,12 +130,8 @@ class Laboratory(Swarm):
 
     def open(self, given: Given) -> Source:
         """Refuse: the robots have to be there."""
-        refuse(
-            "run",
-            "be one that the computer can resume alone",
-            "one in a laboratory",
-            "Resume it with `turing-learning robots run`, or `turing_learning.runs.resume_laboratory`.",
-        )
+        remedy = "Resume it with `turing-learning robots run`, or `turing_learning.runs.resume_laboratory`."
+        refuse("run", "be one that the computer can resume alone", self.kind, remedy)
 
 
 def physics_steps(scenario: Scenario) -> float:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, Self
 import numpy as np
 
 from ..coevolution import Classifier, Interrogation, Judgments, PassiveInterrogation, Samples
-from ..errors import Setting, Text, refuse
+from ..errors import Setting, Text, refuse, require
 from ..models import Parameter, Representation
 from ..swarm import Scenario
 
@@ -62,8 +62,7 @@ class Given:
     @property
     def named(self) -> dict[str, Any]:
         """Name -> value of everything that may have been given."""
-        names = ("genuine", "simulate", "workers", "timeout_s", "groups")
-        return {name: getattr(self, name) for name in names} | dict(self.more or {})
+        return {name: value for name, value in vars(self).items() if name != "more"} | dict(self.more or {})
 
 
 class System:
@@ -168,6 +167,14 @@ class System:
         """Return samples and bytes of motion in a generation of so many models, and the settings that both grow with."""
         raise NotImplementedError
 
+    def require_all(self, given: Given) -> None:
+        """Refuse where something is missing that no folder holds, see `resuming`."""
+        rule = f"be given for {self.kind.removeprefix('one on ')}, which no folder holds completely"
+        names = [piece for setting in self.resuming for piece in (" and ", setting)][1:]
+        remedy = ("Give ", *names, f" as the run began with {'them' if len(names) > 1 else 'it'}, from Python.")
+        for setting in self.resuming:
+            require(getattr(given, setting.name) is not None, setting.name, rule, "nothing", remedy)
+
     def accept(self, given: Given) -> Given:
         """Return what is given, checked; refuse what it has no use for, and what differs from that of the stored run."""
         raise NotImplementedError
@@ -229,7 +236,7 @@ class Source:
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, C, T, D) of models with parameters (M, P) in their units, without those that fail."""
-        self._refuse_simulation()
+        _refuse_simulation()
 
     def positions(self, parameters: np.ndarray, rng: np.random.Generator) -> dict[str, np.ndarray]:
         """Return where individuals are whose motion can be shown, in steps of `interval_s` (s), by name.
@@ -241,7 +248,7 @@ class Source:
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return genuine samples (count or more, T, D), as they are observed, that no two trials share."""
-        self._refuse_simulation()
+        _refuse_simulation()
 
     def dialogues(
         self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
@@ -249,14 +256,10 @@ class Source:
         """Return what the best of N classifiers (N, Q) do to the system and to the estimate (P,); nothing without stimuli."""
         return {}
 
-    def _refuse_simulation(self) -> NoReturn:
-        refuse(
-            "run",
-            "be of a system that can be simulated",
-            "one in a laboratory",
-            "The worth of its models there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` infers the same "
-            "setup in simulation.",
-        )
+
+def _refuse_simulation() -> NoReturn:
+    remedy = "The worth of its models there is in post_evaluation.json; `turing_learning.runs.simulate_laboratory` infers the same "
+    refuse("run", "be of a system that can be simulated", "one in a laboratory", f"{remedy}setup in simulation.")
 
 
 class FailureLog:
@@ -327,13 +330,10 @@ class FallibleSource(Source):
         generation, count, first = self.generation, len(reasons), min(reasons)
         told = f"{self.system.shown(parameters[first])}: {reasons[first]}"
         if 2 * count > len(parameters):
-            of, place, remedy = (
-                " of a generation",
-                f" [generation {generation}]",
-                "Narrow the bounds of the parameters, or repair",
-            )
-            if generation is None:
-                of, place, remedy = "", "", "Repair"
+            of, place, remedy = "", "", "Repair"
+            if generation is not None:
+                of, place = " of a generation", f" [generation {generation}]"
+                remedy = "Narrow the bounds of the parameters, or repair"
             raise CustomSystemError(
                 f"`simulate` must not fail for more than half of the {len(parameters)} models{of}; got {count} failures or "
                 f"more{place}, the first with {told}. {remedy} the simulator."
@@ -363,11 +363,7 @@ class GuardedInterrogation(PassiveInterrogation):
     source: FallibleSource
 
     def __call__(
-        self,
-        models: np.ndarray,
-        classifiers: np.ndarray,
-        rng: np.random.Generator,
-        referees: np.ndarray | None = None,
+        self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator, referees: np.ndarray | None = None
     ) -> Judgments:
         """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""
         judgments = super().__call__(models, classifiers, rng, referees)
