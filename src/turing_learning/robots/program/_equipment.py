@@ -21,7 +21,7 @@ from turing_learning.robots.tracking._camera import (
     CameraError,
     Capture,
     LiveCapture,
-    find_landmarks,
+    aruco_centers,
     vision,
 )
 from turing_learning.robots.tracking._markers import ArucoMarkers, Markers, TriangleMarkers
@@ -356,7 +356,7 @@ def _calibration(image: np.ndarray, setup: LaboratorySetup, scenario: Scenario, 
     landmarks = {int(identity): place for identity, place in setup.camera.landmarks.items()}
     if not landmarks:
         return "all markers inside the arena; no landmarks to compare with"
-    seen = find_landmarks(image, tracker.calibration)
+    seen = {identity: tracker.calibration.locate(center[None])[0] for identity, center in aruco_centers(image).items()}
     missing = sorted(landmarks.keys() - seen.keys())
     require(not missing, "camera.landmarks", "be in sight", f"no sight of {missing}", "Clear it, or leave them out.")
     errors = {identity: float(np.hypot(*(seen[identity] - place))) for identity, place in landmarks.items()}

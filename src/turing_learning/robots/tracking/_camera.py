@@ -20,6 +20,12 @@ from turing_learning.robots._clock import Clock, RealClock
 PATIENCE_S = 5.0  #: Time without an image after which a camera has failed
 _WANTED_S = 2.0  # so long after an image was taken, the next ones are decoded and kept
 _MOST_KEPT = 64  # images that wait for a busy program
+SETTINGS = {
+    "fourcc": "FOURCC", "width": "FRAME_WIDTH", "height": "FRAME_HEIGHT", "fps": "FPS", "exposure": "EXPOSURE",
+    "white_balance": "WB_TEMPERATURE",
+}  # fmt: skip
+"""What a camera may be asked for, and OpenCV's name of it; first the format, on which others depend."""
+_AUTOMATIC = {"exposure": ("AUTO_EXPOSURE", 1), "white_balance": ("AUTO_WB", 0)}  # and how it is switched off
 
 
 class CameraError(ConnectionError):
@@ -70,18 +76,29 @@ class Capture:
     """
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
-        numbered, served = isinstance(source, int), "://" in str(source)
-        if not numbered and not served and not Path(str(source)).is_file():
-            raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {str(source)!r}.")
-        self._name = f"camera {source}" if numbered else repr(str(source))
-        self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
-        if numbered:
-            self._remedy = "Check its cable, and that no other program uses it."
-        self._device = vision().VideoCapture(source if isinstance(source, int) else str(source))
+        served = "://" in str(source)
+        self._name, self._remedy = f"camera {source}", "Check its cable, and that no other program uses it."
+        if not isinstance(source, int):
+            self._name, source = repr(str(source)), str(source)
+            self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
+            if not served and not Path(source).is_file():
+                raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {self._name}.")
+        cv2 = vision()
+        self._device = cv2.VideoCapture(source)
         if not self._device.isOpened():
             raise CameraError(f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}")
-        asked = {name: value for name, value in (settings or {}).items() if value is not None}
-        self.granted = self._configure(asked) if asked else ""
+        asked = {name: (settings or {})[name] for name in SETTINGS if (settings or {}).get(name) is not None}
+        known = {name: getattr(cv2, f"CAP_PROP_{SETTINGS[name]}") for name in asked}
+        for name, value in asked.items():
+            if name in _AUTOMATIC:
+                automatic, off = _AUTOMATIC[name]
+                self._device.set(getattr(cv2, f"CAP_PROP_{automatic}"), off)
+            self._device.set(known[name], float(cv2.VideoWriter_fourcc(*value) if name == "fourcc" else value))
+        got = {name: format(self._device.get(known[name]), "g") for name in asked}
+        if "fourcc" in got:
+            code = int(self._device.get(known["fourcc"]))
+            got["fourcc"] = code.to_bytes(4, "little", signed=True).decode("latin-1").strip("\0")
+        self.granted = ", ".join(f"{name} {value}" for name, value in got.items())
 
     def __enter__(self) -> Self:
         return self
@@ -115,23 +132,6 @@ class Capture:
 
     def _failed(self) -> CameraError:
         return CameraError(f"`source` must give images; got none more from {self._name}. {self._remedy}")
-
-    def _configure(self, asked: Mapping[str, Any]) -> str:
-        """Ask the camera for settings, first the format, on which others depend; return what it has granted."""
-        cv2, names = vision(), ("fourcc", "width", "height", "fps", "exposure", "white_balance")
-        properties = ("FOURCC", "FRAME_WIDTH", "FRAME_HEIGHT", "FPS", "EXPOSURE", "WB_TEMPERATURE")
-        known = {name: getattr(cv2, f"CAP_PROP_{one}") for name, one in zip(names, properties, strict=True)}
-        manual = {"exposure": (cv2.CAP_PROP_AUTO_EXPOSURE, 1), "white_balance": (cv2.CAP_PROP_AUTO_WB, 0)}
-        for name in [name for name in names if name in asked]:
-            if name in manual:
-                self._device.set(*manual[name])
-            value = cv2.VideoWriter_fourcc(*asked[name]) if name == "fourcc" else asked[name]
-            self._device.set(known[name], float(value))
-        got = {name: self._device.get(known[name]) for name in known if name in asked}
-        if "fourcc" in got:
-            got["fourcc"] = int(got["fourcc"]).to_bytes(4, "little", signed=True).decode("latin-1").strip("\0")
-        texts = (f"{name} {value if isinstance(value, str) else format(value, 'g')}" for name, value in got.items())
-        return ", ".join(texts)
 
 
 class LiveCapture(Capture):
@@ -210,19 +210,11 @@ LARGEST_ERROR_PX = 1.0  #: Root mean square reprojection error (pixels) above wh
 
 @dataclass(frozen=True)
 class Board:
-    """A printed ChArUco board: chess squares with ArUco markers in the white ones. Views may show a part of it.
+    """A printed ChArUco board: chess squares with ArUco markers in the white ones. Views may show a part of it."""
 
-    Attributes
-    ----------
-    columns, rows
-        Number of squares.
-    square_cm
-        Side of a square as printed.
-    """
-
-    columns: int = 8
-    rows: int = 6
-    square_cm: float = 5.0
+    columns: int = 8  #: Number of squares in a row
+    rows: int = 6  #: Number of rows
+    square_cm: float = 5.0  #: Side of a square as printed
 
     def __post_init__(self) -> None:
         fits = min(self.columns, self.rows) >= 3 and self.columns * self.rows <= 100
@@ -243,9 +235,9 @@ class Board:
     def find(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the inner corners in sight: on the board (n, 3) in cm, and in the image (n, 2) in pixels."""
         corners, identities, _, _ = vision().aruco.CharucoDetector(self._charuco).detectBoard(gray(image))
-        if identities is None or len(identities) == 0:
+        if identities is None:
             return np.empty((0, 3)), np.empty((0, 2))
-        on_board = np.asarray(self._charuco.getChessboardCorners(), dtype=np.float64)[np.asarray(identities).ravel()]
+        on_board = np.asarray(self._charuco.getChessboardCorners(), dtype=np.float64)[np.ravel(identities)]
         return on_board, np.asarray(corners, dtype=np.float64).reshape(-1, 2)
 
 
@@ -296,9 +288,8 @@ class Calibration:
         A robot's marker is nearer to the camera than the floor: without its height, a robot 150 cm from a
         camera at 270 cm whose marker is 6 cm high would be found 3.4 cm too far out.
         """
-        plane = np.column_stack(  # from x, y at that height to rays
-            [self.rotation[:, 0], self.rotation[:, 1], self.rotation[:, 2] * height_cm + self.translation]
-        )
+        above = self.rotation[:, 2] * height_cm + self.translation
+        plane = np.column_stack([self.rotation[:, 0], self.rotation[:, 1], above])  # from x, y at that height to rays
         rays = self.lens.rays(pixels)
         on_plane = np.column_stack([rays, np.ones(len(rays))]) @ np.linalg.inv(plane).T
         return np.asarray(on_plane[:, :2] / on_plane[:, 2:])
@@ -313,10 +304,12 @@ class Calibration:
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write plain JSON, atomically; raise FileExistsError for a file that exists, unless `force`."""
         refuse_taken(Path(path), name="path", force=force)
-        content = {"format": FORMAT, "version": VERSION, "image_size": list(self.lens.image_size)}
-        content |= {name: getattr(self.lens, name).tolist() for name in ("camera_matrix", "distortion")}
-        content |= {"lens_error_px": self.lens.error_px, "rotation": self.rotation.tolist()}
-        content |= {"translation": self.translation.tolist(), "error_px": self.error_px}
+        content = {
+            "format": FORMAT, "version": VERSION, "image_size": self.lens.image_size,
+            "camera_matrix": self.lens.camera_matrix.tolist(), "distortion": self.lens.distortion.tolist(),
+            "lens_error_px": self.lens.error_px, "rotation": self.rotation.tolist(),
+            "translation": self.translation.tolist(), "error_px": self.error_px,
+        }  # fmt: skip
         with whole(Path(path)) as temporary:
             temporary.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
 
@@ -397,7 +390,7 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
         Far apart is best: the corners and the middles of the walls.
     """
     require_image("image", image, lens.image_size)
-    cv2, seen = vision(), _aruco_centers(image)
+    cv2, seen = vision(), aruco_centers(image)
     known = sorted(seen.keys() & landmarks.keys())
     require(len(known) >= 4, "image", f"show 4 or more of the landmarks {sorted(landmarks)}", known)
     points = np.array([(*landmarks[identity], 0.0) for identity in known])
@@ -413,23 +406,27 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
     return replace(calibration, error_px=error)
 
 
-def find_landmarks(image: np.ndarray, calibration: Calibration) -> dict[int, np.ndarray]:
-    """Return where on the floor (2,), in cm, each ArUco marker in an image (H, W, 3) lies, by its identity."""
-    require_image("image", image, calibration.lens.image_size)
-    return {identity: calibration.locate(center[None])[0] for identity, center in sorted(_aruco_centers(image).items())}
-
-
-def _aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
-    """Return the centre (2,), in pixels, of each ArUco marker in sight: where the diagonals of its corners meet."""
-    aruco = vision().aruco
-    settings = aruco.DetectorParameters()
-    settings.cornerRefinementMethod = aruco.CORNER_REFINE_SUBPIX
-    detector = aruco.ArucoDetector(aruco.getPredefinedDictionary(aruco.DICT_4X4_50), settings)
-    squares, identities, _ = detector.detectMarkers(gray(image))
+def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
+    """Return the centre (2,), in pixels, of each landmark in sight: where the diagonals of its corners meet."""
     centers = {}
-    for identity, square in zip([] if identities is None else np.ravel(identities).tolist(), squares, strict=False):
-        corners = np.asarray(square, dtype=np.float64).reshape(4, 2)
+    for identity, corners in zip(*find_squares(aruco_detector("4X4_50"), image), strict=True):
         first, second = corners[2] - corners[0], corners[3] - corners[1]
         share, _ = np.linalg.solve(np.column_stack([first, -second]), corners[1] - corners[0])
         centers[identity] = corners[0] + share * first
     return centers
+
+
+def aruco_detector(dictionary: str, **settings: float) -> Any:
+    """Return OpenCV's detector of square markers, with its settings over the usual ones."""
+    aruco = vision().aruco
+    parameters = aruco.DetectorParameters()
+    for name, value in ({"cornerRefinementMethod": aruco.CORNER_REFINE_SUBPIX} | settings).items():
+        setattr(parameters, name, value)
+    return aruco.ArucoDetector(aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{dictionary}")), parameters)
+
+
+def find_squares(detector: Any, image: np.ndarray) -> tuple[list[int], np.ndarray]:
+    """Return the identities of the square markers in an image (H, W, 3), and their corners (n, 4, 2) in pixels."""
+    squares, identities, _ = detector.detectMarkers(gray(image))
+    corners = np.array([np.reshape(square, (4, 2)) for square in squares], np.float64).reshape(-1, 4, 2)
+    return [] if identities is None else np.ravel(identities).tolist(), corners

@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.errors import choice, require
 from turing_learning.trajectories._signals import wrap
 
-from ._camera import gray, vision
+from ._camera import aruco_detector, find_squares, vision
 
 HUES = {"blue": 220.0, "orange": 28.0, "purple": 290.0, "green": 130.0, "red": 0.0}
 """Hue (degrees) of each color that a marker may have."""
@@ -59,31 +59,17 @@ class Markers(Protocol):
 
 @dataclass(frozen=True)
 class _Spot:
-    """A colored spot: weights (n,) and x, y (n, 2) of its pixels, and its color's name."""
+    """A colored spot: its weighted mean (2,), its color's name, and its shape.
 
-    weights: np.ndarray
-    places: np.ndarray
+    `direction` (rad) is that in which it tapers off, the axis of largest variance on the side of the third moment: a triangle's
+    long tail is its tip. `skewness` is that way, `elongation` the variance along over that across.
+    """
+
+    center: np.ndarray
     label: str
-
-    @cached_property
-    def center(self) -> np.ndarray:
-        """Weighted mean (2,)."""
-        return np.asarray(self.weights @ self.places / self.weights.sum())
-
-    @cached_property
-    def taper(self) -> tuple[float, float, float]:
-        """Direction (rad) in which the spot tapers off, its skewness that way, and its variance along over that across.
-
-        The direction is the axis of largest variance, on the side of the third moment: a triangle's long tail is its tip.
-        """
-        offsets = self.places - self.center
-        shares = self.weights / self.weights.sum()
-        (xx, xy), (_, yy) = (offsets * shares[:, None]).T @ offsets
-        angle = 0.5 * math.atan2(2 * xy, xx - yy)
-        along = offsets @ np.array([math.cos(angle), math.sin(angle)])
-        longest = float(shares @ along**2)
-        third = float(shares @ along**3) / longest**1.5
-        return angle if third > 0 else angle + math.pi, abs(third), longest / max(xx + yy - longest, 1e-9)
+    direction: float
+    skewness: float
+    elongation: float
 
 
 def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
@@ -124,8 +110,16 @@ def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: floa
     hue = math.degrees(math.atan2(math.sqrt(3) * (green - blue), 2 * red - green - blue)) % 360
     distances = {name: abs((hue - other + 180) % 360 - 180) for name, other in HUES.items()}
     nearest = min(distances, key=lambda name: distances[name])
-    used, label = weights > 0, nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
-    return _Spot(weights[used], places[used].astype(np.float64), label)
+    label = nearest if distances[nearest] <= HUE_TOLERANCE else UNKNOWN
+    weights, places = weights[weights > 0], places[weights > 0].astype(np.float64)
+    center, shares = weights @ places / weights.sum(), weights / weights.sum()
+    (xx, xy), (_, yy) = ((places - center) * shares[:, None]).T @ (places - center)
+    angle = 0.5 * math.atan2(2 * xy, xx - yy)
+    along = (places - center) @ np.array([math.cos(angle), math.sin(angle)])
+    longest = float(shares @ along**2)
+    third = float(shares @ along**3) / max(longest, 1e-9) ** 1.5
+    elongation = longest / max(xx + yy - longest, 1e-9)
+    return _Spot(center, label, angle if third > 0 else angle + math.pi, abs(third), elongation)
 
 
 class _ColoredMarkers:
@@ -135,30 +129,17 @@ class _ColoredMarkers:
 
 @dataclass(frozen=True)
 class TriangleMarkers(_ColoredMarkers):
-    """Colored isosceles triangles on white disks, whose tip points to the robot's back.
-
-    Attributes
-    ----------
-    tip_cm, base_cm
-        Distance of the tip behind the robot's centre, and of the base in front of it.
-    half_width_cm
-        Half the base. The triangle must be longer than wide.
-    disk_radius_cm
-        Radius of the white disk.
-    height_cm
-        Height of the marker above the floor.
-    chroma
-        Least difference between the largest and the smallest channel (0 to 255) of a colored pixel.
+    """Colored isosceles triangles on white disks, longer than wide, whose tip points to the robot's back.
 
     Source: paper, section 5.1.3 and figure 16.
     """
 
-    tip_cm: float = 3.0
-    base_cm: float = 1.5
-    half_width_cm: float = 1.6
-    disk_radius_cm: float = 3.3
-    height_cm: float = 6.0
-    chroma: int = 40
+    tip_cm: float = 3.0  #: Distance of the tip behind the robot's centre
+    base_cm: float = 1.5  #: Distance of the base in front of it
+    half_width_cm: float = 1.6  #: Half the base
+    disk_radius_cm: float = 3.3  #: Radius of the white disk
+    height_cm: float = 6.0  #: Height of the marker above the floor
+    chroma: int = 40  #: Least difference between the largest and the smallest channel (0 to 255) of a colored pixel
     has_heading = True
 
     def __post_init__(self) -> None:
@@ -178,8 +159,8 @@ class TriangleMarkers(_ColoredMarkers):
         # leaves of one, and other colored things, have others
         expected = length**2 / 18 / (width**2 / 24)
         found = _find_spots(image, places, length * self.half_width_cm, self.chroma)
-        spots = [spot for spot in found if spot.taper[1] > 0.2 and 0.55 * expected < spot.taper[2] < 1.4 * expected]
-        headings = np.array([spot.taper[0] + math.pi for spot in spots])
+        spots = [spot for spot in found if spot.skewness > 0.2 and 0.55 * expected < spot.elongation < 1.4 * expected]
+        headings = np.array([spot.direction + math.pi for spot in spots])
         offset = (2 * self.base_cm - self.tip_cm) / 3
         ahead = np.column_stack([np.cos(headings), np.sin(headings)])
         centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
@@ -248,27 +229,24 @@ class ArucoMarkers:
 
     @cached_property
     def _detector(self) -> Any:
-        aruco = vision().aruco
-        settings = aruco.DetectorParameters()
-        settings.cornerRefinementMethod, settings.cornerRefinementWinSize = aruco.CORNER_REFINE_SUBPIX, 2
-        settings.adaptiveThreshWinSizeMin, settings.adaptiveThreshWinSizeMax = 11, 19
-        settings.adaptiveThreshWinSizeStep = 8
-        settings.errorCorrectionRate = 1.0  # all that the dictionary can correct: one bit
-        settings.polygonalApproxAccuracyRate = 0.08  # a cell is four pixels wide, and corners are blurred
-        settings.perspectiveRemovePixelPerCell = 8
-        settings.perspectiveRemoveIgnoredMarginPerCell = 0.25
-        return aruco.ArucoDetector(self._words, settings)
+        return aruco_detector(
+            self.dictionary,
+            cornerRefinementWinSize=2,
+            adaptiveThreshWinSizeMin=11,
+            adaptiveThreshWinSizeMax=19,
+            adaptiveThreshWinSizeStep=8,
+            errorCorrectionRate=1.0,  # all that the dictionary can correct: one bit
+            polygonalApproxAccuracyRate=0.08,  # a cell is four pixels wide, and corners are blurred
+            perspectiveRemovePixelPerCell=8,
+            perspectiveRemoveIgnoredMarginPerCell=0.25,
+        )
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
         """Find all ArUco markers in an image (H, W, 3); see `Markers`."""
-        cv2 = vision()
-        found, identities, _ = self._detector.detectMarkers(gray(image))
-        corners = np.array([np.asarray(square).reshape(4, 2) for square in found]).reshape(-1, 4, 2)
-        on_plane = np.empty((0, 4, 2))
+        cv2, (identities, corners) = vision(), find_squares(self._detector, image)
         if len(corners):
             at = corners.astype(np.float32).reshape(-1, 1, 2)  # x, y between the pixels of `places`
-            on_plane = cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-            on_plane = np.asarray(on_plane).reshape(-1, 4, 2).astype(np.float64)
+            corners = cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float64)
+        on_plane = corners.reshape(-1, 4, 2)
         ahead = (on_plane[:, 0] + on_plane[:, 1]) - (on_plane[:, 2] + on_plane[:, 3])
-        labels = tuple(str(identity) for identity in ([] if identities is None else np.asarray(identities).ravel()))
-        return Detections(on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), labels)
+        return Detections(on_plane.mean(axis=1), np.arctan2(ahead[:, 1], ahead[:, 0]), tuple(map(str, identities)))

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 
 from turing_learning._files import whole
 from turing_learning.arrays import array
-from turing_learning.errors import integer, number, require
+from turing_learning.errors import integer, number, refuse, require
 from turing_learning.swarm import Arena, Robot
 from turing_learning.trajectories import compute_signals
 from turing_learning.trajectories._signals import wrap
@@ -78,12 +78,11 @@ class Track:
 
     def bridged(self) -> "Track":
         """Return it with everybody midway between the poses before and after a single lost image."""
-        poses = self.poses.copy()
-        for frame in np.nonzero(self.lost)[0].tolist():
-            way = poses[frame + 1] - poses[frame - 1]
-            way[:, 2] = wrap(way[:, 2])
-            poses[frame] = poses[frame - 1] + way / 2
-            poses[frame, :, 2] = wrap(poses[frame, :, 2])
+        poses, frames = self.poses.copy(), np.flatnonzero(self.lost)  # never two in a row
+        way = poses[frames + 1] - poses[frames - 1]
+        way[..., 2] = wrap(way[..., 2])
+        poses[frames] = poses[frames - 1] + way / 2
+        poses[frames, :, 2] = wrap(poses[frames, :, 2])
         return replace(self, poses=poses)
 
     def speeds(self) -> np.ndarray:
@@ -94,20 +93,22 @@ class Track:
         """
         require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
         if not self.complete:
-            frame, individual = (int(k) for k in np.argwhere(~self.present)[0])
-            gap = f"no sight of individual {individual} ({self.labels[individual]}) at frame {frame}"
-            require(False, "track", "be complete", gap, "Repeat the trial.")
+            frame, who = (int(k) for k in np.argwhere(~self.present)[0])
+            refuse(
+                "track", "be complete", f"no sight of {_named(self.labels)[who]} at frame {frame}", "Repeat the trial."
+            )
         return signed_speeds(self.bridged().poses, self.interval_s)
 
 
-def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[Fault, ...]:
-    """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two wheels cannot.
+def _named(labels: Sequence[str]) -> list[str]:
+    return [f"individual {who} ({label})" for who, label in enumerate(labels)]
 
-    Its wheels turn no faster than they can, and it moves sideways only by turns between two images. Without an
-    arena all may push each other all the time.
+
+def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[Fault, ...]:
+    """Return a fault for each individual of a track that is not always seen, or that moves as a robot on two wheels cannot: these
+    turn only so fast, and it moves sideways only by turns between two images. Without an arena all may push each other always.
     """
-    places, everybody = track.poses[..., :2], range(len(track.labels))
-    names = [f"individual {who} ({label})" for who, label in enumerate(track.labels)]
+    places, everybody, names = track.poses[..., :2], range(len(track.labels)), _named(track.labels)
     gaps = ~track.present & ~track.lost[:, None]
     faults = [
         Fault(int(np.argmax(gaps[:, who])), MISSING, f"{names[who]} is out of sight. Look after it.")
@@ -143,12 +144,8 @@ def impossible(track: Track, robot: Robot, arena: Arena | None = None) -> tuple[
 
 
 def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
-    """Return the samples (A, T, 2) of poses (T + 1, A, 3), x, y (cm), heading (rad, anticlockwise): linear
-    (cm/s), angular speed (rad/s).
-
-    The linear speed is negative when the displacement is more than pi / 2 away from the heading at its start;
-    turns are those shorter than pi. Source: paper, the footnote of section 3.2.3 on the sign; see
-    `trajectories.compute_signals`.
+    """Return the samples (A, T, 2) of poses (T + 1, A, 3), x, y (cm), heading (rad, anticlockwise): linear (cm/s), angular speed
+    (rad/s). See `trajectories.compute_signals`; the sign is that of the footnote in the paper's section 3.2.3.
     """
     poses = array("poses", poses, "T+1 A 3")
     require(len(poses) >= 2, "poses", "be of shape (T + 1, A, 3) with T >= 1", poses.shape)
@@ -158,18 +155,19 @@ def signed_speeds(poses: np.ndarray, interval_s: float) -> np.ndarray:
 
 
 def write_table(track: Track, path: Path, *, force: bool = False) -> None:
-    """Write a table with a header: frame, x, y (cm), id from 1, agents first, and heading (rad) where markers show it.
+    """Write a table: frame, x, y (cm), id from 1, agents first, and heading (rad) where markers show it; a row where it was seen.
 
-    A robot that was not seen in a frame has no row there. Read it with ``load_trajectories(path, fps=...,
-    pixels_per_cm=1, y_axis="up")``. Raise FileExistsError for a file that exists, unless `force`.
+    Read it with ``load_trajectories(path, fps=..., pixels_per_cm=1, y_axis="up")``. Raise FileExistsError for a file that exists,
+    unless `force`.
     """
     refuse_taken(path, name="out", force=force)
-    with whole(path) as temporary, temporary.open("w", encoding="utf-8") as file:
-        file.write("frame,x,y,id,heading\n" if track.has_headings else "frame,x,y,id\n")
-        for frame, individual in np.argwhere(track.present).tolist():
-            x, y, heading = track.poses[frame, individual].tolist()
-            row = f"{frame},{x:.4f},{y:.4f},{individual + 1}"
-            file.write(row + (f",{heading:.5f}\n" if track.has_headings else "\n"))
+    columns = ("frame", "x", "y", "id", "heading")[: 5 if track.has_headings else 4]
+    seen = np.argwhere(track.present)
+    x, y, heading = track.poses[track.present].T
+    rows = np.column_stack([seen[:, 0], x, y, seen[:, 1] + 1, heading])[:, : len(columns)]
+    with whole(path) as temporary:
+        formats = ("%d", "%.4f", "%.4f", "%d", "%.5f")[: len(columns)]
+        np.savetxt(temporary, rows, formats, ",", header=",".join(columns), comments="", encoding="utf-8")
 
 
 def compare_labels(labels: Sequence[str], seen: Iterable[str]) -> list[str]:
@@ -233,7 +231,7 @@ class Tracker:
         self._last_image: np.ndarray | None = None
         self._was_present = np.ones(len(self.labels), bool)
         self._lost = np.zeros(len(self.labels), bool)
-        self._surplus: dict[str, int] = {}
+        self._surplus: Counter[str] = Counter()
         self._frozen = False
 
     def detect(self, image: np.ndarray) -> Detections:
@@ -255,7 +253,7 @@ class Tracker:
         self._frozen, self._last_image = False, image
         detections = self.markers.detect(image, self._places)
         present, free = self._assign(detections)
-        faults = self._report(detections, present, free)
+        faults = tuple(self._report(detections, present, free))
         self._gap[~present & (self._gap >= 0)] += 1
         self._was_present = present
         return Sighting(self._poses.copy(), present, faults)
@@ -294,38 +292,31 @@ class Tracker:
                 self._gap[who], present[who], free[which] = 0, True, False
         return present, free
 
-    def _report(self, detections: Detections, present: np.ndarray, free: np.ndarray) -> tuple[Fault, ...]:
-        gone = np.nonzero(~present & self._was_present)[0]
-        faults = [self._explain(individual, detections, free) for individual in gone.tolist()]
+    def _report(self, detections: Detections, present: np.ndarray, free: np.ndarray) -> Iterator[Fault]:
+        """Yield the faults that begin in this image; `free` are the detections (n,) that belong to nobody."""
+        names, left = _named(self.labels), np.flatnonzero(free).tolist()
+        for who in np.flatnonzero(~present & self._was_present).tolist():
+            label, (x, y, _) = self.labels[who], self._poses[who]
+            away = [math.dist(detections.positions[k], (x, y)) for k in left if detections.labels[k] == label]
+            if self._gap[who] < 0:
+                seen = f"{detections.labels.count(label)} {label} markers in the first image"
+                text = f"{seen}, {self.labels.count(label)} expected: {names[who]} is missing. Check its marker."
+                yield Fault(self._frame, MISSING, text)
+            elif away:
+                how = f"{names[who]} cannot have moved {min(away):.1f} cm from x, y = {x:.1f}, {y:.1f} cm"
+                yield Fault(self._frame, CARRIED, f"{how}: it was carried away. Repeat the trial.")
+            else:
+                last = f"{names[who]} is out of sight, last seen at x, y = {x:.1f}, {y:.1f} cm"
+                yield Fault(self._frame, MISSING, f"{last}: its marker is covered. Look after it.")
         lost = ~present & (self._gap >= self._maximum_gap) & ~self._lost
         self._lost |= lost
-        for individual in np.nonzero(lost)[0].tolist():
-            text = f"{self._name(individual)} was out of sight for more than {self._maximum_gap} images"
-            faults.append(Fault(self._frame, LOST, f"{text}. Repeat the trial."))
-        counts = Counter(label for label, left in zip(detections.labels, free, strict=True) if left)
+        for who in np.flatnonzero(lost).tolist():
+            text = f"{names[who]} was out of sight for more than {self._maximum_gap} images. Repeat the trial."
+            yield Fault(self._frame, LOST, text)
+        counts = Counter(detections.labels[k] for k in left)
         for label in sorted(counts):
-            if counts[label] > self._surplus.get(label, 0):
-                which = next(k for k in np.nonzero(free)[0] if detections.labels[k] == label)
-                x, y = detections.positions[which]
+            if counts[label] > self._surplus[label]:
+                x, y = next(detections.positions[k] for k in left if detections.labels[k] == label)
                 text = f"{counts[label]} {label} markers belong to nobody, one at x, y = {x:.1f}, {y:.1f} cm"
-                faults.append(Fault(self._frame, SURPLUS, text + ". Check the markers."))
-        self._surplus = dict(counts)
-        return tuple(faults)
-
-    def _explain(self, individual: int, detections: Detections, free: np.ndarray) -> Fault:
-        """Return the fault that begins when an individual is not seen: its marker is covered, or far away."""
-        who, label = self._name(individual), self.labels[individual]
-        if self._gap[individual] < 0:
-            text = f"{detections.labels.count(label)} {label} markers in the first image, {self.labels.count(label)} expected"
-            return Fault(self._frame, MISSING, f"{text}: {who} is missing. Check its marker.")
-        x, y, _ = self._poses[individual]
-        others = [k for k in np.nonzero(free)[0] if detections.labels[k] == label]
-        if others:
-            away = min(math.dist(detections.positions[k], (x, y)) for k in others)
-            text = f"{who} cannot have moved {away:.1f} cm from x, y = {x:.1f}, {y:.1f} cm: it was carried away"
-            return Fault(self._frame, CARRIED, text + ". Repeat the trial.")
-        text = f"{who} is out of sight, last seen at x, y = {x:.1f}, {y:.1f} cm: its marker is covered"
-        return Fault(self._frame, MISSING, text + ". Look after it.")
-
-    def _name(self, individual: int) -> str:
-        return f"individual {individual} ({self.labels[individual]})"
+                yield Fault(self._frame, SURPLUS, text + ". Check the markers.")
+        self._surplus = counts
