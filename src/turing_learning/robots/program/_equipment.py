@@ -17,6 +17,7 @@ from turing_learning.errors import refuse, refusing_as, require
 from turing_learning.robots._clock import Clock, RealClock
 from turing_learning.robots._link import EPuck, Replica, open_link
 from turing_learning.robots.tracking._camera import (
+    SETTINGS,
     Calibration,
     CameraError,
     Capture,
@@ -24,11 +25,11 @@ from turing_learning.robots.tracking._camera import (
     aruco_centers,
     vision,
 )
-from turing_learning.robots.tracking._markers import ArucoMarkers, Markers, TriangleMarkers
+from turing_learning.robots.tracking._markers import ArucoMarkers, Detections, Markers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
 from turing_learning.swarm import Robot, Scenario
 
-from ._setup import CAMERA_SETTINGS, Laboratory, LaboratoryError, LaboratorySetup, RobotSection
+from ._setup import Laboratory, LaboratoryError, LaboratorySetup, RobotSection
 
 _MOST_OLD = 200  # images that a camera may have kept for later
 _MOST_MORE = 5  # images taken to tell whether the last ones were late, or one was left out
@@ -48,10 +49,8 @@ class Camera(Protocol):
 class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
-    A camera takes its images regularly, but they arrive when the computer has time: an image may be late if the
-    next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the last of
-    `count` images, `fault` says if others were left out, or they came too fast; it is empty otherwise.
-    Iterating raises CameraError if there are no images.
+    An image may be late if the next ones are not. One that was lost alone, by the time stamps of the next two, is None. After the
+    last of `count` images, `fault` says if others were left out, or they came too fast; it is empty otherwise.
     """
 
     def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:
@@ -104,10 +103,7 @@ def take_stamped(camera: Camera, clock: Clock) -> tuple[np.ndarray, float]:
 
 
 def drop_old_images(camera: Camera, clock: Clock, interval_s: float) -> float:
-    """Take the images that a camera has buffered, and the first new one; return its time stamp.
-
-    Raise CameraError if all are old.
-    """
+    """Take the images that a camera has buffered, and the first new one; return its time stamp, or raise CameraError."""
     begun, stamped = clock.now(), hasattr(camera, "taken_s")
     for _ in range(_MOST_OLD):
         asked = clock.now()
@@ -186,49 +182,50 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
         If an `open_replica` or a `tracker` of the file cannot be imported.
     """
     setup, clock = laboratory.setup, RealClock()
-    tracker = None if setup.tracker else laboratory_tracker(setup, laboratory.configuration.swarm.robot)
     alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
+
+    def part(argument: str, name: str) -> Any:  # an entry point of an installed package, or as in any configuration
+        found = list(entry_points(group="turing_learning.robots", name=name))
+        return found[0].load() if found else part_of(argument, name)
+
+    def open_camera(tracker: Tracker) -> CameraPoses:
+        source, settings = setup.camera.source, {name: getattr(setup.camera, name) for name in SETTINGS}
+        if isinstance(source, str) and "://" not in source:
+            return CameraPoses(Capture(source), tracker, clock)
+        asked = settings if any(settings[name] is not None for name in settings if name != "fps") else None
+        return CameraPoses(LiveCapture(source, asked, clock=clock), tracker, clock)
 
     def open_epuck(address: str) -> EPuck:
         return EPuck(open_link(address, clock=clock, alive_s=alive_s))
 
-    def open_camera() -> CameraPoses:
-        assert tracker is not None
-        source, settings = setup.camera.source, {name: getattr(setup.camera, name) for name in CAMERA_SETTINGS}
-        if isinstance(source, str) and "://" not in source:
-            return CameraPoses(Capture(source), tracker, clock)
-        if any(value is not None for value in settings.values()):
-            settings["fps"] = setup.camera.fps
-        return CameraPoses(LiveCapture(source, settings, clock=clock), tracker, clock)
-
-    open_replica = _part("open_replica", setup.open_replica) if setup.open_replica else open_epuck
-    open_tracker = partial(_part("tracker", setup.tracker), setup) if setup.tracker else open_camera
+    open_replica = part("open_replica", setup.open_replica) if setup.open_replica else open_epuck
+    if setup.tracker:
+        open_tracker = partial(part("tracker", setup.tracker), setup)
+    else:
+        open_tracker = partial(open_camera, laboratory_tracker(setup, laboratory.configuration.swarm.robot))
     return Equipment(clock, open_replica, open_tracker, operator or TerminalOperator())
 
 
-def _part(argument: str, name: str) -> Any:
-    """Return what a file names: an entry point of an installed package, "module:function", or an object that was given."""
-    found = list(entry_points(group="turing_learning.robots", name=name))
-    return found[0].load() if found else part_of(argument, name)
-
-
-def laboratory_tracker(setup: LaboratorySetup, robot: Robot | None = None) -> Tracker:
+def laboratory_tracker(setup: LaboratorySetup, robot: Robot) -> Tracker:
     """Return a tracker of all robots, agents first, which move and turn no faster than the configured robot.
 
     Raise ConfigurationError if the calibration cannot be read, or a robot cannot wear its marker.
     """
-    camera, robot = setup.camera, robot or Robot()
+    camera = setup.camera
     with refusing_as(ConfigurationError):
         height, share = camera.marker_height_cm, (camera.marker_cm or 4.5) / 4.5  # of the usual triangle
         tip, base, half, disk = (share * size for size in (3.0, 1.5, 1.6, 3.3))
         markers: Markers = TriangleMarkers(tip, base, half, disk, height)
         if camera.markers == "aruco":
             markers = ArucoMarkers(camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary)
-        calibration, speed, turn = laboratory_calibration(setup), robot.maximum_speed_cm_s, fastest_turn(robot)
         return Tracker(
-            markers, calibration, setup.labels, interval_s=1 / camera.fps,
-            maximum_speed_cm_s=speed, maximum_turn_rad_s=turn,
-        )  # fmt: skip
+            markers,
+            laboratory_calibration(setup),
+            setup.labels,
+            interval_s=1 / camera.fps,
+            maximum_speed_cm_s=robot.maximum_speed_cm_s,
+            maximum_turn_rad_s=fastest_turn(robot),
+        )
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:
@@ -287,33 +284,31 @@ def inspect(
         return f"{version}; battery good; state {status.state}"
 
     for robot in setup.linked:
-        yield _look(f"{robot.role} {robot.name}", partial(look_at, robot))
+        yield _look(f"{robot.role} {robot.name}", look_at, robot)
     try:
         poses = equipment.open_tracker()
     except OSError as error:
         yield Finding("camera", str(error), False)
         return
-    try:
+    with closing(poses):
         if setup.tracker:
-            yield _look("tracker", partial(_poses, poses, scenario, equipment))
+            yield _look("tracker", _poses, poses, scenario, equipment)
             return
         assert isinstance(poses, CameraPoses)
-        camera, tracker = poses.camera, poses.tracker
-        rate = _look("camera", partial(_rate, poses, setup))
+        rate = _look("camera", _rate, poses, setup.camera.fps)
         yield rate
         if rate.fine:
-            image = camera.take()
-            yield _look("calibration", partial(_calibration, image, setup, scenario, tracker))
-            yield _look("markers", partial(_markers, image, setup, tracker))
+            image = poses.camera.take()
+            seen = poses.tracker.detect(image)
+            yield _look("calibration", _calibration, image, seen, setup, scenario, poses.tracker)
+            yield _look("markers", _markers, seen, setup, poses.tracker)
             if picture is not None:
-                yield _look("picture", partial(_picture, image, tracker, picture))
-    finally:
-        poses.close()
+                yield _look("picture", _picture, image, seen, poses.tracker, picture)
 
 
-def _look(what: str, find: Callable[[], str]) -> Finding:
+def _look(what: str, find: Callable[..., str], *given: object) -> Finding:
     try:
-        return Finding(what, find(), True)
+        return Finding(what, find(*given), True)
     except (OSError, ValueError) as error:
         return Finding(what, str(error), False)
 
@@ -325,72 +320,74 @@ def _poses(poses: PoseSource, scenario: Scenario, equipment: Equipment) -> str:
     return f"all {len(track.labels)} seen, {IMAGES} times"
 
 
-def _rate(poses: CameraPoses, setup: LaboratorySetup) -> str:
-    camera, clock, tracker = poses.camera, poses.clock, poses.tracker
+def _rate(poses: CameraPoses, fps: float) -> str:
+    camera, clock, (width, height) = poses.camera, poses.clock, poses.tracker.image_size
     first = camera.take()
-    expected = (tracker.image_size[1], tracker.image_size[0], 3)
-    rule, remedy = f"give images {expected}, as its calibration says", "Calibrate it again, or set it to that size."
-    require(first.shape == expected, "camera", rule, str(first.shape), remedy)
+    rule = f"give images {(height, width, 3)}, as its calibration says"
+    remedy = "Calibrate it again, or set it to that size."
+    require(first.shape == (height, width, 3), "camera", rule, str(first.shape), remedy)
     for _ in range(RATE_TRIES):
-        begun = drop_old_images(camera, clock, 1 / setup.camera.fps)
+        begun = drop_old_images(camera, clock, 1 / fps)
         images, stamps = zip(*(take_stamped(camera, clock) for _ in range(IMAGES)), strict=True)
         rate = IMAGES / max(stamps[-1] - begun, 1e-9)
-        if abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE:
+        if fits := abs(rate / fps - 1) <= RATE_TOLERANCE:
             break
-    got = f"{setup.camera.fps:g}, and images at {rate:.2f} per second"
-    require(abs(rate / setup.camera.fps - 1) <= RATE_TOLERANCE, "camera.fps", "be the camera's rate", got)
+    require(fits, "camera.fps", "be the camera's rate", f"{fps:g}, and images at {rate:.2f} per second")
     frozen = all(np.array_equal(first, image) for image in images)
     require(not frozen, "camera", "give new images", "the same one again and again", "Restart it.")
     granted = f"; granted {granted}" if (granted := getattr(camera, "granted", "")) else ""
-    return f"{expected[1]} x {expected[0]} pixels, {rate:.1f} images per second{granted}"
+    return f"{width} x {height} pixels, {rate:.1f} images per second{granted}"
 
 
-def _calibration(image: np.ndarray, setup: LaboratorySetup, scenario: Scenario, tracker: Tracker) -> str:
+def _calibration(
+    image: np.ndarray, seen: Detections, setup: LaboratorySetup, scenario: Scenario, tracker: Tracker
+) -> str:
     """Reject a calibration that sees landmarks elsewhere than they are, or robots outside the arena."""
     name, remedy = "camera.calibration", "Place the camera again."
     width, height = float(scenario.arena.width_cm or np.inf), float(scenario.arena.height_cm or np.inf)
-    for x, y in tracker.detect(image).positions:
+    for x, y in seen.positions:
         inside = 0 <= x <= width and 0 <= y <= height
         rule = f"place robots inside the arena of {width:g} x {height:g} cm"
         require(inside, name, rule, f"one at x, y = {x:.1f}, {y:.1f} cm", remedy)
     landmarks = {int(identity): place for identity, place in setup.camera.landmarks.items()}
     if not landmarks:
         return "all markers inside the arena; no landmarks to compare with"
-    seen = {identity: tracker.calibration.locate(center[None])[0] for identity, center in aruco_centers(image).items()}
-    missing = sorted(landmarks.keys() - seen.keys())
+    centers = aruco_centers(image)
+    missing = sorted(landmarks.keys() - centers.keys())
     require(not missing, "camera.landmarks", "be in sight", f"no sight of {missing}", "Clear it, or leave them out.")
-    errors = {identity: float(np.hypot(*(seen[identity] - place))) for identity, place in landmarks.items()}
-    worst = max(errors, key=lambda identity: errors[identity])
-    rule = f"see landmark {worst} where it lies, to {LANDMARK_CM:g} cm"
+    lie = tracker.calibration.locate(np.array([centers[identity] for identity in landmarks]))
+    errors = np.hypot(*(lie - list(landmarks.values())).T)
+    worst = int(np.argmax(errors))
+    rule = f"see landmark {[*landmarks][worst]} where it lies, to {LANDMARK_CM:g} cm"
     require(errors[worst] <= LANDMARK_CM, name, rule, f"{errors[worst]:.1f} cm", remedy)
     return f"{len(landmarks)} landmarks to {errors[worst]:.2f} cm"
 
 
-def _markers(image: np.ndarray, setup: LaboratorySetup, tracker: Tracker) -> str:
+def _markers(seen: Detections, setup: LaboratorySetup, tracker: Tracker) -> str:
     landmarks = setup.camera.landmarks if setup.camera.markers == "aruco" else {}
-    wrong = compare_labels(setup.labels, [label for label in tracker.detect(image).labels if label not in landmarks])
+    wrong = compare_labels(setup.labels, [label for label in seen.labels if label not in landmarks])
     require(not wrong, "robots", "wear the markers of the file, each its own", "; ".join(wrong), "Check the markers.")
-    smallest = min(width for _, width in _disks(image, tracker))
+    smallest = min(width for _, _, width in _disks(seen, tracker))
     return f"all {len(setup.labels)} in sight, the smallest {smallest:.0f} pixels wide"
 
 
-def _disks(image: np.ndarray, tracker: Tracker) -> list[tuple[np.ndarray, float]]:
-    """Return centre (2,) and width (pixels) of each marker's disk that was found."""
-    markers, disks = tracker.markers, []
-    for x, y in tracker.detect(image).positions:
-        points = [(x + dx * markers.disk_radius_cm, y, markers.height_cm) for dx in (-1, 0, 1)]
-        left, center, right = tracker.calibration.project(np.array(points))
-        disks.append((center, float(np.hypot(*(right - left)))))
-    return disks
+def _disks(seen: Detections, tracker: Tracker) -> list[list[float]]:
+    """Return x, y of the centre and the width (pixels) of each marker's disk that was found."""
+    if not seen.labels:
+        return []
+    places = np.insert(seen.positions, 2, tracker.markers.height_cm, axis=1)
+    radius = np.array([tracker.markers.disk_radius_cm, 0.0, 0.0])
+    left, center, right = (tracker.calibration.project(places + k * radius) for k in (-1, 0, 1))
+    return np.column_stack([center, np.hypot(*(right - left).T)]).tolist()
 
 
-def _picture(image: np.ndarray, tracker: Tracker, path: Path) -> str:
+def _picture(image: np.ndarray, seen: Detections, tracker: Tracker, path: Path) -> str:
     """Write an image with a circle around each marker, and its label."""
     cv2, drawn, black = vision(), image.copy(), (0, 0, 0)
-    for label, (center, width) in zip(tracker.detect(image).labels, _disks(image, tracker), strict=True):
-        x, y = (round(float(value)) for value in center)
-        cv2.circle(drawn, (x, y), round(0.7 * width), black, 2)
-        cv2.putText(drawn, label, (x + round(width), y), cv2.FONT_HERSHEY_SIMPLEX, 0.5, black, 1, cv2.LINE_AA)
+    for label, (x, y, width) in zip(seen.labels, _disks(seen, tracker), strict=True):
+        cv2.circle(drawn, (round(x), round(y)), round(0.7 * width), black, 2)
+        at = (round(x) + round(width), round(y))
+        cv2.putText(drawn, label, at, cv2.FONT_HERSHEY_SIMPLEX, 0.5, black, 1, cv2.LINE_AA)
     _, encoded = cv2.imencode(path.suffix, drawn)
     with whole(path) as temporary:
         temporary.write_bytes(encoded.tobytes())

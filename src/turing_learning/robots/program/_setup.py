@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -60,10 +60,6 @@ class LaboratoryError(SystemFailedError):
     explained = True
 
 
-CAMERA_SETTINGS = ("fourcc", "width", "height", "exposure", "white_balance")
-"""What the camera is asked for of a `CameraSection`, with `fps`; what is left out is the camera's own."""
-
-
 class RobotSection(Section):
     """A robot: a replica at an address, or an agent, which the PC starts and halts if it has one, and controls no further."""
 
@@ -81,13 +77,10 @@ class RobotSection(Section):
 
 
 class CameraSection(Section):
-    """The camera: its number, a video file or a URL; images per second; its calibration; what the robots wear.
+    """The camera: its number, a video file or a URL, what it is asked for, its calibration, and what the robots wear.
 
-    It is asked for `width`, `height` (pixels), `fourcc` (its format), `exposure` and `white_balance` (units of
-    the driver). `marker_cm` is the side of a square marker, or the length of a triangle; square ones are of an
-    OpenCV `dictionary`, for example 4X4_50 or APRILTAG_36h11. `landmarks` are printed markers (4X4_50) that
-    stay on the floor: identity -> x, y (cm). They must not be among the robots' markers. Of another `tracker`,
-    only `fps` is used: how often it says where everybody is.
+    Exposure and white balance have the units of the driver; `marker_cm` is that of a square, or the length of a triangle.
+    `landmarks` (4X4_50) stay on the floor: identity -> x, y (cm). Of another `tracker` than that of a camera only `fps` counts.
     """
 
     source: int | str = 0
@@ -113,11 +106,9 @@ class CameraSection(Section):
 
 
 class TimingSection(Section):
-    """Durations of a replica's states (s), as in its firmware: R1, R3 and R4 wait; R2 disperses; R5 executes.
+    """Durations of a replica's states (s), as in its firmware: R1, R3 and R4 wait; R2 disperses; R5 executes (paper, section 5.2).
 
     `tolerance_s` is how late a signal may be, and how far apart those of two replicas.
-
-    Source: paper, section 5.2.
     """
 
     wait_s: Positive = 1.0
@@ -132,12 +123,10 @@ class TimingSection(Section):
 
 
 class InterventionsSection(Section):
-    """When a human has to come.
+    """When a human has to come (paper, section 5.3); 0 for never.
 
     All batteries are replaced every `batteries_every` generations, or ten times as many trials. A robot that
-    moves less than `stuck_cm` in a trial, and does not turn, is stuck. 0 for never.
-
-    Source: paper, section 5.3.
+    moves less than `stuck_cm` in a trial, and does not turn, is stuck.
     """
 
     batteries_every: Count = 25
@@ -145,10 +134,7 @@ class InterventionsSection(Section):
 
 
 class EvaluationSection(Section):
-    """How often each model of the last generation is observed again, to find the best; 0 for not at all.
-
-    A run of trials, whose estimate is no single model, has none.
-    """
+    """How often each model of the last generation is observed again, to find the best; 0 for not at all, as in a run of trials."""
 
     repeats: Count = 5
 
@@ -193,17 +179,22 @@ class LaboratorySetup(Section):
     def _check_robots(self) -> "LaboratorySetup":
         for role, found in (("agent", self.agents), ("replica", self.replicas)):
             require(found, "robots", f"have one {role} or more", "none", f"Add one with role = {role!r}.")
-        unique = [("name", "robots"), ("address", "robots")]
-        if self.camera.markers == "aruco":
+        unique, camera = [("name", "robots"), ("address", "robots")], self.camera
+        if camera.markers == "aruco":
             unique.append(("marker", "robots with ArUco markers"))
-            both = sorted(self.camera.landmarks.keys() & set(self.labels)) if self.camera.dictionary == "4X4_50" else []
+            both = sorted(camera.landmarks.keys() & set(self.labels)) if camera.dictionary == "4X4_50" else []
             require(not both, "camera.landmarks", "not be among the robots' markers", f"{both[:1]} in both")
         for name, whose in unique:
             values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
             for value in values:
                 require(values.count(value) == 1, name, f"be different for all {whose}", f"{value!r} twice")
-        calibrated = self.camera.calibration or self.tracker
-        require(calibrated, "camera.calibration", "be given", "nothing", "Calibrate the camera first.")
+        require(
+            camera.calibration or self.tracker,
+            "camera.calibration",
+            "be given",
+            "nothing",
+            "Calibrate the camera first.",
+        )
         for replica in self.replicas:
             others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
             got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
@@ -266,40 +257,35 @@ def load_laboratory(
     for key in document:
         file.require(key in known, key, "be a known section", "one", nearest(key, known))
     described = {key: value for key, value in document.items() if key not in RUN_SECTIONS}
-    try:
-        setup = LaboratorySetup.model_validate_json(json.dumps(described, default=str), strict=True)
-    except ValidationError as error:
-        key, why = _complaint(error)
-        raise ConfigurationError(replace(why, place=file.where(key))) from error
+    setup = read_setup(json.dumps(described, default=str), file.where, strict=True)
     if setup.camera.calibration:
         camera = {"calibration": str((path.parent / setup.camera.calibration).absolute())}
         setup = setup.model_copy(update={"camera": setup.camera.model_copy(update=camera)})
     return Laboratory(setup, _configuration(setup, file, overrides or {}))
 
 
-def read_setup(text: str) -> LaboratorySetup:
-    """Return a setup from its JSON; raise ConfigurationError for anything else."""
+def read_setup(
+    text: str, where: Callable[[str], str] = lambda key: "laboratory.json", *, strict: bool | None = None
+) -> LaboratorySetup:
+    """Return a setup from its JSON; raise ConfigurationError for anything else, with where a setting is."""
     try:
-        return LaboratorySetup.model_validate_json(text)
+        return LaboratorySetup.model_validate_json(text, strict=strict)
     except ValidationError as error:
-        raise ConfigurationError(replace(_complaint(error)[1], place="laboratory.json")) from error
-
-
-def _complaint(error: ValidationError) -> tuple[str, Refusal]:
-    first = error.errors(include_url=False)[0]
-    key, got = ".".join(map(str, first["loc"])), brief(first["input"])
-    if first["type"] == "value_error":
-        return key, first["ctx"]["error"].refusal
-    if first["type"] == "missing":
-        return key, Refusal(key, "be given", "nothing")
-    if first["type"] != "extra_forbidden":
-        return key, Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
-    kind: Any = LaboratorySetup
-    for part in first["loc"][:-1]:
-        if not isinstance(part, int):
-            kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
-    advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
-    return key, Refusal(key, "be a known setting", got, remedy=advice)
+        first = error.errors(include_url=False)[0]
+        key, got = ".".join(map(str, first["loc"])), brief(first["input"])
+        why = Refusal(key, f"be {first['msg'].removeprefix('Input should be ')}", got)
+        if first["type"] == "value_error":
+            why = first["ctx"]["error"].refusal
+        elif first["type"] == "missing":
+            why = Refusal(key, "be given", "nothing")
+        elif first["type"] == "extra_forbidden":
+            kind: Any = LaboratorySetup
+            for part in first["loc"][:-1]:
+                if not isinstance(part, int):
+                    kind = {"robots": RobotSection}.get(part) or kind.model_fields[part].annotation
+            advice = nearest(str(first["loc"][-1]), kind.model_fields) if issubclass(kind, BaseModel) else ""
+            why = Refusal(key, "be a known setting", got, remedy=advice)
+        raise ConfigurationError(replace(why, place=where(key))) from error
 
 
 def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, Any]) -> Configuration:
@@ -328,25 +314,23 @@ def _configuration(setup: LaboratorySetup, file: _File, overrides: Mapping[str, 
         base["run.trials"] = TRIALS
     places = {key: file.where(key) for key in given if key in file.labels or key not in overrides}
     configuration = load_configuration(None, preset, base | derived | given, labels=places)
-    scenario, replicas = configuration.swarm, len(setup.replicas)
-    models = configuration.models.parents + configuration.models.offspring
-    rule = f"be a multiple of the {replicas} replicas, which execute them at the same time"
-    file.require(configuration.run.trials or models % replicas == 0, "models", rule, models)
-    ends = (configuration.models.initial_low, configuration.models.initial_high)
-    rule = "be -1 and 1 with run.trials, whose first models have all wheel speeds"
-    file.require(not configuration.run.trials or ends == (-1, 1), "models.initial_low", rule, ends)
-    trial, longest = scenario.trial.duration_s, setup.timing.execute_s
-    file.require(trial <= longest, "scenario.trial.duration_s", f"be at most timing.execute_s, {longest}", trial)
+    scenario, models, of_trials = configuration.swarm, configuration.models, configuration.run.trials
     refuse_without_history(setup, configuration, file.where("run.history"))
-    for key, value, needed in (
-        ("models.hidden", configuration.models.hidden, 0),
+    number, replicas = models.parents + models.offspring, len(setup.replicas)
+    multiple = f"be a multiple of the {replicas} replicas, which execute them at the same time"
+    file.require(of_trials or number % replicas == 0, "models", multiple, number)
+    ends, wide = (models.initial_low, models.initial_high), "whose first models have all wheel speeds"
+    file.require(not of_trials or ends == (-1, 1), "models.initial_low", f"be -1 and 1 with run.trials, {wide}", ends)
+    duration_s, longest, speeds = scenario.trial.duration_s, setup.timing.execute_s, len(scenario.controller)
+    file.require(duration_s <= longest, key, f"be at most timing.execute_s, {longest}", duration_s)
+    file.require(speeds <= 16, "scenario.controller", "have 16 wheel speeds or fewer, which a replica takes", speeds)
+    for name, value, needed in (
+        ("models.hidden", models.hidden, 0),
         ("scenario.representation", scenario.representation, "reactive"),
         ("scenario.grouping", scenario.grouping, "mixed"),
     ):
         rule = f"be {needed!r} for robots: replicas, among agents, take wheel speeds alone"
-        file.require(value == needed, key, rule, repr(value))
-    speeds, rule = len(scenario.controller), "have 16 wheel speeds or fewer, which a replica takes"
-    file.require(speeds <= 16, "scenario.controller", rule, speeds)
+        file.require(value == needed, name, rule, repr(value))
     return configuration
 
 
