@@ -6,10 +6,10 @@ import struct
 import threading
 from binascii import crc_hqx
 from collections import deque
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from turing_learning.errors import choice, integer, number, optional, require
 
@@ -99,12 +99,6 @@ def opened(line: str) -> str | None:
     return text if star and text.isascii() and line == sealed(text) and len(seal) == 4 else None
 
 
-def whole_numbers(fields: Sequence[str]) -> list[int] | None:
-    """Return fields as integers, None if one is none."""
-    digits = (field.strip().removeprefix("-") for field in fields)
-    return [int(field) for field in fields] if all(part.isascii() and part.isdecimal() for part in digits) else None
-
-
 LARGEST_LINE = 4096
 _POLL_S = 0.02
 _GRACE_S = 1.0  # after a deadline, in which a busy program reads what came before it
@@ -125,7 +119,7 @@ class Device(Protocol):
     def close(self) -> None: ...
 
 
-class Link:
+class Link(AbstractContextManager["Link"]):
     """A line to a robot that can be reopened; see `open_link`. Methods raise `LinkError` if the line is lost.
 
     Parameters
@@ -154,9 +148,6 @@ class Link:
         self._device: Device | None = None
         self._buffer = bytearray()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -165,8 +156,8 @@ class Link:
         """Whether the line is open, as far as is known."""
         return self._device is not None
 
-    def open(self) -> None:
-        """Open the line; if it is open, close it first."""
+    def open(self) -> "Link":
+        """Open the line; if it is open, close it first. Return it."""
         self.close()
         try:
             self._device = self._connect()
@@ -178,6 +169,7 @@ class Link:
         if self._alive_s:
             self._closed = threading.Event()
             threading.Thread(target=self._stay_alive, args=(self._device, self._closed), daemon=True).start()
+        return self
 
     def close(self) -> None:
         """Close the line and drop unread bytes."""
@@ -248,9 +240,7 @@ class Link:
 
 def open_link(port: str, *, baud: int = 115200, clock: Clock | None = None, alive_s: float = 0.0) -> Link:
     """Open a line to a robot; see `Link`. Raise `LinkError` if there is none, `MissingExtraError` without pyserial."""
-    link = Link(port, baud=baud, clock=clock, alive_s=alive_s)
-    link.open()
-    return link
+    return Link(port, baud=baud, clock=clock, alive_s=alive_s).open()
 
 
 Answer = TypeVar("Answer")
@@ -258,7 +248,8 @@ MAXIMUM_SPEED = 1000  #: Wheel speed (steps per second) that an e-puck reaches; 
 SENSORS = 8
 _EXPECTED = ("WELCOME", "the EPFL education robot", "HW version", "s", "r")  # greetings, versions, the stop above
 LEAST_CHARGE = 15  #: Percent
-_BATTERY = re.compile(r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
+_WHOLE = r", *(-?\d+) *"  # a number in an answer
+_SIGNAL = re.compile(rf"x,({'|'.join(SIGNALS)}){2 * _WHOLE}")
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
 """Ends any unfinished command: 35 bytes of arguments, of the RGB panel, and the end of a binary request, or the end of a line.
 
@@ -267,7 +258,7 @@ of line alone it would take a binary request for text.
 """
 
 
-class EPuck:
+class EPuck(Replica):
     """The driver of an e-puck, a `Replica`.
 
     A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All
@@ -297,45 +288,39 @@ class EPuck:
 
     def version(self) -> str:
         """Return the version of the robot's protocol."""
-        return self._ask("V", lambda line: line[2:].strip() if line.startswith("v,") else None)
+        return self._ask("V", "v,(.*)")[1].strip()
 
     def set_speed(self, left: int, right: int) -> None:
         """Set the wheel speeds (steps per second, -1000 to 1000)."""
         _check_speeds(left, right)
-        self._tell(f"D,{left},{right}", "d")
+        self._ask(f"D,{left},{right}", "d")
 
     def speed(self) -> tuple[int, int]:
         """Return the wheel speeds (steps per second), left and right."""
-        left, right = self._ask("E", lambda line: _numbers(line, "e", 2))
-        return left, right
+        found = self._ask("E", "e" + 2 * _WHOLE)
+        return int(found[1]), int(found[2])
 
     def proximity(self) -> tuple[int, ...]:
         """Return the readings of the eight infrared sensors, from the front right one clockwise."""
-        return tuple(self._ask("N", lambda line: _numbers(line, "n", SENSORS, 10))[:SENSORS])
+        found = self._ask("N", f"n{SENSORS * _WHOLE}({2 * _WHOLE})?")  # and of two cliff sensors
+        return tuple(map(int, found.groups()[:SENSORS]))
 
     def battery_ok(self) -> bool:
         """Return whether the battery is above its limit; of a robot that states its charge, whether that is above 15 %."""
-
-        def read(line: str) -> bool | None:
-            found = _BATTERY.fullmatch(line)
-            return None if found is None else int(found[2]) > LEAST_CHARGE if found[2] else int(found[1]) > 0
-
-        return self._ask("b", read)
+        found = self._ask("b", r"b,(\d+)(?: \((\d+)%\))?")  # of an e-puck, and of an e-puck2
+        return int(found[2]) > LEAST_CHARGE if found[2] else int(found[1]) > 0
 
     def stop(self) -> None:
         """Stop the wheels and switch the lights off."""
-        self._tell("S", "s")
+        self._ask("S", "s")
 
     def halt(self) -> None:
-        """Halt a replica: it stands and waits for the remote control; its models are forgotten."""
-        self._tell(sealed("X,H"), sealed("x,H"))
+        self._ask("X,H", "x,H")
 
     def start(self) -> None:
-        """Let a robot begin its loop, as the remote control does."""
-        self._tell(sealed("X,G"), sealed("x,G"))
+        self._ask("X,G", "x,G")
 
     def close(self) -> None:
-        """Close the line."""
         self._link.close()
 
     def reset(self) -> None:
@@ -358,22 +343,16 @@ class EPuck:
         return self._try(f"a binary request {request.hex(' ')}", exchange)
 
     def send_model(self, model: Model) -> None:
-        """Put a model into the replica's buffer, to be executed from its next trial on."""
         numbers = (model.sequence, *(round(value / PARAMETER_UNIT) for value in model.parameters))
-        self._tell(sealed(f"X,M,{','.join(map(str, numbers))}"), sealed(f"x,M,{model.sequence}"))
+        self._ask(f"X,M,{','.join(map(str, numbers))}", f"x,M,{model.sequence}")
 
     def status(self) -> Status:
         """Return where the replica is in its loop; a LinkError tells one without a replica's firmware."""
-
-        def read(line: str) -> Status | None:
-            state = line[4:6]
-            numbers = _numbers(opened(line) or "", f"x,Q,{state}", 4)
-            return Status(state, 1e-3 * numbers[0], numbers[1], numbers[2], numbers[3] > 0) if numbers else None
-
-        return self._ask(sealed("X,Q"), read)
+        state, *numbers = self._ask("X,Q", "x,Q,([^,]*)" + 4 * _WHOLE).groups()
+        elapsed_ms, waiting, executing, battery = map(int, numbers)
+        return Status(state, 1e-3 * elapsed_ms, waiting, executing, battery > 0)
 
     def wait_for(self, kind: str, timeout_s: float) -> Signal:
-        """Return the next signal of a kind, drop earlier ones of the other kind; raise TimeoutError if none arrives in time."""
         choice("kind", kind, SIGNALS)
         deadline = self._link.clock.now() + timeout_s
         while True:
@@ -388,33 +367,30 @@ class EPuck:
             self._sort(line)
 
     def drop_signals(self) -> None:
-        """Drop the signals that have arrived, so that `wait_for` waits for a new one."""
         self._drain(0.0)
         self._signals.clear()
 
     def _deadline(self) -> float:
         return self._link.clock.now() + self._timeout_s
 
-    def _tell(self, command: str, answer: str) -> None:
-        self._ask(command, lambda line: line == answer or None)
+    def _ask(self, command: str, answer: str) -> re.Match[str]:
+        """Send a line and return the one that matches the answer; messages are sealed. `_sort` takes the other lines."""
+        message = command.startswith("X,")
+        sent = sealed(command) if message else command
 
-    def _ask(self, command: str, read: Callable[[str], Answer | None]) -> Answer:
-        """Send a line and return what `read` makes of the answer; `_sort` takes the other lines."""
-
-        def exchange() -> Answer | None:
-            self._link.send(command.encode("ascii") + b"\r")
+        def exchange() -> re.Match[str] | None:
+            self._link.send(sent.encode("ascii") + b"\r")
             deadline = self._deadline()
             while (line := self._link.read_line(deadline)) is not None:
-                answer = read(line)
-                if answer is not None:
-                    return answer
+                if found := re.fullmatch(answer, (opened(line) or "") if message else line):
+                    return found
                 if line.startswith("z,"):  # the robot has not understood what arrived
                     self.garbled, self._refused = self.garbled + 1, self._refused + 1
                     return None
                 self._sort(line)
             return None
 
-        return self._try(repr(command), exchange)
+        return self._try(repr(sent), exchange)
 
     def _try(self, what: str, exchange: Callable[[], Answer | None]) -> Answer:
         trouble, self._refused = "no answer that makes sense", 0
@@ -453,19 +429,12 @@ class EPuck:
 
     def _sort(self, line: str) -> None:
         """Keep signals; count everything else that is not a greeting."""
-        for kind in SIGNALS:
-            if numbers := _numbers(opened(line) or "", f"x,{kind}", 2):
-                self._signals.append(Signal(kind, numbers[0], numbers[1], self._link.clock.now()))
-                return
-        self.garbled += not line.startswith(_EXPECTED)
+        if found := _SIGNAL.fullmatch(opened(line) or ""):
+            self._signals.append(Signal(found[1], int(found[2]), int(found[3]), self._link.clock.now()))
+        else:
+            self.garbled += not line.startswith(_EXPECTED)
 
 
 def _check_speeds(left: int, right: int) -> None:
     integer("left", left, -MAXIMUM_SPEED, MAXIMUM_SPEED)
     integer("right", right, -MAXIMUM_SPEED, MAXIMUM_SPEED)
-
-
-def _numbers(line: str, head: str, *counts: int) -> list[int] | None:
-    """Return the whole numbers that follow the head of an answer, None if it is not that answer, whole."""
-    numbers = whole_numbers(line.removeprefix(f"{head},").split(","))
-    return numbers if line.startswith(f"{head},") and numbers is not None and len(numbers) in counts else None

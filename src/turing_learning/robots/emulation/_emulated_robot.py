@@ -9,7 +9,7 @@ from itertools import takewhile
 from typing import Protocol
 
 from turing_learning.errors import choice
-from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNALS, Model, opened, sealed, whole_numbers
+from turing_learning.robots._link import LARGEST_SEQUENCE, PARAMETER_UNIT, SIGNALS, Model, opened, sealed
 
 GREETING = b'\f\aWELCOME to the SerCom protocol on e-Puck\r\nthe EPFL education robot type "H" for help\r\n'
 NOT_FOUND = b"z,Command not found\r\n"
@@ -222,7 +222,7 @@ class EmulatedRobot:
                 return b""  # no device answers
         if letter not in _ANSWERS:
             return NOT_FOUND
-        numbers = whole_numbers(fields[:2])
+        numbers = _whole_numbers(fields[:2])
         if letter in "BF" and numbers:
             self._light(8 if letter == "B" else 9, numbers[0])
         elif letter == "L" and numbers is not None and len(numbers) == 2:
@@ -249,7 +249,7 @@ class EmulatedRobot:
 
     def _scanned(self, fields: list[str], before: tuple[int, ...]) -> tuple[int, ...]:
         """Replace the numbers that can be parsed, up to the first that cannot, as the firmware does."""
-        numbers = (whole_numbers([field]) for field in fields[: len(before)])
+        numbers = (_whole_numbers([field]) for field in fields[: len(before)])
         found = tuple(number[0] for number in takewhile(lambda number: number is not None, numbers) if number)
         return found + before[len(found) :]
 
@@ -272,7 +272,7 @@ class EmulatedRobot:
         self._asked_at = now
         if self._alive_at is not None:
             self._alive_at = now
-        match kind, whole_numbers(rest):
+        match kind, _whole_numbers(rest):
             case "H", []:
                 self.halt()
                 return "H"
@@ -287,6 +287,12 @@ class EmulatedRobot:
                     self._waiting = Model(sequence, tuple(round(each * PARAMETER_UNIT, 4) for each in parameters))
                     return f"M,{sequence}"
         return "E,message"
+
+
+def _whole_numbers(fields: Sequence[str]) -> list[int] | None:
+    """Return fields as integers, None if one is none."""
+    digits = (field.strip().removeprefix("-") for field in fields)
+    return [int(field) for field in fields] if all(part.isascii() and part.isdecimal() for part in digits) else None
 
 
 def _line(text: str) -> bytes:

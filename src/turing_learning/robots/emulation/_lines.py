@@ -82,9 +82,7 @@ class VirtualLine(Line):
         self._last = {"in": 0.0, "out": 0.0}
 
     def link(self) -> Link:
-        link = Link(self.port, clock=self.clock, connect=self._connect)
-        link.open()
-        return link
+        return Link(self.port, clock=self.clock, connect=self._connect).open()
 
     def drop(self) -> None:
         self._there = self._near.there = False
