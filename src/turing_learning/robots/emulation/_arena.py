@@ -152,11 +152,9 @@ class EmulatedCamera:
     ) -> None:  # fmt: skip
         for label in labels:
             markers.check_label(label)
-        self._calibration = calibration
-        self._optics = optics or Optics()
-        self._rng = np.random.default_rng(seed)
-        self._height = markers.height_cm
-        self._body = _CIRCLE * body_radius_cm
+        self._calibration, self._optics = calibration, optics or Optics()
+        self._rng, self._margin = np.random.default_rng(seed), math.ceil(3 * self._optics.blur_px)
+        self._height, self._body = markers.height_cm, _CIRCLE * body_radius_cm
         disk: Shapes = [(_CIRCLE * markers.disk_radius_cm, _DISK)]
         self._tops = [disk + markers.shapes(label) for label in labels]
         self._covered: Shapes = [(_CIRCLE * body_radius_cm, _COVER)]
@@ -204,8 +202,7 @@ class EmulatedCamera:
         rows, columns = self._region(body, 1)
         if rows.start >= rows.stop or columns.start >= columns.stop:
             return rows, columns
-        patch = np.repeat(np.repeat(canvas[rows, columns], _FINE, axis=0), _FINE, axis=1)
-        origin = (columns.start, rows.start)
+        patch, origin = canvas[rows, columns].repeat(_FINE, axis=0).repeat(_FINE, axis=1), (columns.start, rows.start)
         hull = cv2.convexHull(body.astype(np.float32)).reshape(-1, 2)
         cv2.fillConvexPoly(patch, _enlarged(hull - origin, _FINE), _SKIRT, shift=_BITS)
         for outline, color in top:
@@ -215,10 +212,6 @@ class EmulatedCamera:
         canvas[rows, columns] = cv2.resize(patch, size, interpolation=cv2.INTER_AREA)
         return self._region(body, 1 + self._margin)
 
-    @property
-    def _margin(self) -> int:
-        return math.ceil(3 * self._optics.blur_px)
-
     def _region(self, pixels: np.ndarray, margin: int) -> tuple[slice, slice]:
         width, height = self.image_size
         low, high = np.floor(pixels.min(axis=0)).astype(int) - margin, np.ceil(pixels.max(axis=0)).astype(int) + margin
@@ -226,25 +219,19 @@ class EmulatedCamera:
         return slice(int(rows[0]), int(rows[1])), slice(int(columns[0]), int(columns[1]))
 
     def _expose(self, canvas: np.ndarray, rows: slice, columns: slice) -> np.ndarray:
-        cv2 = vision()
-        height, width = canvas.shape[:2]
-        top, bottom, _ = rows.indices(height)
-        left, right, _ = columns.indices(width)
-        margin = self._margin
-        above, before = max(top - margin, 0), max(left - margin, 0)
-        wide = canvas[above : bottom + margin, before : right + margin]
+        margin, (height, width) = self._margin, canvas.shape[:2]
+        (top, bottom, _), (left, right, _) = rows.indices(height), columns.indices(width)
         if bottom <= top or right <= left:
             return canvas[rows, columns]
-        side = 2 * margin + 1
-        blurred = cv2.GaussianBlur(wide, (side, side), self._optics.blur_px)
+        above, before, side = max(top - margin, 0), max(left - margin, 0), 2 * margin + 1
+        wide = canvas[above : bottom + margin, before : right + margin]
+        blurred = vision().GaussianBlur(wide, (side, side), self._optics.blur_px)
         inner = blurred[top - above : bottom - above, left - before : right - before]
         return np.rint(inner * self._light[rows, columns, None]).astype(np.uint8)
 
     def _paint_ground(self, arena_cm: tuple[float, float], wall_cm: float) -> np.ndarray:
         """Return floor, walls and what is beyond them (H, W, 3), in even light."""
-        cv2 = vision()
-        columns, rows = self.image_size
-        width, height = arena_cm
+        cv2, (columns, rows), (width, height) = vision(), self.image_size, arena_cm
         large = np.full((2 * rows, 2 * columns, 3), _BEYOND, np.uint8)
         corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64)
         steps = np.linspace(0, 1, 40)[:, None]

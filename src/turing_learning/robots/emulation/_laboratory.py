@@ -48,7 +48,7 @@ _GARBAGE = b"\x9a\xff\x01x,START,9"
 _REPLICA_COLORS = ("orange", "purple", "green", "red")
 _BEST_BATTERY = 1.4
 _CYCLES = 4  # whose poses are kept, because an image may be rendered late
-_OTHER_NAMES = {"press-remote": "remote", "put-in-order": "repair"}
+_OTHER_NAMES = {"press_remote": "remote", "put_in_order": "repair"}
 
 
 class Faults:
@@ -178,10 +178,8 @@ class EmulatedLaboratory:
 
     Parameters
     ----------
-    scenario
-        Robots, walls, and the agents' controller.
-    conditions
-        What is not ideal.
+    scenario, conditions
+        Robots, walls, and the agents' controller; what is not ideal.
     seed
         Of places, noise, batteries and the robots' own choices.
     calibration
@@ -193,18 +191,14 @@ class EmulatedLaboratory:
 
     Attributes
     ----------
-    clock
-        Its time.
-    names
-        Of all robots, agents first, then replicas.
-    labels
-        Of their markers.
-    camera
-        The overhead camera.
+    clock, camera, faults, operator
+        Its time, the overhead camera, what goes wrong, and who helps.
+    arena_cm, interval_s
+        Width and height of the arena; duration of a control cycle, and time between images.
+    names, labels
+        Of all robots, agents first, then replicas; of their markers.
     stuck, covered
         Numbers of the robots that do not move, and of those whose marker is hidden.
-    faults, operator
-        What goes wrong, and who helps.
 
     Source: paper, section 5.
     """
@@ -219,6 +213,7 @@ class EmulatedLaboratory:
         rule = f"be at most {len(_REPLICA_COLORS)}, one for each color"
         require(labels or scenario.replicas <= len(_REPLICA_COLORS), "scenario.replicas", rule, scenario.replicas)
         self.scenario, self.conditions, self._seed = scenario, conditions or Conditions(), seed
+        self.arena_cm, self.interval_s = sides_cm(scenario), scenario.trial.control_interval_s
         self.clock, self.lock = VirtualClock(), threading.RLock()
         agents, replicas = scenario.agents, scenario.replicas
         roles = (("agent", agents), ("replica", replicas))
@@ -249,8 +244,7 @@ class EmulatedLaboratory:
         self.stuck: set[int] = set()
         self.covered: set[int] = set()
         self._places = deque([initial_poses(scenario, 1, places)[0]] * 2, maxlen=_CYCLES)
-        self._sight = np.zeros(scenario.individuals, int)
-        self._cycle = 0
+        self._sight, self._cycle = np.zeros(scenario.individuals, int), 0
         self.camera = ArenaCamera(self.clock, self._render, self.interval_s, self.conditions.camera_lag_s)
         self.faults, self.operator = Faults(self), EmulatedOperator(self)
         self.clock.call_at(0.0, self._advance)
@@ -258,23 +252,12 @@ class EmulatedLaboratory:
     @property
     def commands(self) -> dict[str, Callable[..., None]]:
         """Name -> what it does: all that the operator can do by hand, and all faults."""
-        found = {
-            name.replace("_", "-"): method
+        return {
+            _OTHER_NAMES.get(name, name.replace("_", "-")): method
             for hand in (self.operator, self.faults)
             for name, method in inspect.getmembers(hand, inspect.ismethod)
             if not name.startswith("_") and name != "ask"
         }
-        return {_OTHER_NAMES.get(name, name): method for name, method in found.items()}
-
-    @property
-    def arena_cm(self) -> tuple[float, float]:
-        """Width and height of the arena."""
-        return sides_cm(self.scenario)
-
-    @property
-    def interval_s(self) -> float:
-        """Duration of a control cycle, and time between images."""
-        return self.scenario.trial.control_interval_s
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
@@ -311,11 +294,9 @@ class EmulatedLaboratory:
             self._places[k][number] = pose
 
     def number(self, name: str) -> int:
-        """Return a robot's number."""
         return self.names.index(choice("name", name, self.names))
 
     def robot(self, name: str) -> ArenaRobot:
-        """Return a robot."""
         return self._robots[self.number(name)]
 
     def close(self) -> None:
@@ -331,10 +312,9 @@ class EmulatedLaboratory:
         wheels = np.array([robot.step(self.interval_s, int(sight), readings) for robot, sight, readings in sensed])
         stuck = list(self.stuck)
         wheels[stuck] = 0.0
-        after, sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
+        after, self._sight = move_for_a_cycle(self.scenario, before, wheels, int(self._rng.integers(2**63)))
         after[stuck] = before[stuck]
         self._places.append(after)
-        self._sight = sight
         self._cycle += 1
         self.clock.call_at(self._cycle * self.interval_s, self._advance)
 
@@ -367,22 +347,18 @@ def obey(laboratory: EmulatedLaboratory, text: str) -> None:
 
 @contextmanager
 def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
-    """Yield a laboratory in the form that can be rehearsed, for `rehearse` and the run.
+    """Yield a laboratory in the form that can be rehearsed, for `rehearse` and the run: marked as emulated, and so are its runs.
 
-    It is marked as emulated, and so are its runs: they are resumed as rehearsals. It has no landmarks, which
-    are not rendered. If the file of the calibration does not exist yet, it has the calibration of a camera
-    above the arena's middle, in a file that is removed at the end. Its robots are emulated e-pucks before a
-    camera, whatever the real ones are.
+    It has no landmarks, which are not rendered, and emulated e-pucks before a camera, whatever the real ones are. If the file of
+    the calibration does not exist yet, it has that of a camera above the arena's middle, in a file that is removed at the end.
     """
     setup, scenario = laboratory.setup, laboratory.configuration.swarm
     changes: dict[str, object] = {"landmarks": {}}
     with TemporaryDirectory() as folder:
-        width, height = scenario.arena.width_cm, scenario.arena.height_cm
         known = setup.camera.calibration is not None and Path(setup.camera.calibration).exists()
-        if width is not None and height is not None and not known:
-            path = Path(folder) / "camera.json"
-            overhead_camera(width, height).save(path)
-            changes["calibration"] = str(path)
+        if scenario.arena.bounded and not known:
+            changes["calibration"] = str(Path(folder) / "camera.json")
+            overhead_camera(*sides_cm(scenario)).save(Path(folder) / "camera.json")
         camera = setup.camera.model_copy(update=changes)
         plain = {"camera": camera, "emulated": True, "open_replica": None, "tracker": None}
         yield replace(laboratory, setup=setup.model_copy(update=plain))
@@ -391,9 +367,8 @@ def as_emulated(laboratory: Laboratory) -> Iterator[Laboratory]:
 def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     """Return the devices of an emulated laboratory with the robots, the arena and the calibration of a run.
 
-    Its operator does whatever is asked. Time passes as fast as the computer can. The seed of places, noise and
-    batteries is that of the run if None; a resumed run should not meet the same noise again. Raise
-    ConfigurationError if the calibration cannot be read, or a robot cannot wear its marker.
+    Time passes as fast as the computer can. The seed of places, noise and batteries is that of the run if None; a resumed run
+    should not meet the same noise again. Raise ConfigurationError for a calibration that cannot be read, or an unknown marker.
     """
     setup, configuration = laboratory.setup, laboratory.configuration
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
@@ -405,9 +380,8 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     robots = zip((*setup.agents, *setup.replicas), emulated.names, strict=True)
     names = {str(robot.address): name for robot, name in robots if robot.address}
     poses = CameraPoses(emulated.camera, tracker, emulated.clock)
-    return Equipment(
-        emulated.clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, emulated.operator
-    )
+    clock, operator = emulated.clock, emulated.operator
+    return Equipment(clock, lambda address: EPuck(emulated.link(names[address])), lambda: poses, operator)
 
 
 class SimulatedLaboratory(Source):
@@ -421,11 +395,9 @@ class SimulatedLaboratory(Source):
         self.together, self.ends = scenario.replicas, LARGEST if of_trials else None
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (M, P), fractions of the maximum; see `LaboratorySource.to_units`."""
         return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2)."""
         return self._samples(self.to_units(models), rng)
 
     def observe(self, speeds: np.ndarray, stage: str) -> Samples:

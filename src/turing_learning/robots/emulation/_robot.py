@@ -18,16 +18,18 @@ from ._lines import Line, TcpServer
 LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
 _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
 _SIGNALS = {"R1": "STOP", "R4": "START"}
-SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
-"""Directions of the eight infrared sensors, from the heading, anticlockwise (rad); from the front right one clockwise."""
+SENSOR_ANGLES = np.radians(
+    [-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0]
+)  #: Of the infrared sensors, from the heading
 OBSTACLE = 120  #: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm
 WALL = 400  #: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches
 _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))
 _ANYWHERE_S = (0.0, 1.25)  # up to once around in place, at full speed
 _AWAY_S = (0.2, 0.8)
 _TICK = 1e-9
-ALONE_S = 2.0
-"""A replica whose PC says that it is there stands when it has not heard it for so long; its loop continues."""
+ALONE_S = (
+    2.0  #: A replica stands when its PC, which says that it is there, was not heard for so long; its loop continues
+)
 MOST_LOOPS = 5  #: A replica that its PC has asked nothing for so many loops halts, and waits for the remote control
 Wheels = tuple[float, float]  #: Left and right wheel speed, fractions of the maximum
 STILL: Wheels = (0.0, 0.0)
@@ -44,11 +46,10 @@ def is_in_the_way(proximity: Sequence[int], threshold: int, least: float, forwar
 
 
 def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
-    """Return the wheel speeds, or a turn in place while a wall is in front of the robot or beside it.
+    """Return the wheel speeds, or a turn in place to the same side while a wall is in front of the robot or beside it.
 
-    The robot continues to turn to the same side, so that it leaves the wall on the arc on which it would have
-    come; one that drives straight turns anticlockwise. A robot that turns in place, as the agents do when
-    they see another, goes on turning, and so does one that meets a robot: its skirt is too dark.
+    One that drives straight turns anticlockwise. A robot that turns in place, as the agents do when they see another, goes on
+    turning; one that meets a robot goes on, because its skirt is too dark.
     """
     left, right = wheels
     if left + right == 0 or not is_in_the_way(proximity, WALL, _ALONG, left + right):
@@ -59,8 +60,7 @@ def avoid_walls(wheels: Wheels, proximity: Sequence[int]) -> Wheels:
 class Firmware:
     """Lead a robot, which holds the state and the models, through its loop; `rng` is that of dispersal.
 
-    An agent has a `controller`, wheel speeds (2 n) for each sensor state; without one this is a replica,
-    which executes the models that it receives. Both call `signal` with START and STOP.
+    An agent has a `controller` (2 n,), wheel speeds for each sensor state; a replica has none. Both `signal` START and STOP.
     """
 
     def __init__(
@@ -68,8 +68,7 @@ class Firmware:
         signal: Callable[[str], None] = lambda kind: None,
     ) -> None:  # fmt: skip
         self._robot, self._rng, self._controller, self._signal = robot, rng, controller, signal
-        self._until = 0.0
-        self._turn_until, self._side = 0.0, 1.0
+        self._until, self._turn_until, self._side = 0.0, 0.0, 1.0
         self._stood = False  # in this trial, for want of the PC
 
     def start(self, time_s: float) -> None:
@@ -127,10 +126,8 @@ BATTERY_LIGHT = 8
 
 
 class ArenaRobot:
-    """A robot with battery, clock and line; one with a `controller` is an agent, others are replicas.
-
-    Its clock is wrong by the share `drift`, its battery (`charge` 1 if full) lasts `battery_s`. The signals
-    of a `silent` robot get lost.
+    """A robot whose clock is wrong by the share `drift`, whose battery (`charge` 1 if full) lasts `battery_s`, and whose signals
+    get lost if it is `silent`.
     """
 
     def __init__(
@@ -139,9 +136,7 @@ class ArenaRobot:
     ) -> None:  # fmt: skip
         self._clock, self._rate, self._battery_s = clock, 1 + drift, battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time)
-        self.line = make_line(self.emulated, name)
-        self.silent = False
-        self.charge = 1.0
+        self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
         self._firmware = Firmware(self.emulated, rng, controller=controller, signal=self._signal)
         self._readings: Sequence[int] = (0,) * 8
 
@@ -152,7 +147,6 @@ class ArenaRobot:
         return self.charge > LOW_BATTERY
 
     def hear_remote(self) -> None:
-        """Begin the loop."""
         if self.charge > 0:
             self._firmware.start(self._own_time())
 

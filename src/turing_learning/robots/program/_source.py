@@ -47,12 +47,8 @@ class LaboratorySource(Source):
 
     Parameters
     ----------
-    setup
-        The laboratory.
-    scenario
-        Of the trials: their length, the robots.
-    equipment
-        Its devices.
+    setup, scenario, equipment
+        The laboratory; of the trials their length, and the robots; its devices.
     watch
         Called with every event.
     stored
@@ -98,17 +94,14 @@ class LaboratorySource(Source):
                 self._tell("moving", self._program.state, fault, "Switch them off.")
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them.
-
-        They are the hyperbolic tangent, which no run of trials needs: its search ends at the largest speeds.
-        Source: paper, section 5.3.
+        """Return the wheel speeds (M, P), fractions of the maximum, of models (M, P) as the optimizer has them: their hyperbolic
+        tangent (paper, section 5.3), except in a run of trials, whose search ends at the largest speeds.
         """
         return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2).
-
-        Raise `LaboratoryError` if an operator is needed and nobody answers.
+        """Return samples of the agents in all trials (trials x agents, T, 2), and one of each model (M, 1, T, 2); raise
+        `LaboratoryError` if an operator is needed and nobody answers.
         """
         name = f"{'batch' if self._spent else 'generation'}-{self.generation:04d}"
         every, number, spent = self._setup.interventions.batteries_every, self.generation, self._spent

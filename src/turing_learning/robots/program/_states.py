@@ -34,19 +34,19 @@ State = Callable[[], "State | None"]
 Answer = TypeVar("Answer")
 
 
+@dataclass(eq=False)
 class Disturbance(Exception):
     """A trial cannot be used: in which state ("P0" while connecting), what happened, and what the operator has to do.
 
-    It may pass by itself: the program tries again alone `tries` times, and for `patience_s` at least, before
-    the operator is asked. `connected` says whether links and camera are as they should be.
+    Before that the program tries again alone `tries` times, and for `patience_s` at least. `connected`: links and camera are good.
     """
 
-    def __init__(
-        self, state: str, fault: str, remedy: str, *, tries: int = 0, patience_s: float = 0.0, connected: bool = False
-    ) -> None:
-        super().__init__(fault)
-        self.state, self.fault, self.remedy = state, fault, remedy
-        self.tries, self.patience_s, self.connected = tries, patience_s, connected
+    state: str
+    fault: str
+    remedy: str
+    tries: int = 0
+    patience_s: float = 0.0
+    connected: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +63,10 @@ class ObservedTrial:
 
 
 class PcProgram:
-    """Run trials in step with the replicas; `setup`, `scenario`, `equipment` as of `LaboratorySource`.
+    """Run trials in step with the replicas (paper, section 5.2).
 
-    `watch` is called with the name of every state that is entered, and with every trial: when STOP has
-    confirmed it, or was disturbed. `moving` are the robots with an address that were to be reached in this
-    session, and have not been halted since.
-
-    Source: paper, section 5.2.
+    `watch` is called with the name of every state that is entered, and with every trial: when STOP has confirmed it, or it was
+    disturbed. `moving` are the robots with an address that were to be reached in this session, and have not been halted since.
     """
 
     def __init__(
@@ -81,13 +78,17 @@ class PcProgram:
         self._robots: dict[str, Replica] = {}
         self._poses: PoseSource | None = None
         self._starts_all = all(robot.address for robot in setup.robots)  # so that nobody has to press a remote control
-        self._in_step = True
-        self._sequence = 0
-        self.state = BEGIN
+        self._in_step, self._sequence, self.state = True, 0, BEGIN
         self.moving: set[str] = set()
-        self._forget_all()
+        self.disconnect()
 
-    def _forget_all(self) -> None:
+    def disconnect(self) -> None:
+        """Close links and tracker, and forget the trials that were not returned."""
+        for robot in self._robots.values():
+            robot.close()
+        if self._poses is not None:
+            self._poses.close()
+        self._robots, self._poses = {}, None
         self._queue: deque[np.ndarray] = deque()
         self._sent: dict[str, Model] = {}
         self._starts: dict[str, Signal] = {}
@@ -102,14 +103,10 @@ class PcProgram:
 
     @property
     def connected(self) -> bool:
-        """Whether links and camera are open."""
         return self._poses is not None
 
     def connect(self) -> None:
-        """Open links and tracker, and start the robots if all have addresses and one has not begun, or is out of step.
-
-        Raises `Disturbance` if something does not open, or a robot does not answer, or has not begun.
-        """
+        """Open links and tracker, and start the robots if all have addresses and one has not begun, or is out of step."""
         self._enter(BEGIN)
         self.moving = {robot.name for robot in self._setup.linked}
         for robot in self._setup.linked:
@@ -141,21 +138,10 @@ class PcProgram:
                     self._robots[robot.name].halt()
                     self.moving.remove(robot.name)
 
-    def disconnect(self) -> None:
-        """Close links and tracker, and forget the trials that were not returned."""
-        for robot in self._robots.values():
-            robot.close()
-        if self._poses is not None:
-            self._poses.close()
-        self._robots, self._poses = {}, None
-        self._forget_all()
-
     def run(self, models: np.ndarray, done: list[ObservedTrial] | None = None) -> list[ObservedTrial]:
         """Let models (M, P), wheel speeds, be executed, one by each replica in a trial; return the trials.
 
-        Trials are appended to `done`; models of the trials in it are not executed again. So after a
-        `Disturbance` call it again with the same list, unless it is `connected` after `disconnect` and
-        `connect`.
+        Trials are appended to `done`, and models of the trials in it not executed again: give it again after a `Disturbance`.
         """
         self._done = [] if done is None else done
         self._queue = deque(models.reshape(-1, len(self._setup.replicas), models.shape[1])[len(self._done) :])
@@ -171,8 +157,8 @@ class PcProgram:
         if self._starts:
             end_s = max(start.received_s for start in self._starts.values()) + timing.wait_s + timing.execute_s
             try:
-                stops = self._signals("STOP", end_s - self._clock.now())
-                self._compare("STOP", stops, {name: start.trial for name, start in self._starts.items()})
+                counts = {name: start.trial for name, start in self._starts.items()}
+                stops = self._signals("STOP", end_s - self._clock.now(), counts)
             except Disturbance as disturbance:
                 if self._observed is not None:
                     self._watch(replace(self._observed, faults=(disturbance.fault,)))
@@ -214,10 +200,9 @@ class PcProgram:
         """P3: wait until a trial begins, with the models that were sent."""
         self._enter("P3")
         timing = self._timing
-        starts = self._signals("START", self._send_until + timing.tolerance_s + timing.wait_s - self._clock.now())
-        expected = {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
-        self._compare("START", starts, expected)
-        self._starts = starts
+        start_s = self._send_until + timing.tolerance_s + timing.wait_s
+        counts = {name: (count + 1) % (LARGEST_SEQUENCE + 1) for name, count in self._counts.items()}
+        self._starts = self._signals("START", start_s - self._clock.now(), counts)
         return self._track_robots
 
     def _track_robots(self) -> State:
@@ -263,7 +248,8 @@ class PcProgram:
         self._observed = trial
         return self._wait_for_stop
 
-    def _signals(self, kind: str, expected_s: float) -> dict[str, Signal]:
+    def _signals(self, kind: str, expected_s: float, counts: Mapping[str, int] | None = None) -> dict[str, Signal]:
+        """Wait for a signal of each robot, of the trials by their `counts` if given, and with the models that were sent."""
         deadline = self._clock.now() + max(expected_s, 0.0) + self._timing.tolerance_s
         found: dict[str, Signal] = {}
         while silent := [name for name in self._robots if name not in found]:
@@ -282,16 +268,15 @@ class PcProgram:
             self._in_step, tries = not self._starts_all, ALONE if self._starts_all else 0
             fault = f"the replicas are {apart:.1f} s out of step"
             raise Disturbance(self.state, fault, REMOTE.capitalize(), tries=tries)
-        return {name: found[name] for name in self._robots}
-
-    def _compare(self, kind: str, signals: Mapping[str, Signal], counts: Mapping[str, int]) -> None:
-        for name, signal in signals.items():
-            if signal.trial != counts[name]:
+        for name, count in (counts or {}).items():
+            signal = found[name]
+            if signal.trial != count:
                 came = f"{kind} of trial {signal.trial} has come from {name}"
-                raise self._missed(f"{came}, {counts[name]} was expected: one was missed")
+                raise self._missed(f"{came}, {count} was expected: one was missed")
             model = self._sent[name].sequence if name in self._sent else signal.sequence
             if signal.sequence != model:
                 raise self._missed(f"replica {name} executes model {signal.sequence}, {model} was sent")
+        return {name: found[name] for name in self._robots}
 
     def _guard(self, name: str, use: Callable[[], Answer]) -> Answer:
         """Use a replica's link; one that had to be reopened counts as lost."""
@@ -318,10 +303,7 @@ class PcProgram:
 
 
 def passes(track: Track, stuck: Sequence[Fault]) -> bool:
-    """Return whether all faults of a trial are of images alone, and may pass: gaps that ended, or a jump of nearly all robots.
-
-    A jump of nearly all robots at once is one of the camera, or images that were lost.
-    """
+    """Return whether all faults of a trial are of images alone: gaps that ended, or a jump of nearly all robots."""
     jumps = Counter(fault.frame for fault in track.faults if fault.kind in (CARRIED, SURPLUS))
     jumped = {frame for frame, number in jumps.items() if number >= MOST * len(track.labels)}
     gaps = [fault for fault in track.faults if fault.frame not in jumped]
@@ -332,8 +314,7 @@ def passes(track: Track, stuck: Sequence[Fault]) -> bool:
 def stuck_robots(track: Track, models: np.ndarray, least_cm: float, full_turn_rad_s: float) -> tuple[Fault, ...]:
     """Return a fault for each robot that neither moved `least_cm` nor turned 0.1 rad in a track.
 
-    The last R individuals are replicas of models (R, 2 n). One whose model may make it stand, or push against
-    a wall, is not stuck: only models that turn in every sensor state are expected to move.
+    Of replicas, the last ones, only those of models (R, 2 n) that turn in every sensor state must move: others may stand, or push.
     """
     moved = np.ptp(track.poses[..., :2], axis=0).max(axis=-1)
     turned = np.ptp(np.unwrap(track.poses[..., 2], axis=0), axis=0)
