@@ -267,9 +267,15 @@ class Runs:
         return stacked({kind: seeded(self.seeds, self.models[kind], self.names) for kind in KINDS}, "model")
 
     def errors_frame(self, claim: str = "") -> pd.DataFrame:
-        """Return statistics of the errors of each model, see `errors_frame`; beside what a claim prints of the first."""
-        frame = stacked({kind: errors_frame(self.errors[kind], self.names) for kind in KINDS}, "model")
-        return beside_the_paper(frame, claim) if claim else frame
+        """Return statistics of the errors of each model, see `errors_frame`; beside what a claim prints of the best model."""
+        claims = {"best_model": claim, "estimate": ""}
+        frames = {kind: errors_frame(self.errors[kind], self.names, printed) for kind, printed in claims.items()}
+        return stacked(frames, "model")
+
+
+def seeds_of(sizes: Sizes) -> range:
+    """Return the seeds of runs."""
+    return range(sizes["first_seed"], sizes["first_seed"] + sizes["runs"])
 
 
 def stacked(frames: Mapping[Any, pd.DataFrame], *columns: str) -> pd.DataFrame:
@@ -283,15 +289,11 @@ def seeded(seeds: Sequence[int], models: np.ndarray, names: Sequence[str]) -> pd
     return pd.DataFrame({"seed": seeds}).join(pd.DataFrame(models, columns=list(names)))
 
 
-def errors_frame(errors: np.ndarray, names: Sequence[str]) -> pd.DataFrame:
-    """Return statistics of absolute errors (R, P): parameter, runs, mean, standard deviation, median."""
+def errors_frame(errors: np.ndarray, names: Sequence[str], claim: str = "") -> pd.DataFrame:
+    """Return statistics of absolute errors (R, P): parameter, runs, mean, standard deviation, median; what a claim prints."""
     frame = pd.DataFrame({"parameter": names, "runs": len(errors)})
-    return frame.join(Spreads.of(errors).frame()).assign(median=np.median(errors, axis=0))
-
-
-def beside_the_paper(frame: pd.DataFrame, claim: str) -> pd.DataFrame:
-    """Return statistics of errors with what a claim prints of the best model of a run; it comes first."""
-    return frame.join(Spreads.printed(claim).frame("paper_mean", "paper_standard_deviation"))
+    frame = frame.join(Spreads.of(errors).frame()).assign(median=np.median(errors, axis=0))
+    return frame.join(Spreads.printed(claim).frame("paper_mean", "paper_standard_deviation")) if claim else frame
 
 
 def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:

@@ -11,7 +11,7 @@ import numpy as np
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 
-from ._experiment import Sizes, Stop, Work
+from ._experiment import Sizes, Stop, Work, seeds_of
 
 if TYPE_CHECKING:
     from turing_learning.runs import Progress
@@ -71,26 +71,30 @@ def laboratory_file(work: Work, preset: str) -> Path:
 def emulated_runs(work: Work) -> LaboratoryRuns:
     """Conduct the runs in the emulated laboratory, a piece of work for each that can be resumed."""
     path, sizes = laboratory_file(work, "default"), work.sizes["runs"]
-    given = {}
-    for seed, overrides in _settings(sizes).items():
-        out = work.store.path / f"emulated-run-seed{seed}"
-        given[f"emulated-seed{seed}"] = (path, out, overrides, sizes["kept"])
+    given = {
+        f"emulated-seed{seed}": (
+            path,
+            work.store.path / f"emulated-run-seed{seed}",
+            _settings(sizes, seed),
+            sizes["kept"],
+        )
+        for seed in seeds_of(sizes)
+    }
     return LaboratoryRuns.stacked(work.all_arrays(_emulated, given))
 
 
 def simulated_runs(work: Work, preset: str) -> LaboratoryRuns:
     """Conduct the same runs in plain simulation."""
     path, sizes = laboratory_file(work, preset), work.sizes["runs"]
-    given = {}
-    for seed, overrides in _settings(sizes).items():
-        given[f"simulated-{preset}-seed{seed}"] = (path, overrides, sizes["kept"], sizes["repeats"])
+    given = {
+        f"simulated-{preset}-seed{seed}": (path, _settings(sizes, seed), sizes["kept"], sizes["repeats"])
+        for seed in seeds_of(sizes)
+    }
     return LaboratoryRuns.stacked(work.all_arrays(_simulated, given))
 
 
-def _settings(sizes: Sizes) -> dict[int, dict[str, Any]]:
-    """Return seed -> settings of each run."""
-    own = {**sizes["settings"], "run.generations": sizes["generations"], "run.threads": 1}
-    return {seed: own | {"run.seed": seed} for seed in range(sizes["first_seed"], sizes["first_seed"] + sizes["runs"])}
+def _settings(sizes: Sizes, seed: int) -> dict[str, Any]:
+    return {**sizes["settings"], "run.generations": sizes["generations"], "run.seed": seed, "run.threads": 1}
 
 
 def _emulated(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pandas as pd
+from pydantic import TypeAdapter, ValidationError
 
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
@@ -24,7 +25,7 @@ FORMAT_VERSION = 1
 FULL, FAST = "full", "fast"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Results:
     """What an experiment has left, as its folder holds it."""
 
@@ -32,7 +33,7 @@ class Results:
     verdicts: tuple[ClaimVerdict, ...]
     tables: tuple[Shown, ...]
     pictures: tuple[Shown, ...]
-    remarks: tuple[str, ...]  # sentences in Markdown
+    remarks: tuple[str, ...] = ()  # sentences in Markdown
     seconds: float  # of computing, of all pieces of work
     provenance: dict[str, Any]  # versions, machine, time and commit of the results
 
@@ -96,13 +97,10 @@ class ExperimentFolder:
         if content is None:
             return None
         try:
-            tables, pictures = (tuple(Shown(**one) for one in content[name]) for name in ("tables", "pictures"))
-            verdicts = tuple(ClaimVerdict(**one) for one in content["verdicts"])
-            remarks = tuple(content.get("remarks", ()))
-            about = (content[name] for name in ("seconds", "provenance"))
-            return Results(content["form"], verdicts, tables, pictures, remarks, *about)
-        except (KeyError, TypeError) as error:
-            refuse("results.json", "hold results", f"something else, without {error}", "Restore it, or give the command again.",
+            return TypeAdapter(Results).validate_python(content)
+        except ValidationError as error:
+            wrong = {".".join(map(str, one["loc"])): one["msg"] for one in error.errors()}
+            refuse("results.json", "hold results", f"something else: {wrong}", "Restore it, or give the command again.",
                    place=str(self.path / "results.json"), error=RunFolderError)  # fmt: skip
 
     def pieces(self) -> int:

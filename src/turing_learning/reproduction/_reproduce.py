@@ -5,7 +5,7 @@ from pathlib import Path
 
 from turing_learning._files import in_home
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import refuse, require
+from turing_learning.errors import require
 from turing_learning.store import storage, writable
 
 from ._experiment import Experiment, Findings, Say, Stop, Work
@@ -113,14 +113,11 @@ def possible(name: str, say: Say | None = None) -> list[Experiment]:
     """Return the experiment of that name; of all, those whose packages are installed, and `say` which are left out."""
     known = [*EXPERIMENTS, ALL]
     require(name in known, "experiment", f"be one of {', '.join(known)}", repr(name), error=ConfigurationError)
-    chosen = []
-    for one in EXPERIMENTS.values() if name == ALL else [EXPERIMENTS[name]]:
+    chosen = list(EXPERIMENTS.values()) if name == ALL else [EXPERIMENTS[name]]
+    for one in (each for each in chosen if each.missing):
         need, command = ", ".join(one.missing), f"Run: pip install 'turing-learning[{one.extra}]'"
-        if not one.missing:
-            chosen.append(one)
-        elif name != ALL:
-            got = f"{one.id}, which needs {need}"
-            refuse("experiment", "be one whose packages are installed", got, command, error=ConfigurationError)
-        elif say is not None:
+        got, rule = f"{one.id}, which needs {need}", "be one whose packages are installed"
+        require(name == ALL, "experiment", rule, got, command, error=ConfigurationError)
+        if say is not None:
             say(f"{one.id}: left out, it needs {need}. {command}")
-    return chosen
+    return [one for one in chosen if not one.missing]

@@ -1,6 +1,7 @@
 """Section 5: what is taken from the runs, the rules, and pieces that are done side by side."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from turing_learning.reproduction import Stopped
@@ -15,14 +16,15 @@ from turing_learning.reproduction.experiments import EXPERIMENTS
 from turing_learning.reproduction.experiments.classifiers import BestAccuracies
 from turing_learning.reproduction.experiments.laboratory import (
     NAMES,
-    ErrorDynamics,
     Validation,
     classifiers_verdict,
     distances,
     does_not_drop,
     dynamics_verdict,
+    error_dynamics,
     medians,
     runs_verdict,
+    share_between,
     validation_verdict,
 )
 from turing_learning.robots import LABORATORY
@@ -56,15 +58,15 @@ def test_the_subjectively_best_model_of_each_generation_has_the_highest_fitness(
 def test_error_dynamics_are_medians_over_runs_of_average_chosen_and_lowest_errors():
     maes = [[[0.1, 0.3]], [[0.2, 0.6]], [[0.3, 0.9]]]
     fitness = [[[1.0, 0.0]], [[0.0, 1.0]], [[1.0, 0.0]]]
-    found = ErrorDynamics.of(runs_of(offsets(maes), fitness), TRUTH)
-    np.testing.assert_allclose(found.average, [0.4])  # of 0.2, 0.4, 0.6
-    np.testing.assert_allclose(found.subjective, [0.3])  # of 0.1, 0.6, 0.3
-    np.testing.assert_allclose(found.objective, [0.2])
+    found = error_dynamics(runs_of(offsets(maes), fitness), TRUTH)
+    np.testing.assert_allclose(found["average"], [0.4])  # of 0.2, 0.4, 0.6
+    np.testing.assert_allclose(found["subjective"], [0.3])  # of 0.1, 0.6, 0.3
+    np.testing.assert_allclose(found["objective"], [0.2])
 
 
 def test_the_share_between_counts_generations():
-    dynamics = ErrorDynamics(np.array([0.4, 0.4, 0.4]), np.array([0.3, 0.5, 0.1]), np.array([0.1, 0.1, 0.1]))
-    assert dynamics.share_between == pytest.approx(2 / 3)
+    dynamics = pd.DataFrame({"average": [0.4] * 3, "subjective": [0.3, 0.5, 0.1], "objective": [0.1] * 3})
+    assert share_between(dynamics) == pytest.approx(2 / 3)
 
 
 def test_medians_are_compared_over_the_last_fifth_of_the_generations():

@@ -14,7 +14,7 @@ from turing_learning.figures._one_run import accuracy_figure
 from turing_learning.interaction import STIMULATED
 from turing_learning.swarm import AGGREGATION
 
-from .._experiment import PRESETS, Findings, Runs, Sizes, Work, compare_columns, stacked, variant_of
+from .._experiment import PRESETS, Findings, Runs, Sizes, Work, compare_columns, seeds_of, stacked, variant_of
 from .._verdicts import REASONS, ClaimVerdict, Spreads, held
 
 if TYPE_CHECKING:
@@ -82,11 +82,6 @@ def conduct_accuracy(work: Work, findings: Findings) -> None:
         findings.picture("accuracy-{preset}", ACCURATE, figure, preset=preset, runs=len(best.objective))
     findings.table("accuracy", stacked(means, "preset"))
     findings.table("accuracy-runs", stacked(every, "preset", "seed"))
-
-
-def seeds_of(sizes: Sizes) -> range:
-    """Return the seeds of runs."""
-    return range(sizes["first_seed"], sizes["first_seed"] + sizes["runs"])
 
 
 def configuration_of(sizes: Sizes, preset: str, seed: int) -> Configuration:

@@ -16,10 +16,10 @@ from turing_learning.figures._one_run import accuracy_figure
 from turing_learning.figures._swarms import gathering_figure, snapshots_figure
 
 from .. import _laboratory_trials as trials
-from .._experiment import Findings, Sizes, Work, beside_the_paper, compare_columns, errors_frame, seeded, stacked
+from .._experiment import Findings, Sizes, Work, compare_columns, errors_frame, seeded, seeds_of, stacked
 from .._laboratory_trials import Gathering, LaboratoryRuns
 from .._verdicts import ClaimVerdict, Spreads, errors_verdict, held, load_claims, valued
-from .classifiers import BestAccuracies, seeds_of
+from .classifiers import BestAccuracies
 
 ERRORS, DYNAMICS = "5-physical-ae", "5-physical-dynamics"
 VALIDATION, CLASSIFIERS = "5-physical-validation", "5-physical-classifiers"
@@ -32,25 +32,17 @@ EMULATED, SIMULATED = "emulated laboratory", "plain simulation"
 NAMES = ("vl0", "vr0", "vl1", "vr1")
 
 
-@dataclass(frozen=True, eq=False)
-class ErrorDynamics:
-    """Medians over the runs of the MAE of three models of each generation (G,)."""
+def error_dynamics(runs: LaboratoryRuns, truth: np.ndarray) -> pd.DataFrame:
+    """Return medians over the runs of the MAE of three models of each generation: average, subjectively best, and best."""
+    maes = mean_absolute_error(runs.models, truth)
+    chosen = {"average": maes.mean(axis=2), "subjective": mean_absolute_error(runs.fittest, truth)}
+    chosen["objective"] = maes.min(axis=2)
+    return pd.DataFrame({name: np.median(each, axis=0) for name, each in chosen.items()})
 
-    average: np.ndarray
-    subjective: np.ndarray
-    objective: np.ndarray
 
-    @classmethod
-    def of(cls, runs: LaboratoryRuns, truth: np.ndarray) -> "ErrorDynamics":
-        """Return the errors of all models on average, of the subjectively best, and of the best."""
-        maes = mean_absolute_error(runs.models, truth)
-        chosen = maes.mean(axis=2), mean_absolute_error(runs.fittest, truth), maes.min(axis=2)
-        return cls(*(np.median(each, axis=0) for each in chosen))
-
-    @property
-    def share_between(self) -> float:
-        """Share of the generations in which the subjectively best model lies between the best and the average one."""
-        return float(np.mean((self.objective <= self.subjective) & (self.subjective <= self.average)))
+def share_between(dynamics: pd.DataFrame) -> float:
+    """Return the share of the generations in which the subjectively best model lies between the best and the average one."""
+    return float(dynamics["subjective"].between(dynamics["objective"], dynamics["average"]).mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +129,7 @@ def runs_verdict(runs: LaboratoryRuns, truth: np.ndarray, variant: str = "") -> 
 
 def dynamics_verdict(emulated: LaboratoryRuns, simulated: LaboratoryRuns, truth: np.ndarray) -> ClaimVerdict:
     """Compare the dynamics of emulated and of simulated runs."""
-    shares = [ErrorDynamics.of(runs, truth).share_between for runs in (emulated, simulated)]
+    shares = [share_between(error_dynamics(runs, truth)) for runs in (emulated, simulated)]
     late, overall = distances(emulated, simulated)
     observed = (
         f"between them in {shares[0]:.0%} of the generations of emulated and {shares[1]:.0%} of simulated runs; medians apart in "
@@ -183,12 +175,12 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     """Add the tables of all runs, and the pictures of those in the laboratory and beside it."""
     errors, models, dynamics, curves = {}, {}, {}, {}
     for kind, runs in outcomes.items():
-        statistics = errors_frame(absolute_error(runs.best, truth), NAMES).rename(columns={"runs": "number"})
-        errors[kind] = beside_the_paper(statistics, ERRORS)
+        statistics = errors_frame(absolute_error(runs.best, truth), NAMES, ERRORS)
+        errors[kind] = statistics.rename(columns={"runs": "number"})
         models[kind] = seeded(seeds, runs.best, NAMES)
-        curves[kind] = one = ErrorDynamics.of(runs, truth)
-        maes = {"mae_average": one.average, "mae_subjective": one.subjective, "mae_objective": one.objective}
-        frame = pd.DataFrame(medians(runs), columns=NAMES).assign(**maes).map(lambda value: round(value, 4))
+        curves[kind] = error_dynamics(runs, truth)
+        frame = pd.DataFrame(medians(runs), columns=NAMES).join(curves[kind].add_prefix("mae_"))
+        frame = frame.map(lambda value: round(value, 4))
         frame.insert(0, "generation", frame.index)
         dynamics[kind] = frame
     findings.table("absolute-errors", stacked(errors, "runs"), True)
@@ -198,10 +190,8 @@ def _show_runs(findings: Findings, outcomes: Mapping[str, LaboratoryRuns], seeds
     titles, number = [kind.capitalize() for kind in both], len(best)
     look: dict[str, Any] = {"names": NAMES, "truth": truth}
     parameters = convergence_panels_figure([medians(outcomes[kind]) for kind in both], titles=titles, **look)
-    named = [
-        {"average of all models": e.average, "subjectively best": e.subjective, "objectively best": e.objective}
-        for e in (curves[kind] for kind in both)
-    ]
+    words = {"average": "average of all models", "subjective": "subjectively best", "objective": "objectively best"}
+    named = [{word: curves[kind][name].to_numpy() for name, word in words.items()} for kind in both]
     findings.picture("models", ERRORS, box_figure(best, **look), runs=number)
     findings.picture("parameter-dynamics", DYNAMICS, parameters, runs=number)
     findings.picture("error-dynamics", DYNAMICS, error_panels_figure(named, titles=titles), runs=number)

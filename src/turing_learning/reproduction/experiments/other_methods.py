@@ -18,7 +18,7 @@ from turing_learning.purposes import COMPARISON_OBSERVATION
 from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Scenario
 
 from .. import _methods as methods
-from .._experiment import Findings, Work, seeded, sensor_shares, stacked
+from .._experiment import Findings, Work, seeded, seeds_of, sensor_shares, stacked
 from .._verdicts import ClaimVerdict, Spreads, held
 
 TYPICAL = "typical model of the last generations"
@@ -63,10 +63,6 @@ def conduct_baseline(work: Work, findings: Findings) -> None:
     findings.table("theorem", frame.assign(holds=[one.holds for one in checks]))
 
 
-def _seeds(work: Work, runs: str) -> range:
-    return range(work.sizes["first_seed"], work.sizes["first_seed"] + work.sizes[runs])
-
-
 def _baseline(work: Work, scenario: Scenario, claim: str) -> Baseline:
     how = {name: work.sizes[name] for name in ("generations", "parents", "offspring")}
 
@@ -77,7 +73,7 @@ def _baseline(work: Work, scenario: Scenario, claim: str) -> Baseline:
     def measured() -> dict[str, Any]:
         return {"shares": sensor_shares(scenario, **work.sizes["shares"]).mean(axis=0).tolist()}
 
-    found = [work.piece(f"{scenario.name}-{seed}", partial(inferred, seed)) for seed in _seeds(work, "runs")]
+    found = [work.piece(f"{scenario.name}-{seed}", partial(inferred, seed)) for seed in seeds_of(work.sizes)]
     models, typical = (np.array([one[name] for one in found]) for name in ("best", "typical"))
     shares = np.array(work.piece(f"shares-{scenario.name}", measured)["shares"])
     wheels = np.array(scenario.controller).reshape(-1, 2).T
@@ -101,7 +97,7 @@ def _picture_verdict(outcome: Baseline, models: np.ndarray, variant: str = "") -
 
 def _predictions(findings: Findings, one: Baseline, work: Work) -> pd.DataFrame:
     """Add the models of a case study, and its pictures; return the models' quartiles beside what the theorem predicts."""
-    scenario, seeds = one.scenario, _seeds(work, "runs")
+    scenario, seeds = one.scenario, seeds_of(work.sizes)
     names, truth = scenario.parameter_names, np.array(scenario.controller)
     kinds = {"best_model": one.models, "typical": one.typical}
     models = stacked({kind: seeded(seeds, each, names) for kind, each in kinds.items()}, "model")
@@ -122,15 +118,21 @@ def _predictions(findings: Findings, one: Baseline, work: Work) -> pd.DataFrame:
 
 
 PACKAGES = ("pyabc", "sbi", "sklearn")
-TURING_LEARNING, ABC_SMC, NPE, NPE_IN_ROUNDS, MIXTURE = "turing-learning", "abc-smc", "npe", "npe-rounds", "mixture"
-NAMES = ("Turing Learning", "ABC-SMC", "NPE", "NPE in rounds", "mixture")
-METHODS = dict(zip((TURING_LEARNING, ABC_SMC, NPE, NPE_IN_ROUNDS, MIXTURE), NAMES, strict=True))
+TURING_LEARNING, ABC_SMC, NPE_IN_ROUNDS, MIXTURE = "Turing Learning", "ABC-SMC", "NPE in rounds", "mixture"
+METHODS = {
+    "turing-learning": TURING_LEARNING,
+    "abc-smc": ABC_SMC,
+    "npe": "NPE",
+    "npe-rounds": NPE_IN_ROUNDS,
+    MIXTURE: MIXTURE,
+}
 """Key of a method -> its name."""
 
 
 def conduct_comparison(work: Work, findings: Findings) -> None:
     """Run every method with every number of trials."""
-    sizes, seeds = work.sizes, _seeds(work, "seeds")
+    sizes, first = work.sizes, work.sizes["first_seed"]
+    seeds = range(first, first + sizes["seeds"])
     fits = all(trials % sizes["group"] == 0 == trials % sizes["population"] for trials in sizes["trials"])
     require(fits, "trials", f"be multiples of {sizes['group']} and {sizes['population']}", str(sizes["trials"]))
     for package in PACKAGES:
@@ -157,7 +159,7 @@ def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) 
     population = {"models.population": sizes["population"], "classifiers.population": sizes["population"]}
 
     def infer(groups: methods.Groups, genuine: np.ndarray) -> methods.Inferred | None:
-        if method == TURING_LEARNING:
+        if METHODS[method] == TURING_LEARNING:
             from turing_learning.runs import infer
 
             how: dict[str, Any] = {"settings": population | sizes["settings"], "should_stop": work.should_stop}
@@ -169,9 +171,9 @@ def _found(work: Work, scenario: Scenario, method: str, trials: int, seed: int) 
         if method == MIXTURE:
             return methods.fit_mixture(genuine, scenario, seed)
         given = groups, methods.summaries(genuine, scenario), trials // groups.size, seed, work.should_stop
-        if method == ABC_SMC:
+        if METHODS[method] == ABC_SMC:
             return methods.infer_by_abc_smc(*given)
-        return methods.infer_by_npe(*given, rounds=sizes["rounds"] if method == NPE_IN_ROUNDS else 1)
+        return methods.infer_by_npe(*given, rounds=sizes["rounds"] if METHODS[method] == NPE_IN_ROUNDS else 1)
 
     def compute() -> dict[str, Any] | None:
         groups = methods.Groups(scenario, sizes["group"])
@@ -239,18 +241,18 @@ def remarks(title: str, summary: pd.DataFrame) -> list[str]:
         return f"{one.method} {one.MAE:.4f} ({one.worst:.4f}; {one.processor_s:.1f} s)"
 
     rows: list[Any] = list(summary.itertuples())
-    own = {one.trials: one for one in rows if one.method == METHODS[TURING_LEARNING]}
-    fit = max((one for one in rows if one.method == METHODS[MIXTURE]), key=lambda one: one.trials)
+    own = {one.trials: one for one in rows if one.method == TURING_LEARNING}
+    fit = max((one for one in rows if one.method == MIXTURE), key=lambda one: one.trials)
     texts, wins = [], []
     for trials in own:
-        ranked = [one for one in rows if one.trials == trials and one.method != METHODS[MIXTURE]]
+        ranked = [one for one in rows if one.trials == trials and one.method != MIXTURE]
         listing = ", ".join(named(one) for one in sorted(ranked, key=lambda one: one.MAE))
         texts.append(
             f"{title}, {trials:,} simulated trials, median MAE (of the worst seed; time): {listing}; "
             f"{named(fit)} without any, from {fit.trials:,} observed ones."
         )
-    for one in (one for one in rows if one.method != METHODS[TURING_LEARNING]):
-        mixture = one.method == METHODS[MIXTURE]
+    for one in (one for one in rows if one.method != TURING_LEARNING):
+        mixture = one.method == MIXTURE
         rival = own[max(own) if mixture else one.trials]
         better = [f"a smaller median error ({one.MAE:.4f}, {rival.MAE:.4f})"] if one.MAE < rival.MAE else []
         if one.processor_s < rival.processor_s:
