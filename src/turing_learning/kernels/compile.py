@@ -16,6 +16,7 @@ from numba.core.caching import FunctionCache, IndexDataCacheFile
 
 _LOGGER = logging.getLogger("turing_learning.kernels")
 _SEAL_BYTES = hashlib.sha256().digest_size
+_COMMON: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
 
 
 @cache
@@ -105,8 +106,7 @@ def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> A
     With a `notice` the log says what is compiled, and how long that takes, when it is not on the disk yet; "{}" in it is
     "this" the first time, and "another" after that.
     """
-    common: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
-    dispatcher = njit(**common, **options)(function)
+    dispatcher = njit(**_COMMON, **options)(function)
     with contextlib.suppress(RuntimeError):  # no folder can be written: compile anew in each process
         dispatcher._cache = _KernelCache(function, notice)
     return dispatcher
@@ -114,14 +114,7 @@ def compile_cached(function: Callable, *, notice: str = "", **options: Any) -> A
 
 # Without Numba's reference counting, see docs/decisions/0001, and without the wrappers by which Python would call them: each
 # would be one more copy of the function to optimize. Force-inlined functions are called by compiled functions only.
-_INLINED: dict[str, Any] = {
-    "nogil": True,
-    "error_model": "numpy",
-    "forceinline": True,
-    "_nrt": False,
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
+_INLINED = _COMMON | {"forceinline": True, "_nrt": False, "no_cpython_wrapper": True}
 
 
 def inlined(function: Callable) -> Any:

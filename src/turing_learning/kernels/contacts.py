@@ -73,20 +73,8 @@ def after_contact(a: Motion, b: Motion, disk_a: Disk, disk_b: Disk) -> tuple[Mot
         / (mass_a + mass_b + cross_a * cross_a * inertia_a + cross_b * cross_b * inertia_b)
     )
     return (
-        (
-            x_a,
-            y_a,
-            vx_a + impulse * nx * mass_a,
-            vy_a + impulse * ny * mass_a,
-            turn_a + impulse * cross_a * inertia_a,
-        ),
-        (
-            x_b,
-            y_b,
-            vx_b - impulse * nx * mass_b,
-            vy_b - impulse * ny * mass_b,
-            turn_b - impulse * cross_b * inertia_b,
-        ),
+        (x_a, y_a, vx_a + impulse * nx * mass_a, vy_a + impulse * ny * mass_a, turn_a + impulse * cross_a * inertia_a),
+        (x_b, y_b, vx_b - impulse * nx * mass_b, vy_b - impulse * ny * mass_b, turn_b - impulse * cross_b * inertia_b),
     )
 
 

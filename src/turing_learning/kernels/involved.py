@@ -83,15 +83,9 @@ def may_touch(w: int, world: World, state: State) -> bool:
 
 @inlined
 def advance_involved(
-    first: int,
-    stop: int,
-    world: World,
-    state: State,
-    pairs: Pairs,
-    party: Party,
-    lanes: Lanes | None,
+    first: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
     tiles: Tiles | None,
-) -> None:
+) -> None:  # fmt: skip
     """Advance by one control cycle the bodies of the trials in these slots that may touch something or move by themselves.
 
     All other robots are left for `glide_free_robots`. If a body strays, nothing but marks has changed; the trials are then
@@ -112,15 +106,9 @@ def advance_involved(
 
 @inlined
 def list_involved(
-    first: int,
-    stop: int,
-    attempt: int,
-    world: World,
-    state: State,
-    pairs: Pairs,
-    lanes: Lanes | None,
+    first: int, stop: int, attempt: int, world: World, state: State, pairs: Pairs, lanes: Lanes | None,
     tiles: Tiles | None,
-) -> float:
+) -> float:  # fmt: skip
     """Mark the bodies of these trials that may touch something or move by themselves, and list their near pairs.
 
     Returns the margin: that of the attempt; inf where there is no room for the pairs, which one trial of many bodies alone can

@@ -22,16 +22,9 @@ def _pool(threads: int, process: int) -> ThreadPoolExecutor:
 def run_range(function: Callable[..., None], count: int, threads: int | None, *arguments: Any, grain: int = 1) -> None:
     """Call ``function(start, stop, *arguments)`` for pieces that cover ``range(count)``.
 
-    Parameters
-    ----------
-    function
-        A compiled function that releases the interpreter lock and whose iterations are independent.
-    count
-        Number of iterations.
-    threads
-        Number of threads, >= 1; None takes every processor that the process may use.
-    grain
-        Pieces are not made smaller than this unless a thread would have nothing to do.
+    The function is compiled, releases the interpreter lock, and its iterations are independent. There are at least one
+    of `threads`; None takes every processor that the process may use. Pieces are not made smaller than `grain` unless
+    a thread would have nothing to do.
     """
     threads = default_threads() if threads is None else threads
     if threads == 1 or count < 2:
@@ -39,9 +32,7 @@ def run_range(function: Callable[..., None], count: int, threads: int | None, *a
         return
     chunks = min(count, max(threads, min(threads * CHUNKS_PER_THREAD, count // grain)))
     bounds = [count * k // chunks for k in range(chunks + 1)]
-    pieces = iter(
-        range(chunks)
-    )  # drawing the next piece is one step of the interpreter, so no two threads get the same
+    pieces = iter(range(chunks))  # drawing the next one is one step of the interpreter: no two threads get the same
 
     def work() -> None:
         for k in pieces:

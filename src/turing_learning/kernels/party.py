@@ -74,26 +74,8 @@ class Party(NamedTuple):
 
 def new_party(bodies: int) -> Party:
     """Allocate a party of up to `bodies` members, of all its trials."""
-    row = iter(np.zeros((14, bodies)))
-    return Party(
-        body=np.zeros(bodies, np.int64),
-        place=np.zeros(bodies, np.int64),
-        x=next(row),
-        y=next(row),
-        heading=next(row),
-        vx=next(row),
-        vy=next(row),
-        turn=next(row),
-        forward=next(row),
-        command=next(row),
-        radius=next(row),
-        inverse_mass=next(row),
-        inverse_inertia=next(row),
-        start_x=next(row),
-        start_y=next(row),
-        travel=next(row),
-        work=np.zeros((3, bodies)),
-    )
+    body, place = np.zeros(bodies, np.int64), np.zeros(bodies, np.int64)
+    return Party._make((body, place, *np.zeros((14, bodies)), np.zeros((3, bodies))))
 
 
 @inlined

@@ -14,18 +14,11 @@ _ZERO, _HALF, _ONE = np.float32(0), np.float32(0.5), np.float32(1)
 def _judge_range(
     start: int, stop: int, samples: np.ndarray, windows: np.ndarray, weights: np.ndarray, outputs: np.ndarray
 ) -> None:
-    """Judge the blocks `start` to `stop` of `LANES` samples each.
+    """Fill `outputs` (S, N) float32 for the blocks `start` to `stop` of `LANES` samples each.
 
-    Parameters
-    ----------
-    samples : (S, T, D) float32
-        Divided by their scale.
-    windows : (N, 2) int64
-        Taps and steps between them; no window is longer than T.
-    weights : (N, 1 + taps D) float32
-        Threshold, then the weights of each tap.
-    outputs : (S, N) float32
-        Filled. The logistic function is that of `elman_source`.
+    `samples` (S, T, D) float32 are divided by their scale; `windows` (N, 2) int64 are taps and steps between them, none
+    longer than T; `weights` (N, 1 + taps D) float32 the threshold, then the weights of each tap. The logistic function
+    is that of `elman_source`.
     """
     steps, signals = samples.shape[1], samples.shape[2]
     block = np.empty((steps, signals, LANES), np.float32)

@@ -74,18 +74,13 @@ def sense_one_trial(world: World, state: State) -> None:
     """Read the sensor of every robot of the only trial: the inner loop is over the bodies, of which there are many."""
     x, y, visible, distance = state.x.reshape(-1), state.y.reshape(-1), world.sight_radius, state.work[0].reshape(-1)
     for i in range(world.robots):
-        cosine, sine, view_cosine, view_sine = (
-            state.cosine[i, 0],
-            state.sine[i, 0],
-            state.view_cosine[i, 0],
-            state.view_sine[i, 0],
-        )
+        cosine, sine = state.cosine[i, 0], state.sine[i, 0]
+        view_cosine, view_sine = state.view_cosine[i, 0], state.view_sine[i, 0]
         for j in range(world.bodies):
             dx = x[j] - x[i]
             dy = y[j] - y[i]
-            found = nearest_visible(
-                dx * cosine + dy * sine, dx * sine - dy * cosine, visible[j], view_cosine, view_sine
-            )
+            ahead, off = dx * cosine + dy * sine, dx * sine - dy * cosine
+            found = nearest_visible(ahead, off, visible[j], view_cosine, view_sine)
             distance[j] = found if (visible[j] >= 0.0) & (j != i) else np.inf
         state.reading[i, 0] = reading_of_nearest(distance, world)
 

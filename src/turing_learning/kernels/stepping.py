@@ -133,16 +133,9 @@ def finish_step(members: int, world: World, party: Party) -> int:
 
 @inlined
 def step_cycle(
-    trials: int,
-    robots: int,
-    members: int,
-    every: bool,
-    pairs: Pairs,
-    world: World,
-    party: Party,
-    lanes: Lanes | None,
+    trials: int, robots: int, members: int, every: bool, pairs: Pairs, world: World, party: Party, lanes: Lanes | None,
     tiles: Tiles | None,
-) -> bool:
+) -> bool:  # fmt: skip
     """Advance the members, `robots` of them robots, by a control cycle with the listed pairs of members.
 
     Returns False, with the cycle incomplete, as soon as a member strays; never if every pair is considered.

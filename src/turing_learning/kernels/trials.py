@@ -88,21 +88,10 @@ def record(poses: np.ndarray, sensors: np.ndarray, w: int, world: World, state: 
 
 
 def _advance_trials(
-    block: int,
-    initial: np.ndarray,
-    controllers: np.ndarray,
-    keys: np.ndarray,
-    speeds: np.ndarray,
-    poses: np.ndarray,
-    sensors: np.ndarray,
-    world: World,
-    state: State,
-    pairs: Pairs,
-    party: Party,
-    lanes: Lanes | None,
-    tiles: Tiles | None,
-    networks: Networks | None,
-) -> None:
+    block: int, initial: np.ndarray, controllers: np.ndarray, keys: np.ndarray, speeds: np.ndarray, poses: np.ndarray,
+    sensors: np.ndarray, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
+    tiles: Tiles | None, networks: Networks | None,
+) -> None:  # fmt: skip
     """Run the trials from `block` on, one in each slot of the state.
 
     initial (R, B, 3), controllers (R, A, 2 n), keys (R,) -> speeds (R, A, T, 2); unless they are empty also poses (R, T + 1, B, 3)

@@ -19,9 +19,7 @@ class World(NamedTuple):
     inverse_inertia: np.ndarray  # 1/(g cm^2)
     sight_radius: np.ndarray  # cm; negative: the ray passes through
     reading: np.ndarray  # int64, sensor state that the body gives
-    sectors: (
-        np.ndarray | None
-    )  # (2, trials, robots) cosine and sine of half the field of view; None: all have a line of sight
+    sectors: np.ndarray | None  # (2, trials, robots) cosine and sine of half the field of view; None: lines of sight
     deceleration: float  # of objects by dry friction, cm/s^2
     wheel_distance: float  # cm
     maximum_speed: float  # cm/s
@@ -60,27 +58,5 @@ class State(NamedTuple):
 
 def new_state(slots: int, bodies: int) -> State:
     """Allocate the state of `slots` trials of `bodies` bodies."""
-    rows = iter(np.zeros((16, bodies, slots)))
-    marks = np.zeros((2, bodies, slots), np.int64)
-    return State(
-        x=next(rows),
-        y=next(rows),
-        heading=next(rows),
-        vx=next(rows),
-        vy=next(rows),
-        turn=next(rows),
-        forward=next(rows),
-        command=next(rows),
-        sine=next(rows),
-        cosine=next(rows),
-        reach=next(rows),
-        start_x=next(rows),
-        start_y=next(rows),
-        seen=next(rows),
-        view_cosine=next(rows),
-        view_sine=next(rows),
-        crowd=np.zeros(slots),
-        reading=marks[0],
-        near=marks[1],
-        work=np.zeros((9, bodies, slots)),
-    )
+    floats, marks = np.zeros((16, bodies, slots)), np.zeros((2, bodies, slots), np.int64)
+    return State._make((*floats, np.zeros(slots), *marks, np.zeros((9, bodies, slots))))
