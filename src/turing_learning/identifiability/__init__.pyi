@@ -1,10 +1,10 @@
 from ._check import Check as Check
 from ._check import PinnedDown as PinnedDown
+from ._check import Profile as Profile
 from ._check import Recovery as Recovery
-from ._claims import Profile as Profile
-from ._claims import fault as fault
-from ._claims import profile as profile
-from ._claims import sides_rejected as sides_rejected
+from ._check import fault as fault
+from ._check import profile as profile
+from ._check import sides_rejected as sides_rejected
 from ._evidence import Effort as Effort
 from ._evidence import Evidence as Evidence
 from ._evidence import Quantity as Quantity

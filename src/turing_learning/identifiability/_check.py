@@ -1,30 +1,247 @@
-"""All that a check says of a run."""
+"""What the samples pin down, parameter by parameter, what may be claimed of it, and all that a check says of a run."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.special import stdtr
 
 from turing_learning.analysis import UNKNOWN, Verdict
 from turing_learning.analysis._estimate import known_or, ordered
+from turing_learning.arrays import array
+from turing_learning.errors import require
 from turing_learning.report import Tabular, shown
 
-from ._claims import FAILED_SEARCH, FINE, WRONG_MODEL, Profile, fault
-from ._evidence import Quantity
-from ._two_sample import TwoSampleTest
+from ._evidence import PROFILING, Effort, Evidence, Quantity, Stored, stream
+from ._two_sample import LEVEL, TwoSampleTest, paired_test
 
 if TYPE_CHECKING:
     import pandas as pd
 
 WIDE = 0.5
 """Share of the initial range from which on a parameter is not pinned down."""
+
 FAR = 0.25
 """Error of a recovery, as a share of the initial range, from which on it has failed."""
 
+FLIPS = 2000
+"""Random signs that a claim is held against."""
+
+FEWEST = 6
+"""Groups below which no choice of signs is as rare as `LEVEL` on either side."""
+
+FINE = "fine"
+"""Nothing speaks against the model or its estimate."""
+
+FAILED_SEARCH = "failed search"
+"""The model could do better than its estimate does."""
+
+WRONG_MODEL = "wrong model"
+"""The best models that were found are told from the system."""
+
+SENTENCES = {FINE: "The estimate is fine.", FAILED_SEARCH: "The search has failed.", WRONG_MODEL: "The model is wrong."}
+
+
+def sides_rejected(
+    differences: np.ndarray, above: np.ndarray, rng: np.random.Generator, *, level: float = LEVEL
+) -> tuple[bool, bool]:
+    """Say whether classifiers tell a parameter's values below the estimate, and those above it, better than the estimate.
+
+    Per side the largest t statistic over its values is held against the same for random signs of the groups, the same signs
+    for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
+    sides are rejected: beside an end of its range, where there is no value on one side, it never is.
+
+    Parameters
+    ----------
+    differences : (V, G)
+        For each of V values and each of G groups of samples: how much better classifiers of that value decide
+        about the group than those of the estimate do about the same group.
+    above : (V,) bool
+        Which values are above the estimate; the others are below.
+    rng
+        For the signs.
+    level
+        How often a side may be rejected where no value of it is told apart.
+
+    Returns
+    -------
+    (bool, bool)
+        Below, above.
+
+    Source
+    ------
+    Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and acceptance
+    sampling (1982), for two sides that both must be rejected.
+    """
+    differences = array("differences", differences, "V G")
+    above = array("above", above, "V", dtype=bool, V=len(differences))
+    count = differences.shape[1]
+    if count < FEWEST:
+        return False, False
+
+    def t(signs: np.ndarray) -> np.ndarray:
+        """Return t statistics (F, V) of the mean over groups with signs (F, G)."""
+        means = signs @ differences.T / count
+        variances = np.maximum((differences**2).mean(axis=1) - means**2, 1e-12) / (count - 1)
+        return np.asarray(means / np.sqrt(variances))
+
+    chance = t(rng.choice([-1.0, 1.0], (FLIPS, count)))
+    found = t(np.ones((1, count)))[0]
+
+    def rejected(side: np.ndarray) -> bool:
+        if not side.any():
+            return False
+        exceeded = (chance[:, side].max(axis=1) >= found[side].max() - 1e-9).sum()
+        return bool((1 + exceeded) / (1 + FLIPS) <= level)
+
+    return rejected(~above), rejected(above)
+
+
+def fault(
+    accuracy: float,
+    recovered: np.typing.ArrayLike,
+    attainable: np.typing.ArrayLike,
+    others: np.typing.ArrayLike = (),
+    *,
+    level: float = LEVEL,
+) -> str:
+    """Say whether an estimate is fine, its model is wrong, or its search has failed: a parametric bootstrap.
+
+    Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from
+    a model that a search has found where the model is right. Where they tell the run's own estimate better than
+    that, it is the model if searches find their truth and no other search on the same samples has found a
+    better estimate; else it is the search.
+
+    Parameters
+    ----------
+    accuracy
+        Of fresh classifiers that tell the genuine samples from the estimate.
+    recovered : (B,)
+        The same for each of at least 2 recoveries and what it has found.
+    attainable : (B,)
+        The same for each recovery and its truth, so about 0.5.
+    others : (R,)
+        The same as `accuracy` for estimates of other searches on the genuine samples.
+    level
+        How often a right model with searches that succeed may be called something else.
+
+    Returns
+    -------
+    str
+        `FINE`, `FAILED_SEARCH` or `WRONG_MODEL`.
+    """
+    found = array("recovered", recovered, "B")
+    best = array("attainable", attainable, "B", B=len(found))
+    again = array("others", others, "R", empty=True)
+    require(len(found) >= 2, "recovered", "be of at least 2 recoveries", str(len(found)))
+
+    def exceeds(value: float, sample: np.ndarray, size: float = 1) -> bool:
+        """Return whether a value, or a mean of `size`, is beyond what a normally distributed sample (B,) makes likely."""
+        error = max(float(sample.std(ddof=1)), 1e-9) * np.sqrt(1 / len(sample) + 1 / size)
+        return bool(stdtr(len(sample) - 1, (value - sample.mean()) / error) > 1 - level / 2)
+
+    if exceeds(float(found.mean()), best, len(found)):
+        return FAILED_SEARCH
+    if not exceeds(accuracy, found):
+        return FINE
+    return FAILED_SEARCH if len(again) and not exceeds(float(again.min()), found) else WRONG_MODEL
+
 
 @dataclass(frozen=True)
-class Recovery:
+class Profile(Stored):
+    """Fresh classifiers against models that differ from the estimate in one parameter.
+
+    Attributes
+    ----------
+    parameter
+        Its name.
+    values
+        Values of the parameter, ascending over its initial range, the estimate among them.
+    numbers
+        The same as numbers from -1 to 1 over the initial range.
+    place
+        Which of them is the estimate.
+    accuracies, criticals
+        Of the test at each value, see `TwoSampleTest`.
+    rejected
+        Whether values below the estimate, and values above it, are shown to fit worse, see `sides_rejected`; None in older checks.
+    """
+
+    parameter: str
+    values: tuple[float, ...]
+    numbers: tuple[float, ...]
+    place: int
+    accuracies: tuple[float, ...]
+    criticals: tuple[float, ...]
+    rejected: tuple[bool, bool] | None = None
+
+    @property
+    def told_apart(self) -> tuple[bool, ...]:
+        """Whether classifiers tell a value from the genuine samples, and better than they tell the estimate."""
+        lead = max(0.0, self.accuracies[self.place] - 0.5)
+        return tuple(found > critical + lead for found, critical in zip(self.accuracies, self.criticals, strict=True))
+
+    @property
+    def open_share(self) -> float:
+        """Share of the initial range, around the estimate, in which no value is told apart: at most so much is left open."""
+        apart = np.flatnonzero(self.told_apart)
+        numbers = np.array(self.numbers)
+        below, above = numbers[apart[apart < self.place]], numbers[apart[apart > self.place]]
+        low = below[-1] if len(below) else min(-1.0, numbers[0])
+        high = above[0] if len(above) else max(1.0, numbers[-1])
+        return float(min((high - low) / 2, 1.0))
+
+
+def profile(
+    evidence: Evidence, estimate: np.ndarray, place: int, effort: Effort, *, seed: int, beyond: bool = False
+) -> Profile:
+    """Move one parameter across its initial range, and test at each value as at the estimate.
+
+    The other parameters stay where they are. A parameter that only others can make up for looks pinned down here.
+
+    Parameters
+    ----------
+    evidence
+        The samples and the simulator.
+    estimate : (P,)
+        In the parameters' units.
+    place
+        Which parameter.
+    effort
+        How much is simulated and trained, and at how many values.
+    seed
+        Of all random numbers.
+    beyond
+        If True, and the estimate lies at an end of the initial range that the search may leave: the values
+        extend beyond that end by a quarter of the range.
+    """
+    name, parameter = list(evidence.parameters.items())[place]
+    own, step = float(parameter.to_numbers(estimate[place])), 2 / max(effort.points - 1, 1)
+    low = own - 0.5 if beyond and parameter.low is None and own < step / 2 - 1 else -1
+    high = own + 0.5 if beyond and parameter.high is None and own > 1 - step / 2 else 1
+    numbers = np.append(np.linspace(low, high, effort.points), own)
+    order = np.argsort(numbers, kind="stable")
+    models = np.tile(estimate, (len(order), 1))
+    models[:, place] = parameter.to_units(numbers[order])
+    each = replace(effort, generations=effort.profile_generations, population=effort.profile_population)
+    found = [paired_test(evidence, model, each, seed, (PROFILING, place, k)) for k, model in enumerate(models)]
+    accuracies, here = np.array([of_groups for _, of_groups in found]), int(order.argmax())
+    others = np.delete(np.arange(len(models)), here)
+    differences, rng = accuracies[others] - accuracies[here], stream(seed, PROFILING, place, effort.points + 1)
+    return Profile(
+        parameter=name,
+        values=tuple(models[:, place].tolist()),
+        numbers=tuple(numbers[order].tolist()),
+        place=here,
+        accuracies=tuple(test.accuracy for test, _ in found),
+        criticals=tuple(test.critical for test, _ in found),
+        rejected=sides_rejected(differences, others > here, rng),
+    )
+
+
+@dataclass(frozen=True)
+class Recovery(Stored):
     """A run whose truth is the estimate: what it found.
 
     Attributes
@@ -52,7 +269,7 @@ class Recovery:
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
-        return asdict(self) | {"interval": known_or(None, self.interval)}
+        return super().to_json() | {"interval": known_or(None, self.interval)}
 
 
 @dataclass(frozen=True)
@@ -89,26 +306,17 @@ class PinnedDown:
     @property
     def reasons(self) -> tuple[str, ...]:
         """Why it is not pinned down, in words; empty if it is."""
-        claimed = self.sides is not None
         sides = zip(("lower", "higher"), self.sides or (True, True), strict=True)
-        open_ = " or ".join(side for side, rejected in sides if not rejected)
+        unknown = " or ".join(side for side, rejected in sides if not rejected)
+        width, share, error = (each or 0.0 for each in (self.interval_share, self.open_share, self.recovery_error))
         said = (
             (self.rejected, "the estimate does not fit"),
             (bool(self.bound), f"it is at the bound {self.bound}, beyond which nothing was tried"),
-            (self.interval_share is None and not claimed, "its interval is not known"),
-            (bool(open_), f"{open_} values may fit as well"),
-            (
-                self.interval_share is not None and self.interval_share >= WIDE,
-                f"its interval is {self.interval_share or 0:.0%} of the initial range",
-            ),
-            (
-                self.open_share is not None and self.open_share >= WIDE and not claimed,
-                f"up to {self.open_share or 0:.0%} of the range may be open",
-            ),
-            (
-                self.recovery_error is not None and self.recovery_error >= FAR,
-                f"a known truth was missed by {self.recovery_error or 0:.0%} of the range",
-            ),
+            (self.interval_share is None and self.sides is None, "its interval is not known"),
+            (bool(unknown), f"{unknown} values may fit as well"),
+            (width >= WIDE, f"its interval is {width:.0%} of the initial range"),
+            (share >= WIDE and self.sides is None, f"up to {share:.0%} of the range may be open"),
+            (error >= FAR, f"a known truth was missed by {error:.0%} of the range"),
         )
         return tuple(reason for holds, reason in said if holds)
 
@@ -189,35 +397,24 @@ class Check(Tabular):
     def verdict(self) -> str:
         """All of it in two sentences, and a third if the run was not finished."""
         can = "can" if self.test.told_apart else "cannot"
-        first = (
-            f"Fresh classifiers {can} tell kept-out samples from the model "
-            f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})."
-        )
-        first = {
-            FINE: "The estimate is fine. ",
-            FAILED_SEARCH: "The search has failed. ",
-            WRONG_MODEL: "The model is wrong. ",
-        }.get(self.fault or "", "") + first
-        second = "Nothing speaks against any parameter being pinned down."
-        loose = [
-            f"{each.parameter} ({each.verdict})" if each.bound else each.parameter
-            for each in self.parameters
-            if each.reasons
-        ]
-        if loose:
-            second = f"Not pinned down: {', '.join(loose)}."
-        if self.unfinished is None:
-            return f"{first} {second}"
-        (done, asked), unit = self.unfinished, "generations" if self.parameters[0].sides is None else "trials"
-        return f"{first} {second} The run was not finished: the estimate is that after {done} of {asked} {unit}."
+        fresh = f"(accuracy {self.test.accuracy:.3f}, p = {self.test.p_value:.3f})"
+        said = [f"Fresh classifiers {can} tell kept-out samples from the model {fresh}."]
+        if self.fault is not None:
+            said.insert(0, SENTENCES[self.fault])
+        loose = [each.parameter + f" ({each.verdict})" * bool(each.bound) for each in self.parameters if each.reasons]
+        listed = f"Not pinned down: {', '.join(loose)}."
+        said.append(listed if loose else "Nothing speaks against any parameter being pinned down.")
+        if self.unfinished is not None:
+            (done, asked), unit = self.unfinished, "generations" if self.parameters[0].sides is None else "trials"
+            said.append(f"The run was not finished: the estimate is that after {done} of {asked} {unit}.")
+        return " ".join(said)
 
     def to_dataframe(self) -> "pd.DataFrame":
         """Return a row for each parameter: what is left open, in shares of the initial range, and whether it is pinned down."""
         import pandas as pd
 
-        rows = [
-            asdict(each) | {"pinned_down": each.pinned_down, "why": "; ".join(each.reasons)} for each in self.parameters
-        ]
+        said = [{"pinned_down": each.pinned_down, "why": "; ".join(each.reasons)} for each in self.parameters]
+        rows = [vars(each) | more for each, more in zip(self.parameters, said, strict=True)]
         return pd.DataFrame(rows).set_index("parameter")
 
     def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
@@ -238,17 +435,16 @@ class Check(Tabular):
 
 def check_from_json(content: Mapping[str, Any]) -> Check:
     """Make a check of what `check.json` holds."""
+
+    def fields(each: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: tuple(value) if isinstance(value, list) else value for name, value in each.items()}
+
+    recovered = [{**each, "interval": known_or(UNKNOWN, each["interval"])} for each in content["recoveries"]]
     return Check(
         test=TwoSampleTest(**content["test"]),
-        parameters=tuple(PinnedDown(**_tuples(each)) for each in content["parameters"]),
-        profiles=tuple(Profile(**_tuples(each)) for each in content["profiles"].values()),
-        recoveries=tuple(
-            Recovery(**{**each, "interval": known_or(UNKNOWN, each["interval"])}) for each in content["recoveries"]
-        ),
-        quantities=tuple(Quantity(**_tuples(each)) for each in content["quantities"]),
-        unfinished=_tuples(content).get("unfinished"),
+        parameters=tuple(PinnedDown(**fields(each)) for each in content["parameters"]),
+        profiles=tuple(Profile(**fields(each)) for each in content["profiles"].values()),
+        recoveries=tuple(Recovery(**each) for each in recovered),
+        quantities=tuple(Quantity(**fields(each)) for each in content["quantities"]),
+        unfinished=fields(content).get("unfinished"),
     )
-
-
-def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}

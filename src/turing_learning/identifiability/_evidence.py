@@ -53,13 +53,10 @@ class Effort:
     profile_population: int = 40
 
     def __post_init__(self) -> None:
-        least = {"samples": 10, "generations": 1, "population": 4, "points": 0}
-        for name, lowest in (least | {"profile_generations": 1, "profile_population": 4}).items():
-            integer(name, getattr(self, name), lowest, error=ConfigurationError)
-        rule, remedy = (
-            f"be at least {LEAST_POINTS}, or 0 for no profiles",
-            "With fewer, a profile leaves half of the range open.",
-        )
+        for (name, value), least in zip(vars(self).items(), (10, 1, 4, 0, 1, 4), strict=True):
+            integer(name, value, least, error=ConfigurationError)
+        rule = f"be at least {LEAST_POINTS}, or 0 for no profiles"
+        remedy = "With fewer, a profile leaves half of the range open."
         require(not 0 < self.points < LEAST_POINTS, "points", rule, self.points, remedy, error=ConfigurationError)
 
 
@@ -94,11 +91,8 @@ class Evidence:
     parameters: Mapping[str, Parameter]
 
     def __post_init__(self) -> None:
-        rule, remedy = (
-            f"keep at least {LEAST_TESTING} samples for testing",
-            "Run again with a larger share, or shorter windows.",
-        )
-        count = len(self.testing)
+        rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
+        remedy = "Run again with a larger share, or shorter windows."
         require(count >= LEAST_TESTING, "held_out", rule, count, remedy, error=ConfigurationError)
         rule, remedy = "tell at least 2 groups of held-out samples apart", "Name other groups, such as blocks of time."
         groups = len(np.unique(self.groups))
@@ -118,19 +112,10 @@ def evidence_of(
     groups: np.ndarray | None = None,
     grouping: str = "",
 ) -> Evidence:
-    """Return genuine samples of a run's system, and what simulates models of it.
+    """Return genuine samples of a run's system, and what simulates models of it, from the run's source, opened again.
 
     Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are executed by a replica
     among agents, as in the run. Of a custom system they are the samples that the run learned from, and those held out.
-
-    Parameters
-    ----------
-    source
-        Of the run, opened again.
-    groups : (H,)
-        Which held-out samples belong together; None takes each for itself.
-    grouping
-        What a group is, in a word.
     """
     system, rng, data = configuration.system, stream(seed, OBSERVING), source.genuine
     source.generation = None  # a failed simulation is left out
@@ -152,8 +137,16 @@ def evidence_of(
     )
 
 
+class Stored:
+    """What `check.json` holds: a dataclass by its fields."""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields by name."""
+        return dict(vars(self))
+
+
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Stored):
     """The distribution of one quantity.
 
     Attributes
@@ -177,10 +170,6 @@ class Quantity:
         """Share that the two distributions have in common, 0 to 1."""
         return float(np.minimum(self.genuine, self.simulated).sum())
 
-    def to_json(self) -> dict[str, Any]:
-        """Return the fields by name."""
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in vars(self).items()}
-
 
 Values = Mapping[str, np.ndarray]
 """Name of a quantity -> its values, of any shape."""
@@ -197,21 +186,19 @@ class Group(Protocol):
 
 def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, str]) -> tuple[Quantity, ...]:
     """Bin the values of quantities that both sides have."""
-    return tuple(
-        _binned(name, units.get(name, ""), np.ravel(values), np.ravel(simulated[name]))
-        for name, values in genuine.items()
-        if name in simulated and np.size(values) and np.size(simulated[name])
-    )
-
-
-def _binned(name: str, unit: str, genuine: np.ndarray, simulated: np.ndarray) -> Quantity:
-    ends = np.array([np.percentile(values, CENTRAL) for values in (genuine, simulated)])
-    low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
-    if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
-        low, high = low - 0.5, high + 0.5
-    edges = np.linspace(low, high, BINS + 1)
-    shares = [np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in (genuine, simulated)]
-    return Quantity(name, unit, tuple(edges.tolist()), tuple(shares[0].tolist()), tuple(shares[1].tolist()))
+    found = []
+    for name in genuine:
+        sides = [np.ravel(side[name]) for side in (genuine, simulated) if np.size(side.get(name, ()))]
+        if len(sides) < 2:
+            continue
+        ends = np.array([np.percentile(values, CENTRAL) for values in sides])
+        low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
+        if high - low < 1e-9 * max(abs(low), abs(high), 1.0):
+            low, high = low - 0.5, high + 0.5
+        edges = np.linspace(low, high, BINS + 1)
+        shares = [np.histogram(np.clip(values, low, high), edges)[0] / len(values) for values in sides]
+        found.append(Quantity(name, units.get(name, ""), *(tuple(each.tolist()) for each in (edges, *shares))))
+    return tuple(found)
 
 
 def signal_quantities(
@@ -219,12 +206,9 @@ def signal_quantities(
 ) -> tuple[Quantity, ...]:
     """Compare the signals of all genuine samples with those of samples simulated at the estimate."""
     samples = evidence.simulate(np.tile(estimate, (count, 1)), stream(seed, COMPARING))
-    genuine = np.concatenate((evidence.learning, evidence.testing))
-    return compare_quantities(
-        {name: genuine[..., d] for d, name in enumerate(names)},
-        {name: samples[..., d] for d, name in enumerate(names)},
-        units,
-    )
+    sides = np.concatenate((evidence.learning, evidence.testing)), samples
+    known, simulated = ({name: side[..., d] for d, name in enumerate(names)} for side in sides)
+    return compare_quantities(known, simulated, units)
 
 
 def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: int) -> tuple[Quantity, ...]:
@@ -236,16 +220,8 @@ def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: i
     for executed in (-1, 0):
         everybody = np.full((GROUPS, scenario.individuals), executed)
         robots = execution_of(scenario, configuration.representation.behavior(model[None]), everybody)
-        moved = simulate(
-            scenario,
-            robots.controllers,
-            poses,
-            control_steps=scenario.control_steps,
-            seed=seed,
-            fields_of_view=robots.fields_of_view,
-            threads=configuration.threads,
-            drivers=robots.drivers,
-        )
+        given = {"control_steps": scenario.control_steps, "seed": seed, "threads": configuration.threads}
+        moved = simulate(scenario, initial_poses=poses, **vars(robots), **given)
         seen = moved.poses[:, ::every, : scenario.individuals]
         directions = np.stack([np.cos(seen[..., 2]), np.sin(seen[..., 2])], axis=-1)
         signals = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}
@@ -260,22 +236,19 @@ def recorded_quantities(
     rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
     found: list[list[Values]] = [[], []]
     for recording in recordings:
-        here = np.diff(recording.positions, axis=0)
-        both = recording.present[1:] & recording.present[:-1]
         if len(recording.individuals) > 1:
             near = recording.signals(("neighbor_distance",))
-            known = {"neighbor_distance": near.values[near.valid], "polarization": polarization(here, both)}
-            found[0].append(known)
+            both = recording.present[1:] & recording.present[:-1]
+            aligned = polarization(np.diff(recording.positions, axis=0), both)
+            found[0].append({"neighbor_distance": near.values[near.valid], "polarization": aligned})
     for each in groups:
         positions = each.simulate(np.tile(estimate, (-(-GROUPS // len(groups)), 1)), rng)
         found[1].append(_together(positions[:, 1:-1], np.diff(positions[:, 1:], axis=1), 1 / group.interval_s))
-    sides = [
-        {name: np.concatenate([np.ravel(each[name]) for each in side if name in each]) for name in side[0]}
-        if side
-        else {}
+    known, simulated = (
+        {name: np.concatenate([np.ravel(each[name]) for each in side if name in each]) for name in (side or [{}])[0]}
         for side in found
-    ]
-    return compare_quantities(sides[0], sides[1], SIGNALS)
+    )
+    return compare_quantities(known, simulated, SIGNALS)
 
 
 def _together(positions: np.ndarray, directions: np.ndarray, fps: float) -> Values:

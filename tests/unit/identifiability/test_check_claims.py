@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from turing_learning.identifiability import fault, sides_rejected
-from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
+from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
 
 ABOVE = np.array([False] * 4 + [True] * 4)
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import turing_learning as tl
 from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
-from turing_learning.identifiability._claims import FAILED_SEARCH, FINE, WRONG_MODEL
+from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
 from turing_learning.results._pool import _mixed
 from turing_learning.runs._trials_loop import TrialsLoop
 from turing_learning.store import RunFolderError
