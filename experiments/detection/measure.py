@@ -27,16 +27,16 @@ from turing_learning.detection import (
     run_classifiers,
 )
 from turing_learning.detection._alike import (
+    CLASSIFIERS,
+    ONE_CLASS_EYE,
+    STATISTICS_EYE,
     TOGETHER,
+    TRAINED_EYE,
     Case,
     Eye,
-    _held_out,
     added,
-    classifiers_eye,
-    one_class_eye,
+    held_out_scores,
     shown_to,
-    statistics_eye,
-    trained_eye,
 )
 from turing_learning.detection._detect import KINDS, _planted, _windows
 from turing_learning.families import FAMILIES
@@ -271,8 +271,7 @@ def planted(
 
 def eyes(run: RunClassifiers) -> tuple[Eye, ...]:
     """Return the ways to look that know nothing of planted individuals."""
-    jury = replace(classifiers_eye(run.classifier, run.jurors), describe=run.outputs)
-    return jury, statistics_eye(), one_class_eye()
+    return Eye(CLASSIFIERS, run.outputs), STATISTICS_EYE, ONE_CLASS_EYE
 
 
 Scored = Callable[..., np.ndarray]
@@ -284,7 +283,7 @@ def looked_at(run: RunClassifiers, genuine: list[RecordedMotion]) -> Iterator[tu
     see = slice(run.signals)
     for eye in (
         *(replace(eye, columns=see) for eye in eyes(run)),
-        replace(trained_eye(), columns=slice(run.signals, None)),
+        replace(TRAINED_EYE, columns=slice(run.signals, None)),
     ):
         yield eye, *scaled(eye, [eye.see(_windows(each, True)) for each in genuine], examples)
 
@@ -294,7 +293,7 @@ def scaled(eye: Eye, seen: list[list[np.ndarray]], examples: list[Case]) -> tupl
     who = [[k for k, own in enumerate(each) if len(own)] for each in seen]
     owners = list(range(len(seen)))
     shown = shown_to(eye, examples, seen, owners)
-    scores = _held_out(eye, seen, who, owners, True, shown)[0]
+    scores = held_out_scores(eye, seen, who, owners, True, shown)[0]
     middle = np.median(scores)
     scatter = np.median(np.abs(scores - middle))
     learned_all = eye.learn(seen, who, True, shown)
@@ -506,7 +505,7 @@ def direct(work: Path) -> Measured:
             from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
             run = run_classifiers(learned(work, pieces[0], "couzin", "all", 7, name))
-            eye = replace(trained_eye(), columns=slice(run.signals, None))
+            eye = replace(TRAINED_EYE, columns=slice(run.signals, None))
 
             def seen(recording: tl.Trajectories) -> list[np.ndarray]:
                 """Return windows relative to the median of all individuals."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.detection._alike import judge_alike, statistics_eye
+from turing_learning.detection._alike import STATISTICS_EYE, judge_alike
 from turing_learning.detection._chance import Scan, p_values
 
 DETECTORS, INDIVIDUALS = 500, 8
@@ -96,7 +96,7 @@ def test_judged_alike_keeps_its_rate_where_individuals_differ_lastingly(share):
     for _ in range(12):
         normal = [group() for _ in range(12)]
         for _ in range(3):
-            found = judge_alike([statistics_eye()], group(), normal, names="abcdef", false_alarms=share)
+            found = judge_alike([STATISTICS_EYE], group(), normal, names="abcdef", false_alarms=share)
             called.append([each.abnormal for each in found.individuals])
     # 216 individuals by 12 calibrations with 72 normal ones each: a standard error of sqrt(s (1 - s) (1 / 216 + 1 / 864)),
     # 0.017 and 0.030; three of them

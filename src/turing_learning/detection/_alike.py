@@ -14,7 +14,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from turing_learning.analysis import area_under_curve
-from turing_learning.coevolution import Classifier
 from turing_learning.errors import number
 
 from ._motion import check
@@ -27,10 +26,8 @@ WITHIN = 0.3
 """Share of the covariance of windows of one individual, as large as that of individuals, that is added where kinds are known."""
 LEAST_SPREAD = 1e-3
 """Standard deviation from which on a feature counts as it is: an output that never changes is no measure."""
-CLASSIFIERS = "judged alike"
-TRAINED = "trained on planted"
+CLASSIFIERS, TRAINED, TOGETHER = "judged alike", "trained on planted", "all together"
 BASELINES = ("window statistics", "one-class SVM")
-TOGETHER = "all together"
 MARGIN = 0.02
 """By how much the area of one way to look must be larger than that of all together to be read instead: few cases decide it."""
 WORSE = 0.1
@@ -63,50 +60,81 @@ def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:
     return np.split(values, np.cumsum([len(each) for each in like])[:-1])
 
 
+def distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
+    """Learn how normal individuals deviate from what is usual; score by the Mahalanobis distance, whose square is a sum.
+
+    Of planted individuals, learn for each kind the direction in which it differs most (Fisher's linear discriminant), and
+    score by all of them; in either sense of each, an individual is as unlike. If `relative`, individuals are seen beside the
+    median of their fellows. Features are in units of the standard deviations of windows.
+    """
+
+    def fellows(seen: Seen) -> np.ndarray | float:
+        return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
+
+    normal = [(seen[k], fellows(seen)) for seen, some in zip(recordings, who, strict=True) for k in some]
+    spread = np.maximum(np.concatenate([own for own, _ in normal]).std(axis=0), LEAST_SPREAD)
+    deviations = np.stack([(own.mean(axis=0) - shared) / spread for own, shared in normal])
+    center = 0.0 if relative else deviations.mean(axis=0)
+    around = deviations - center
+    covariance = around.T @ around / max(len(around) - 1, 1)
+    ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
+    covariance = covariance + ridge * np.eye(len(covariance))
+    changes: dict[str, list[np.ndarray]] = {}
+    for p, k, kind, features in planted:
+        before = recordings[p][k][: len(features)]
+        changes.setdefault(kind, []).append((features.mean(axis=0) - before.mean(axis=0)) / spread)
+    kinds, inverse = np.array(list(changes)), np.empty(0)
+    if changes:
+        windows = np.concatenate([(own - own.mean(axis=0)) / spread for own, _ in normal])
+        within = windows.T @ windows
+        covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
+        towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
+        towards /= np.maximum(np.sqrt(((around @ towards) ** 2).mean(axis=0)), 1e-12)
+    else:
+        inverse = np.linalg.inv(covariance)
+
+    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
+        weights, shared, found = inverse, fellows(seen), []
+        if changes:
+            kept = towards[:, kinds != without] if (kinds != without).any() else towards
+            weights = kept @ kept.T / kept.shape[1]
+        for each in seen:
+            unlike = (each - shared) / spread - center
+            mean = unlike.mean(axis=0) if len(each) else np.zeros(unlike.shape[1])
+            way = weights @ mean
+            found.append(unlike @ way / max(float(np.sqrt(mean @ way)), 1e-12))
+        return found
+
+    return score
+
+
+def one_class(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
+    """Learn by a one-class support vector machine, as scikit-learn has it."""
+    from sklearn.svm import OneClassSVM
+
+    windows = np.concatenate([seen[k] for seen, some in zip(recordings, who, strict=True) for k in some])
+    center, spread = windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
+    chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
+    machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
+
+    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
+        return split(-machine.decision_function((np.concatenate(seen) - center) / spread), seen)
+
+    return score
+
+
 @dataclass(frozen=True, eq=False)
 class Eye:
-    """A way to look at windows, and to learn from normal individuals what is usual.
-
-    `describe` turns windows (K, T, D) into features (K, F); `learn` takes recordings, who of each counts,
-    whether individuals are seen relative to their fellows, and planted ones. It sees some `columns` of the
-    windows.
-    """
+    """A way to look at some columns of windows (K, T, D): how it describes them by features (K, F), and learns what is usual."""
 
     name: str
     describe: Callable[[np.ndarray], np.ndarray]
-    learn: Callable[[Sequence[Seen], Who, bool, Planted], Scorer]
+    learn: Callable[[Sequence[Seen], Who, bool, Planted], Scorer] = distance
     columns: slice = field(default_factory=lambda: slice(None))
 
     def see(self, windows: Windows) -> Seen:
         """Return the features of the windows of each individual."""
         return split(self.describe(np.concatenate(windows)[..., self.columns]), windows)
-
-
-def classifiers_eye(classifier: Classifier, genomes: np.ndarray) -> Eye:
-    """Look with classifiers (J, Q): one raw output each."""
-    return Eye(CLASSIFIERS, lambda windows: classifier.judge(genomes, windows).T.astype(np.float64), _distance)
-
-
-def statistics_eye() -> Eye:
-    """Look at seven statistics of each signal: a baseline that has learned nothing."""
-    return Eye(BASELINES[0], window_statistics, _distance)
-
-
-def trained_eye() -> Eye:
-    """Look at ten statistics of each signal along the directions in which planted individuals differ from what they were."""
-
-    def describe(windows: np.ndarray) -> np.ndarray:
-        steps = np.diff(windows, axis=1)
-        lopsided = ((steps - steps.mean(axis=1, keepdims=True)) ** 3).mean(axis=1)
-        lopsided /= np.maximum(steps.std(axis=1) ** 3, 1e-9)
-        return np.concatenate((window_statistics(windows), lopsided, windows.min(axis=1), windows.max(axis=1)), axis=1)
-
-    return Eye(TRAINED, describe, _trained)
-
-
-def one_class_eye() -> Eye:
-    """Look at the same statistics by a one-class support vector machine, as scikit-learn has it."""
-    return Eye(BASELINES[1], window_statistics, _one_class)
 
 
 def window_statistics(windows: np.ndarray) -> np.ndarray:
@@ -119,95 +147,18 @@ def window_statistics(windows: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _windows_of(recordings: Sequence[Seen], who: Who) -> Seen:
-    """Return the windows of those who count, one individual after the other."""
-    return [seen[k] for seen, some in zip(recordings, who, strict=True) for k in some]
+def _more_statistics(windows: np.ndarray) -> np.ndarray:
+    """Return ten statistics (K, 10 D) of each signal: these, how lopsided its changes are, least and largest value."""
+    steps = np.diff(windows, axis=1)
+    lopsided = ((steps - steps.mean(axis=1, keepdims=True)) ** 3).mean(axis=1)
+    lopsided /= np.maximum(steps.std(axis=1) ** 3, 1e-9)
+    return np.concatenate((window_statistics(windows), lopsided, windows.min(axis=1), windows.max(axis=1)), axis=1)
 
 
-def _fellows(seen: Seen, relative: bool) -> np.ndarray | float:
-    """Return what is subtracted from all individuals of a recording: the median (F,) of their means, or nothing."""
-    return np.median([each.mean(axis=0) for each in seen if len(each)], axis=0) if relative else 0.0
-
-
-def _distance(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
-    """Learn the covariance of the deviations of normal individuals; score by the Mahalanobis distance, whose square is a sum.
-
-    Features are in units of the standard deviations of windows.
-    """
-    spread, center, covariance, _ = _usual(recordings, who, relative)
-    inverse = np.linalg.inv(covariance)
-    return _scorer(spread, center, relative, lambda without: inverse)
-
-
-def _trained(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted) -> Scorer:
-    """Learn for each kind of planted individual the direction in which it differs most from what is usual; score by all of them.
-
-    Directions are those of Fisher's linear discriminant. In either sense of each, an individual is as unlike.
-    """
-    spread, center, covariance, around = _usual(recordings, who, relative)
-    changes: dict[str, list[np.ndarray]] = {}
-    for p, k, kind, features in planted:
-        before = recordings[p][k][: len(features)]
-        changes.setdefault(kind, []).append((features.mean(axis=0) - before.mean(axis=0)) / spread)
-    if not changes:
-        return _distance(recordings, who, relative)
-    windows = np.concatenate([(own - own.mean(axis=0)) / spread for own in _windows_of(recordings, who)])
-    within = windows.T @ windows
-    covariance = covariance + WITHIN * np.trace(covariance) / max(float(np.trace(within)), 1e-12) * within
-    towards = np.linalg.solve(covariance, np.stack([np.mean(some, axis=0) for some in changes.values()], axis=1))
-    towards /= np.maximum(np.sqrt(((around @ towards) ** 2).mean(axis=0)), 1e-12)
-    kinds = np.array(list(changes))
-
-    def metric(without: str) -> np.ndarray:
-        kept = towards[:, kinds != without] if (kinds != without).any() else towards
-        return np.asarray(kept @ kept.T / kept.shape[1])
-
-    return _scorer(spread, center, relative, metric)
-
-
-def _usual(
-    recordings: Sequence[Seen], who: Who, relative: bool
-) -> tuple[np.ndarray, np.ndarray | float, np.ndarray, np.ndarray]:
-    """Return the spread of windows (F,), the center of the individuals, their covariance, shrunk, and their deviations (n, F)."""
-    spread = np.maximum(np.concatenate(_windows_of(recordings, who)).std(axis=0), LEAST_SPREAD)
-    found = []
-    for seen, some in zip(recordings, who, strict=True):
-        found += [(seen[k].mean(axis=0) - _fellows(seen, relative)) / spread for k in some if len(seen[k])]
-    deviations = np.stack(found)
-    center = 0.0 if relative else deviations.mean(axis=0)
-    around = deviations - center
-    covariance = around.T @ around / max(len(around) - 1, 1)
-    ridge = max(SHRINKAGE * float(np.trace(covariance)) / len(covariance), 1e-12)
-    return spread, center, covariance + ridge * np.eye(len(covariance)), around
-
-
-def _scorer(
-    spread: np.ndarray, center: np.ndarray | float, relative: bool, metric: Callable[[str], np.ndarray]
-) -> Scorer:
-    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
-        shared, weights, found = _fellows(seen, relative), metric(without), []
-        for each in seen:
-            unlike = (each - shared) / spread - center
-            mean = unlike.mean(axis=0) if len(each) else np.zeros(unlike.shape[1])
-            towards = weights @ mean
-            found.append(unlike @ towards / max(float(np.sqrt(mean @ towards)), 1e-12))
-        return found
-
-    return score
-
-
-def _one_class(recordings: Sequence[Seen], who: Who, relative: bool, planted: Planted = ()) -> Scorer:
-    from sklearn.svm import OneClassSVM
-
-    windows = np.concatenate(_windows_of(recordings, who))
-    center, spread = windows.mean(axis=0), np.maximum(windows.std(axis=0), 1e-9)
-    chosen = np.random.default_rng(len(windows)).permutation(len(windows))[:WINDOWS]
-    machine = OneClassSVM(nu=0.1, gamma="scale").fit((windows[chosen] - center) / spread)
-
-    def score(seen: Seen, without: str = "") -> list[np.ndarray]:
-        return split(-machine.decision_function((np.concatenate(seen) - center) / spread), seen)
-
-    return score
+STATISTICS_EYE = Eye(BASELINES[0], window_statistics)
+ONE_CLASS_EYE = Eye(BASELINES[1], window_statistics, one_class)
+TRAINED_EYE = Eye(TRAINED, _more_statistics)
+"""The only one that is shown planted individuals."""
 
 
 @dataclass(frozen=True)
@@ -291,20 +242,22 @@ class Detection:
         """What can be promised, what the normal individuals say, and how the ways to look compare; a sentence each."""
         first, said = self.rankings[0], []
         if self.level is None:
-            said = [
+            said.append(
                 "Nobody is called abnormal, as no recordings of normal individuals are given (`genuine`); the ranking stands."
-            ]
+            )
         elif self.level > self.false_alarms:
             said.append(
                 f"A false-alarm rate of {self.false_alarms:.3g} cannot be promised by {self.normal} normal individuals: the lowest "
                 f"is 1 of {self.normal + 1}, {self.level:.2g}. Individuals are abnormal if their score is above all of these."
             )
         if self.level is not None:
-            called = f"{first.called:.3g}"
-            who = f"Of the {self.normal} normal individuals {called}"
+            called, who = f"{first.called:.3g}", f"Of the {self.normal} normal individuals "
             if self.recordings:
-                who = f"On your normal recording{'s' * (self.recordings > 1)} {called} of {self.normal} individuals"
-            said.append(f"{who} would have been called abnormal.")
+                who, called = (
+                    f"On your normal recording{'s' * (self.recordings > 1)} ",
+                    f"{called} of {self.normal} individuals",
+                )
+            said.append(f"{who}{called} would have been called abnormal.")
         areas = {each.name: each.area for each in self.rankings}
         compared = ", ".join(name if area is None else f"{name} {area:.3f}" for name, area in areas.items())
         if not self.cases:
@@ -343,33 +296,18 @@ def judge_alike(
     promised: bool = True,
     recordings: int | None = None,
 ) -> Detection:
-    """Rank individuals, each by its name, by how unlike normal ones they are.
+    """Rank individuals by how unlike normal ones they are; every normal one is scored by what was learned without its recording.
 
-    Every normal individual is scored by what was learned without its recording (without itself, where there is
-    one recording). Where the recordings of normal individuals are longer than the motion, they are cut into
-    pieces as long.
-
-    Parameters
-    ----------
-    eyes
-        Ways to look, the classifiers first.
-    cases, said_of_cases
-        What is known to be abnormal, by which the ways to look are compared; and what it is, in words.
-    planted
-        Individuals of the normal recordings that behave otherwise, for ways to look that learn from them.
-    relative
-        Whether the median of the fellows is subtracted; None: if each recording has at least three individuals.
-    promised
-        Whether normal individuals stand for others, so that a rate can be promised.
-    recordings
-        How many recordings of the user's `normal` is; None takes their number, 0 says a pool.
+    Ways to look are compared by `cases`; those that learn from abnormal individuals are shown `planted`. The median of the
+    fellows is subtracted if `relative`; None: if each recording has at least three individuals. A rate is `promised` if normal
+    individuals stand for others. `recordings` of the user's are normal; None takes their number, 0 says a pool.
     """
     number("false_alarms", false_alarms, above=0, below=1)
     check(any(map(len, motion)), "motion", "hold a window", "none")
-    counted = sum(1 for windows in normal for each in windows if len(each))
+    there = [sum(1 for each in windows if len(each)) for windows in (motion, *normal)]
+    counted = sum(there[1:])
     check(counted >= 2, "genuine", "hold at least 2 normal individuals with a window", counted, "Record more of them.")
-    enough = all(sum(1 for each in windows if len(each)) >= FELLOWS for windows in (motion, *normal))
-    relative = enough if relative is None else relative
+    relative = min(there) >= FELLOWS if relative is None else relative
     pieces, owners = _pieces(normal, int(np.median([len(each) for each in motion if len(each)])))
     everybody = [[k for k, each in enumerate(windows) if len(each)] for windows in pieces]
     looks = []
@@ -377,7 +315,7 @@ def judge_alike(
         seen = [eye.see(windows) for windows in pieces]
         shown = shown_to(eye, planted, seen, owners)
         shares = eye.learn(seen, everybody, relative, shown)(eye.see(motion))
-        scores, whose, weights, scorers = _held_out(eye, seen, everybody, owners, relative, shown)
+        scores, whose, weights, scorers = held_out_scores(eye, seen, everybody, owners, relative, shown)
         known = _of_cases(eye, cases, seen, owners, scorers) if cases else np.empty(0)
         looks.append(_Look(eye.name, shares, scores, whose, weights, known))
     if len(looks) > 1:
@@ -402,7 +340,7 @@ def added(areas: Mapping[str, float | None]) -> list[str]:
 
 
 def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list[int]]:
-    """Cut recordings into pieces of about so many windows; return them, and of which recording each is."""
+    """Cut recordings into pieces of about so many windows, as many as the motion; return them, and of which recording each is."""
     pieces: list[Windows] = []
     owners: list[int] = []
     for k, windows in enumerate(normal):
@@ -411,6 +349,60 @@ def _pieces(normal: Sequence[Windows], length: int) -> tuple[list[Windows], list
             pieces.append([each[part * len(each) // count : (part + 1) * len(each) // count] for each in windows])
             owners.append(k)
     return pieces, owners
+
+
+def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int]) -> Planted:
+    """Return planted individuals as a way to look sees them, each in the first piece of its recording."""
+    if eye.name != TRAINED or not planted:
+        return []
+    places = [(owners.index(case.recording or 0), case.place) for case in planted]
+    features = [
+        each[: len(seen[p][k])]
+        for (p, k), each in zip(places, eye.see([case.windows for case in planted]), strict=True)
+    ]
+    return [(*place, case.kind, each) for place, case, each in zip(places, planted, features, strict=True) if len(each)]
+
+
+def held_out_scores(
+    eye: Eye, seen: Sequence[Seen], everybody: Who, owners: Sequence[int], relative: bool, planted: Planted
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
+    """Score normal individuals in pieces of recordings by what was learned without them.
+
+    Returns their scores, whom they belong to (a recording, or an individual where there is one recording),
+    weights that sum to 1 for each individual, and the scorer that has not seen each recording.
+    """
+    members = [(p, k) for p, who in enumerate(everybody) for k in who]
+    pieces, alone = Counter((owners[p], k) for p, k in members), len(set(owners)) == 1
+    keys: dict[Any, Any] = {(p, k): (owners[p], k) if alone else owners[p] for p, k in members}
+    held, rows = sorted(set(keys.values())), []
+    scorers: dict[Any, Scorer] = {}
+    for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
+        out = {held[k] for k in fold}
+        kept = [[k for k in who if keys[p, k] not in out] for p, who in enumerate(everybody)]
+        scorer = eye.learn(seen, kept, relative, [each for each in planted if each[1] in kept[each[0]]])
+        scorers |= dict.fromkeys(out, scorer)
+        left = [(p, k) for p, k in members if keys[p, k] in out]
+        found = {p: scorer(seen[p]) for p in {p for p, _ in left}}
+        rows += [(found[p][k].mean(), held.index(keys[p, k]), 1 / pieces[owners[p], k]) for p, k in left]
+    scores, whose, weights = map(np.array, zip(*rows, strict=True))
+    return scores, whose, weights, scorers
+
+
+def _of_cases(
+    eye: Eye, cases: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int], scorers: dict[Any, Scorer]
+) -> np.ndarray:
+    """Return the scores (K,) of cases, each by what was learned without its recording."""
+    found = []
+    for case, own in zip(cases, eye.see([case.windows for case in cases]), strict=True):
+        group, scorer = [own], next(iter(scorers.values()))
+        if case.recording is not None:
+            fellows = seen[owners.index(case.recording)]
+            own = own[: max(1, len(fellows[case.place]))]
+            group = [each[: len(own)] for each in fellows]  # at about the same time
+            group[case.place] = own
+            scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
+        found.append(float(scorer(group, case.kind)[case.place].mean()))
+    return np.array(found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -430,16 +422,6 @@ class _Look:
         return area_under_curve(self.cases, self.normal, self.weights) if len(self.cases) else None
 
 
-def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int]) -> Planted:
-    """Return planted individuals as a way to look sees them, each in the first piece of its recording."""
-    found, places = [], [owners.index(case.recording or 0) for case in planted]
-    features = eye.see([case.windows for case in planted]) if planted else []
-    for case, piece, each in zip(planted, places, features, strict=True):
-        if count := len(seen[piece][case.place]):
-            found.append((piece, case.place, case.kind, each[:count]))
-    return found
-
-
 def _together(looks: Sequence[_Look]) -> _Look:
     """Add up what several ways find, each in units of the scatter of normal individuals, and large scores by their logarithm."""
     shares: list[np.ndarray] = [np.zeros(len(each)) for each in looks[0].shares]
@@ -457,89 +439,35 @@ def _together(looks: Sequence[_Look]) -> _Look:
 
 
 def _ranked(look: _Look, names: Sequence[str], false_alarms: float | None) -> Ranking:
+    """Rank individuals; without a rate of false alarms nobody has a p-value."""
+
+    def judged(scores: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the p-values of scores among those of some normal individuals, NaN for NaN, and which of them say abnormal."""
+        normal, weights = look.normal[by], look.weights[by]
+        order, many = np.argsort(normal), weights.sum() + 1
+        above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
+        found = np.where(np.isnan(scores), np.nan, (1 + above[np.searchsorted(normal[order], scores, "left")]) / many)
+        return found, found <= max(false_alarms or 0.0, 1 / many) + 1e-9
+
     means = np.array([each.mean() if len(each) else np.nan for each in look.shares])
     ranks = np.argsort(np.argsort(-means, kind="stable")) + 1  # who has no windows comes last
     chances, called = np.full(len(means), np.nan), float("nan")
     abnormal: list[bool | None] = [None] * len(means)
     if false_alarms is not None:
-        chances, unlike = _chances(means, look.normal, look.weights, false_alarms)
+        chances, unlike = judged(means, look.whose >= 0)
         abnormal, called = unlike.tolist(), 0.0
         for one in np.unique(look.whose):
             own = look.whose == one
-            _, unlike = _chances(look.normal[own], look.normal[~own], look.weights[~own], false_alarms)
-            called += float(look.weights[own][unlike].sum())
+            called += float(look.weights[own][judged(look.normal[own], ~own)[1]].sum())
     individuals = []
     for k, (name, shares) in enumerate(zip(names, look.shares, strict=True)):
-        flagged = _stretch(shares) if abnormal[k] else np.zeros(len(shares), dtype=bool)
+        flagged = np.zeros(len(shares), dtype=bool)
+        if abnormal[k]:  # by the stretch in which the shares above half of their mean sum to most
+            sums = np.concatenate(([0.0], np.cumsum(shares - shares.mean() / 2)))
+            lowest = np.minimum.accumulate(sums)
+            end = int(np.argmax(sums - lowest))
+            begin = int(np.flatnonzero(sums[: end + 1] == lowest[end])[-1]) if end else 0
+            flagged[begin:end] = True
         said = (name, int(ranks[k]), float(means[k]), float(chances[k]), abnormal[k], len(shares))
         individuals.append(Standing(*said, shares, flagged))
     return Ranking(look.name, tuple(individuals), look.area, called)
-
-
-def _chances(
-    scores: np.ndarray, normal: np.ndarray, weights: np.ndarray, false_alarms: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the p-values of scores among those of normal individuals, NaN for NaN, and which of them say abnormal."""
-    order, many = np.argsort(normal), weights.sum() + 1
-    above = np.append(np.cumsum(weights[order][::-1])[::-1], 0.0)
-    found = (1 + above[np.searchsorted(normal[order], scores, "left")]) / many
-    found = np.where(np.isnan(scores), np.nan, found)
-    return found, found <= max(false_alarms, 1 / many) + 1e-9
-
-
-def _held_out(
-    eye: Eye, seen: Sequence[Seen], everybody: Who, owners: Sequence[int], relative: bool, planted: Planted
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[Any, Scorer]]:
-    """Score normal individuals by what was learned without them.
-
-    Returns their scores, whom they belong to (a recording, or an individual where there is one recording),
-    weights that sum to 1 for each individual, and the scorer that has not seen each recording.
-    """
-    members = [(p, k) for p, who in enumerate(everybody) for k in who]
-    pieces, alone = Counter((owners[p], k) for p, k in members), len(set(owners)) == 1
-    keys: dict[Any, Any] = {(p, k): (owners[p], k) if alone else owners[p] for p, k in members}
-    held = sorted(set(keys.values()))
-    scores, whose, weights = [], [], []
-    scorers: dict[Any, Scorer] = {}
-    for fold in np.array_split(np.arange(len(held)), min(FOLDS, len(held))):
-        out = {held[k] for k in fold}
-        kept = [[k for k in who if keys[p, k] not in out] for p, who in enumerate(everybody)]
-        known = [p for p, who in enumerate(kept) if who]
-        others = [(known.index(p), k, kind, each) for p, k, kind, each in planted if k in kept[p]]
-        scorer = eye.learn([seen[p] for p in known], [kept[p] for p in known], relative, others)
-        scorers |= dict.fromkeys(out, scorer)
-        left = [(p, k) for p, k in members if keys[p, k] in out]
-        found = {p: scorer(seen[p]) for p in {p for p, _ in left}}
-        scores += [float(found[p][k].mean()) for p, k in left]
-        whose += [held.index(keys[each]) for each in left]
-        weights += [1 / pieces[owners[p], k] for p, k in left]
-    return np.array(scores), np.array(whose), np.array(weights), scorers
-
-
-def _of_cases(
-    eye: Eye, cases: Sequence[Case], seen: Sequence[Seen], owners: Sequence[int], scorers: dict[Any, Scorer]
-) -> np.ndarray:
-    """Return the scores (K,) of cases, each by what was learned without its recording."""
-    found, first = [], next(iter(scorers.values()))
-    for case, features in zip(cases, eye.see([case.windows for case in cases]), strict=True):
-        if case.recording is None:
-            found.append(float(first([features])[0].mean()))
-            continue
-        place = owners.index(case.recording)
-        features = features[: max(1, len(seen[place][case.place]))]
-        group = [each[: len(features)] for each in seen[place]]  # at about the same time
-        group[case.place] = features
-        scorer = scorers.get(case.recording) or scorers[case.recording, case.place]
-        found.append(float(scorer(group, case.kind)[case.place].mean()))
-    return np.array(found)
-
-
-def _stretch(shares: np.ndarray) -> np.ndarray:
-    """Return the stretch of windows in which the shares above half of their mean sum to most."""
-    sums = np.concatenate(([0.0], np.cumsum(shares - shares.mean() / 2)))
-    lowest = np.minimum.accumulate(sums)
-    end = int(np.argmax(sums - lowest))
-    begin = int(np.flatnonzero(sums[: end + 1] == lowest[end])[-1]) if end else 0
-    flagged = np.zeros(len(shares), dtype=bool)
-    flagged[begin:end] = True
-    return flagged

@@ -16,18 +16,14 @@ AT_ONCE = 64  # individuals
 
 
 def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
-    """Return for each individual how often S of the n genuine samples and its own, chosen at random, have so low a mean score.
+    """Return for each individual how often S of the n genuine samples (n,) and its own (individuals, S), chosen at random, have
+    so low a mean score.
 
-    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are
-    independent, every choice of S of the n + S is equally likely to be the individual's, so that p-values of at
-    most a share q are no more frequent than q, for any n and S. Equal means count as lower ones. With a single
-    sample it is the place of its score among the n. All choices are tried where that is no more than `DRAWS`,
-    else as many, and the one that is observed. Where no sample of an individual has a higher score than any of
-    the n, the choices are counted.
-
-    `genuine` (n,) are scores of genuine samples that had no part in the weights of the votes, and `scores`
-    (individuals, S) those of the samples of each individual. Source: Pitman, Significance tests which may be
-    applied to samples from any populations (1937); docs/decisions/0022.
+    Nothing is assumed of the distribution of scores: if an individual is genuine and all samples are independent, p-values of
+    at most q are no more frequent than q, for any n and S. Equal means count as lower ones. All choices are tried where that is
+    no more than `DRAWS`, else as many, and the one that is observed. Where no sample of an individual has a higher score than
+    any of the n, the choices are counted. Source: Pitman, Significance tests which may be applied to samples from any
+    populations (1937); docs/decisions/0022.
     """
     known, samples = len(genuine), scores.shape[1]
     chosen = _choices(known, samples)
@@ -109,46 +105,37 @@ class TimedVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Look for the stretch of consecutive windows whose scores lie lowest among those of genuine samples.
+    """Look for the stretch of consecutive windows whose scores lie lowest among those (n,) of single genuine samples.
 
-    A score counts by its place among the n genuine ones, 0 if it is below all and n if above all. The evidence
-    of a window is the normal score of its place k, with the sign turned: the value above which a share (k +
-    1/2) / (n + 1) of a standard normal distribution lies. A score that equals genuine ones has the mean for the
-    places before, between and after them.
-
-    `genuine_scores` (n,) are those of single samples that had no part in the weights of the votes. Source: Van der
-    Waerden, Order tests for the two-sample problem and their power (1952); docs/decisions/0022.
+    A score counts by its place k among these: the evidence is the normal score of the place, with the sign turned, the value
+    above which a share (k + 1/2) / (n + 1) of a standard normal distribution lies. A score that equals genuine ones has the
+    mean for the places before, between and after them. Source: Van der Waerden, Order tests for the two-sample problem and
+    their power (1952); docs/decisions/0022.
     """
 
     genuine_scores: np.ndarray
 
     def strengths(self, scores: np.ndarray) -> np.ndarray:
-        """Return the strength (...,) of the evidence in scores (..., W), the largest of stretches of 1, 2, 4, ... and all windows.
-
-        It is the mean evidence of the w windows of a stretch over its standard error, sqrt(1 / w + 1 / n): what
-        is known of genuine samples has an error, too. All windows share it, and in long recordings it would
-        hide short stretches otherwise.
-        """
+        """Return the largest strength (...,) of the evidence in stretches of 1, 2, 4, ... and all windows, by scores (..., W)."""
         return self._strongest(self._evidence(scores))
 
     def threshold(self, windows: int, false_alarms: float, draws: int) -> float:
-        """Return the strength above which genuine individuals with so many windows lie as often as stated.
+        """Return the strength above which genuine individuals with so many windows lie as often as stated, but for the draws.
 
-        Genuine samples and an individual's windows are drawn anew, alike and independent. All orders of them
-        are then equally frequent, whatever the distribution of scores, and if no two are equal nothing else
-        enters the evidence: but for the number of draws the rate is exact, over all detectors and individuals.
-        Places between equal genuine scores have their evidence.
-
-        Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005), on prediction from exchangeability alone.
+        Genuine samples and an individual's windows are drawn anew: if they are alike and independent, all orders of them are
+        equally frequent, and if no two are equal nothing else enters the evidence. Places between equal genuine scores have
+        their evidence. Source: Vovk, Gammerman and Shafer, Algorithmic Learning in a Random World (2005).
         """
-        ordered = np.sort(self.genuine_scores)
-        known, evidence = len(ordered), _normal_scores(len(ordered))
-        equal = np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
+        ordered, evidence = np.sort(self.genuine_scores), self._of_places()
+        known, equal = len(ordered), np.flatnonzero(ordered[1:] == ordered[:-1]) + 1
         evidence[equal] = self._evidence(ordered[equal])
         draws = max(1000, min(draws, MOST_DRAWN // (windows + known)))
-        rng = np.random.default_rng(windows)
-        parts = np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000))
-        drawn = [self._strongest(evidence[_places(len(part), windows, known, rng)]) for part in parts]
+        rng, drawn = np.random.default_rng(windows), []
+        for part in np.array_split(np.arange(draws), max(1, draws * (windows + known) // 1_000_000)):
+            rows = np.arange(len(part))[:, None]  # one row of samples behind the other: one search does for all
+            samples = np.sort(rng.random((len(part), known)), axis=1) + rows
+            places = np.searchsorted(samples.ravel(), (rng.random((len(part), windows)) + rows).ravel())
+            drawn.append(self._strongest(evidence[places.reshape(len(part), windows) - rows * known]))
         return float(np.sort(np.concatenate(drawn))[-int(false_alarms * draws) - 1])
 
     def spells(self, scores: np.ndarray, threshold: float) -> list[slice]:
@@ -169,27 +156,24 @@ class Scan:
     def verdict(self, name: str, times: np.ndarray, scores: np.ndarray, threshold: float) -> TimedVerdict:
         """Return the verdict on an individual with windows at times (W, 2) and their scores (W,)."""
         strength = float(self.strengths(scores)) if len(scores) else 0.0
-        spells = self.spells(scores, threshold) if strength > threshold else []
         flagged = np.zeros(len(scores), dtype=bool)
+        spells = self.spells(scores, threshold) if strength > threshold else []
         for spell in spells:
             flagged[spell] = True
-        return TimedVerdict(
-            individual=name,
-            windows=len(scores),
-            score=float(scores.mean()) if len(scores) else 1.0,
-            strength=strength,
-            threshold=threshold,
-            abnormal=strength > threshold,
-            spells=tuple((float(times[spell.start, 0]), float(times[spell.stop - 1, 1])) for spell in spells),
-            times=times,
-            scores=scores,
-            flagged=flagged,
-        )
+        when = tuple((float(times[spell.start, 0]), float(times[spell.stop - 1, 1])) for spell in spells)
+        score = float(scores.mean()) if len(scores) else 1.0
+        said = (name, len(scores), score, strength, threshold, strength > threshold)
+        return TimedVerdict(*said, when, times, scores, flagged)
+
+    def _of_places(self) -> np.ndarray:
+        """Return the evidence (n + 1,) of the places among n genuine scores of which no two are equal."""
+        known = len(self.genuine_scores)
+        return np.asarray(-ndtri((np.arange(known + 1) + 0.5) / (known + 1)))
 
     def _evidence(self, scores: np.ndarray) -> np.ndarray:
         ordered = np.sort(self.genuine_scores)
         first, last = (np.searchsorted(ordered, scores, side) for side in ("left", "right"))
-        sums = np.append(0.0, np.cumsum(_normal_scores(len(ordered))))
+        sums = np.append(0.0, np.cumsum(self._of_places()))
         return (sums[last + 1] - sums[first]) / (last + 1 - first)
 
     def _strongest(self, evidence: np.ndarray) -> np.ndarray:
@@ -200,18 +184,5 @@ class Scan:
         return np.round(np.max(strengths, axis=0), DIGITS)
 
     def _error(self, windows: int) -> float:
-        """Return the standard error of the sum of the evidence of so many windows."""
+        """Return the standard error of the sum of the evidence of so many windows: the n genuine samples have an error, too."""
         return float(np.sqrt(windows * (1 + windows / len(self.genuine_scores))))
-
-
-def _normal_scores(known: int) -> np.ndarray:
-    """Return the evidence (known + 1,) of the places among so many genuine scores of which no two are equal."""
-    return -ndtri((np.arange(known + 1) + 0.5) / (known + 1))
-
-
-def _places(draws: int, windows: int, known: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw the places (draws, windows) of windows among so many genuine samples; each row has samples of its own."""
-    rows = np.arange(draws)[:, None]
-    ordered = np.sort(rng.random((draws, known)), axis=1) + rows  # one row behind the other: one search does for all
-    places = np.searchsorted(ordered.ravel(), (rng.random((draws, windows)) + rows).ravel())
-    return places.reshape(draws, windows) - rows * known

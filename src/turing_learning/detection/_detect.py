@@ -12,10 +12,10 @@ from turing_learning.report import counted
 from turing_learning.swarm import Scenario, Trials, alone
 from turing_learning.trajectories import Trajectories
 
-from ._alike import Case, Detection, Windows, classifiers_eye, judge_alike, one_class_eye, statistics_eye, trained_eye
+from ._alike import CLASSIFIERS, ONE_CLASS_EYE, STATISTICS_EYE, TRAINED_EYE, Case, Detection, Eye, Windows, judge_alike
 from ._motion import Motion, RecordedMotion, check, paths_of, reject
 from ._run import RunClassifiers, motion_of
-from ._simulated import ALIKE, CASES, simulate_behaviors, stream
+from ._simulated import ALIKE, CASES, by_individual, simulate_behaviors, stream
 
 SMOOTH_S = 2.0
 
@@ -161,28 +161,25 @@ def detect(
     ------
     docs/decisions/0031-judged-alike.md.
     """
-    eyes = [replace(classifiers_eye(run.classifier, run.jurors), describe=run.outputs), statistics_eye()]
+    everybody = (motion, *genuine, *abnormal)
+    beside = bool(genuine) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)
+    own = slice(run.signals if beside else None)  # the last columns are those of company
+    eyes = [Eye(CLASSIFIERS, run.outputs, columns=own), replace(STATISTICS_EYE, columns=own)]
     if find_spec("sklearn") is not None:
-        eyes.append(one_class_eye())
-    beside = bool(genuine) and all(
-        isinstance(each, RecordedMotion) and each.company for each in (motion, *genuine, *abnormal)
-    )
-    if beside:  # the last columns of their windows are those of company
-        eyes = [replace(eye, columns=slice(run.signals)) for eye in eyes]
-        eyes.append(replace(trained_eye(), columns=slice(run.signals, None)))
+        eyes.append(replace(ONE_CLASS_EYE, columns=own))
+    if beside:
+        eyes.append(replace(TRAINED_EYE, columns=slice(run.signals, None)))
     windows = _windows(motion, beside)
     lengths = [len(each) for each in windows if len(each)]
     check(lengths, "motion", "hold a window", "none", "Record for longer.")
     samples = int(np.median(lengths))
     normal: list[Windows]
     cases: list[Case] = []
-    planted: list[Case] = []
-    said, recordings, promised = "", 0, True
+    said, promised = "", True
     relative: bool | None = False
     if genuine:
-        normal, recordings, relative = [_windows(each, beside) for each in genuine], len(genuine), None
+        normal, relative = [_windows(each, beside) for each in genuine], None
         cases, said = _planted(genuine, run, seed, beside)
-        planted = cases if beside else []
     elif run.scenario is not None:
         normal, cases = _simulated(run.scenario, samples, seed, threads)
         said = f"{len(cases)} simulated robots with other parameters"
@@ -191,13 +188,12 @@ def detect(
         # windows of one recording are not independent
         alike = run.in_laboratory or not isinstance(motion, RecordedMotion)
         promised = alike and len(pool) >= 2 * samples
-        normal = _pooled(pool, samples if promised else 1, seed)
+        order, size = stream(seed, ALIKE).permutation(len(pool)), samples if promised else 1
+        normal = [[pool[order[k : k + size]]] for k in range(0, len(pool) - size + 1, size)]
     else:
-        rule, remedy = (
-            "be given for a run that has stored no motion",
-            "Give motion of normal individuals, or let the run end.",
-        )
-        reject("genuine", rule, "none", remedy)
+        remedy = "Give motion of normal individuals, or let the run end."
+        reject("genuine", "be given for a run that has stored no motion", "none", remedy)
+    planted = cases if beside else []
     if abnormal:
         cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False
@@ -212,7 +208,7 @@ def detect(
         false_alarms=false_alarms,
         relative=relative,
         promised=promised,
-        recordings=recordings,
+        recordings=len(genuine),
     )
 
 
@@ -254,14 +250,8 @@ def _simulated(scenario: Scenario, samples: int, seed: int, threads: int | None)
     rng = stream(seed, ALIKE)
     swarms = -(-NORMAL // scenario.individuals)
     speeds = Trials.draw(scenario, alone(scenario, swarms * samples), rng).observe(None, threads)
-    groups = speeds.reshape(swarms, samples, *speeds.shape[1:]).swapaxes(1, 2)
     truth = np.asarray(scenario.controller)
     models = truth + UNLIKE * rng.standard_normal((SIMULATED, len(truth)))
     others = simulate_behaviors(scenario, models, trials=samples, rng=rng, threads=threads).abnormal
+    groups = by_individual(speeds, samples)
     return [list(group) for group in groups], [Case(each) for each in others[:: scenario.replicas]]
-
-
-def _pooled(pool: np.ndarray, samples: int, seed: int) -> list[Windows]:
-    """Return individuals of as many samples each, drawn from a pool (S, T, D) of independent ones."""
-    order = stream(seed, ALIKE).permutation(len(pool))
-    return [[pool[order[k : k + samples]]] for k in range(0, len(pool) - samples + 1, samples)]

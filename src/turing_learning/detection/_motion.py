@@ -59,22 +59,8 @@ class Motion:
     samples: np.ndarray
 
 
-def cut_recordings(recordings: np.ndarray, steps: int) -> np.ndarray:
-    """Cut recordings (individuals, L, D) into consecutive samples (individuals, L // T, T, D) of T steps, L at least T."""
-    recordings = np.asarray(recordings)
-    check(recordings.ndim == 3, "recordings", "have the shape (individuals, L, D)", recordings.shape)
-    individuals, length, signals = recordings.shape
-    rule = f"be at least one sample of {steps} steps long"
-    check(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.")
-    count = length // steps
-    return recordings[:, : count * steps].reshape(individuals, count, steps, signals)
-
-
 def holds_motion(path: str | Path) -> bool:
-    """Return whether a file begins as those for `load_motion` do: numbers, an archive with ``samples``, or their heading.
-
-    One that cannot be read does not.
-    """
+    """Return whether a file can be read and begins as those for `load_motion` do: numbers, archive with ``samples``, heading."""
     path = Path(path)
     with suppress(Exception):  # a damaged file can raise anything
         match path.suffix.lower() if path.is_file() else "":  # nobody may ever write to a pipe
@@ -116,7 +102,10 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     except OSError as error:
         reject("motion", "be a file that can be read", f"{path} ({error.strerror or error})")
     if values.ndim == 3:
-        values = cut_recordings(values, steps)
+        length, rule = values.shape[1], f"be at least one sample of {steps} steps long"
+        check(1 <= steps <= length, "recordings", rule, f"{length} steps", "Record for longer.")
+        count = length // steps
+        values = values[:, : count * steps].reshape(len(values), count, steps, values.shape[2])
     if values.ndim == 4:
         fits, rule = len(individuals) == len(values), f"be one name for each of the {len(values)} individuals"
         check(fits, "individuals", rule, len(individuals), place=str(path))
@@ -183,12 +172,11 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
         first = int(again.argmax())
         got = "individual {!r}, sample {}, step {} again".format(*table.index[first])
         hold(False, "hold each step once", got, rows[1 + first][0])
-    names = tuple(dict.fromkeys(table.index.get_level_values(0)))  # in the order in which they appear
-    samples, steps = (sorted(set(table.index.get_level_values(level))) for level in (1, 2))
+    names, samples, steps = (table.index.unique(level).to_list() for level in range(3))  # as they appear
     for axis, found in (("sample", samples), ("step", steps)):
-        for before, after in pairwise(found):
+        for before, after in pairwise(sorted(found)):
             hold(after == before + 1, f"count each {axis} consecutively", f"{after} after {before}")
-    complete = pd.MultiIndex.from_product([names, samples, steps])
+    complete = pd.MultiIndex.from_product([names, sorted(samples), sorted(steps)])
     missing = complete[~complete.isin(table.index)]
     if len(missing):
         got = "no row for individual {!r}, sample {}, step {}".format(*missing[0])
@@ -198,7 +186,7 @@ def _read_csv(path: Path, signals: Sequence[str] | None) -> tuple[tuple[str, ...
         rule = f"have the signals of the run, {', '.join(signals)}, in any order"
         hold(sorted(columns) == sorted(signals), rule, ", ".join(columns), 1, "Name its columns so.")
         motion = motion[..., [columns.index(name) for name in signals]]
-    return names, motion if "sample" in keys else motion[:, 0]
+    return tuple(names), motion if "sample" in keys else motion[:, 0]
 
 
 def _keys(heading: list[str]) -> list[str]:

@@ -1,6 +1,6 @@
 """Decision accuracy of classifiers over a wide range of models."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,10 +71,7 @@ def grid_models(scenario: Scenario, points: int = 11, low: float = -1.0, high: f
 
 
 def decide(judged_genuine: np.ndarray) -> np.ndarray:
-    """Decide about individuals by judgments (..., S) of their samples: "model" only if all say so, "agent" (True) otherwise.
-
-    Source: paper, section 4.4.
-    """
+    """Decide by judgments (..., S) of samples: "model" only if all say so, "agent" (True) otherwise (paper, section 4.4)."""
     return np.any(judged_genuine, axis=-1)
 
 
@@ -149,45 +146,38 @@ def count_agents(
         Of the agents and of the replicas; None if it was stopped.
     """
     integer("trials", trials, 1, error=ConfigurationError)
-    models = checked_models("models", models, scenario)
-    genomes = np.asarray(genomes)
+    models, genomes = checked_models("models", models, scenario), np.asarray(genomes)
     check(genomes.ndim == 2 and len(genomes), "genomes", "have the shape (N, Q), N >= 1", genomes.shape)
-    counts = np.zeros((len(genomes), 2), dtype=np.int64)
-    for samples in _blocks(scenario, models, part, trials, seed, threads):
+    counts, individuals = np.zeros((len(genomes), 2), dtype=np.int64), scenario.individuals
+    rng = stream(seed, POST_EVALUATION)
+    poses = initial_poses(scenario, trials, rng)
+    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
+    bytes_of_model = 8 * individuals * trials * scenario.control_steps * len(scenario.input_scale)
+    models, size = models[part], max(1, BLOCK_BYTES // bytes_of_model)
+    for first in range(0, len(models), size):
+        block = models[first : first + size]
+        starts, executed = np.tile(poses, (len(block), 1, 1)), mixed(scenario, len(block), trials)
+        begun = Trials(scenario, executed, starts, keys[first : first + size].ravel())
+        samples = begun.observe(Behavior(block), threads).swapaxes(0, 1)
+        samples = samples.reshape(-1, trials, *samples.shape[2:])  # (individuals x models of the block, trials, T, D)
         for start in range(0, len(genomes), GENOMES):
             if should_stop is not None and should_stop():
                 return None
             chosen = slice(start, start + GENOMES)
-            counts[chosen] += _count_agents(classifier, genomes[chosen], samples, scenario.agents)
+            agent = _decided(classifier, genomes[chosen], samples).reshape(-1, individuals, len(block)).sum(axis=2)
+            sides = agent[:, : scenario.agents], agent[:, scenario.agents :]
+            counts[chosen] += np.stack([side.sum(axis=1) for side in sides], axis=1)
     return counts
 
 
-def _blocks(
-    scenario: Scenario, models: np.ndarray, part: slice, trials: int, seed: int, threads: int | None
-) -> Iterator[np.ndarray]:
-    """Yield samples (individuals, models of the block, trials, T, D)."""
-    rng = stream(seed, POST_EVALUATION)
-    poses = initial_poses(scenario, trials, rng)
-    keys = rng.integers(0, 2**64, size=(len(models), trials), dtype=np.uint64)[part]
-    bytes_of_model = 8 * scenario.individuals * trials * scenario.control_steps * len(scenario.input_scale)
-    models, size = models[part], max(1, BLOCK_BYTES // bytes_of_model)
-    for start in range(0, len(models), size):
-        block = models[start : start + size]
-        starts = np.tile(poses, (len(block), 1, 1))
-        begun = Trials(scenario, mixed(scenario, len(block), trials), starts, keys[start : start + size].ravel())
-        speeds = begun.observe(Behavior(block), threads).transpose(1, 0, 2, 3)
-        yield speeds.reshape(scenario.individuals, len(block), trials, *speeds.shape[2:])
-
-
-def _count_agents(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray, agents: int) -> np.ndarray:
-    """Return the numbers (N, 2) of agents and of replicas that are decided to be agents, see `decide`, one trial after the other.
+def _decided(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+    """Return who of samples (K, trials, T, D) is an agent, see `decide`, to each classifier (N, K), one trial after the other.
 
     Who has been judged genuine once is an agent, and is not judged again by that classifier.
     """
-    individuals, models, trials, *series = samples.shape
-    agent = np.zeros((len(genomes), individuals * models), dtype=bool)
-    for trial in range(trials):
-        observed = samples[:, :, trial].reshape(-1, *series)
+    agent = np.zeros((len(genomes), len(samples)), dtype=bool)
+    for trial in range(samples.shape[1]):
+        observed = np.ascontiguousarray(samples[:, trial])
         left = agent.shape[1] - agent.sum(axis=1)
         many = left > SPARSE * agent.shape[1]
         if many.any():
@@ -195,23 +185,13 @@ def _count_agents(classifier: Classifier, genomes: np.ndarray, samples: np.ndarr
         for n in np.flatnonzero(~many & (left > 0)):
             undecided = np.flatnonzero(~agent[n])
             agent[n, undecided] = classifier.judge(genomes[n : n + 1], observed[undecided])[0] >= THRESHOLD
-    counts = agent.reshape(len(genomes), individuals, models).sum(axis=2)
-    return np.stack([counts[:, :agents].sum(axis=1), counts[:, agents:].sum(axis=1)], axis=1)
+    return agent
 
 
 @dataclass(frozen=True, eq=False)
 class GenerationAccuracies:
-    """Decision accuracies of the classifiers of some generations.
-
-    Attributes
-    ----------
-    generations : (G,)
-        Numbers of the generations, from 0.
-    accuracy : (G, N)
-        Of every classifier.
-    subjective : (G,)
-        Of the classifier with the highest subjective fitness in its generation, the first of equals.
-    """
+    """Decision accuracies of the classifiers of some generations (G,), counted from 0: of all classifiers (G, N), and of the one
+    with the highest subjective fitness in its generation (G,), the first of equals."""
 
     generations: np.ndarray
     accuracy: np.ndarray
@@ -275,8 +255,7 @@ def accuracy_over_generations(
     got = f"{scores.shape} and {genomes.shape}"
     check(scores.shape == genomes.shape[:2], "fitness", "have the shape (G, N), as populations", got)
     models = grid_models(scenario) if models is None else models
-    evaluation = post_evaluate(
-        classifier, genomes.reshape(-1, genomes.shape[2]), scenario, models, trials=trials, seed=seed, threads=threads
-    )
+    flat = genomes.reshape(-1, genomes.shape[2])
+    evaluation = post_evaluate(classifier, flat, scenario, models, trials=trials, seed=seed, threads=threads)
     accuracy = evaluation.accuracy.reshape(scores.shape)
     return GenerationAccuracies(chosen, accuracy, accuracy[np.arange(len(chosen)), scores.argmax(axis=1)])

@@ -134,14 +134,14 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
             reject("run", "have a full history", got, system.again(str(path)))
         network, random = classifier_of(configuration), None
         populations, fitness = history["classifier"], np.asarray(history["classifier_fitness"])
-        total = len(fitness)
+        total, rng = len(fitness), stream(0, JURORS)
         archived = np.unique(np.linspace(total - 1, 0, min(ARCHIVE, total)).round().astype(int))
-        last, best = np.asarray(populations[-1]), _chosen(populations, archived, fitness[archived].argmax(axis=1))
-        rng = stream(0, JURORS)
         some = np.sort(rng.permutation(total)[:JURY])
         ranks = rng.integers(min(FITTEST, fitness.shape[1]), size=len(some))
         order = np.argsort(-fitness[some], axis=1, kind="stable")
-        jurors = _chosen(populations, some, order[np.arange(len(some)), ranks])
+        chosen = (archived, fitness[archived].argmax(axis=1)), (some, order[np.arange(len(some)), ranks])
+        last = np.asarray(populations[-1])
+        best, jurors = (np.asarray(populations[g])[np.arange(len(g)), places] for g, places in chosen)
     return RunClassifiers(
         classifier=system.classifier(network),
         last=last,
@@ -162,17 +162,10 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     )
 
 
-def _chosen(populations: Any, generations: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return one classifier (any, Q) of each of some generations."""
-    some = np.asarray(populations[generations])
-    return some[np.arange(len(generations)), places]
-
-
 def calibration_motion(
     run: RunClassifiers,
     genuine: np.ndarray | None,
     abnormal: np.ndarray | None,
-    *,
     behaviors: int,
     trials: int,
     seed: int,
@@ -183,6 +176,7 @@ def calibration_motion(
         integer("threads", threads, 1, error=ConfigurationError)
     if genuine is not None and abnormal is not None:
         return genuine, abnormal
+    rule, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
     if run.calibration is not None:
         found = run.calibration
     elif run.scenario is not None:
@@ -190,18 +184,18 @@ def calibration_motion(
         controllers = random_controllers(run.scenario, behaviors, rng)
         simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
         found = (simulated.genuine, simulated.abnormal)
+    elif not run.complete:
+        reject("run", rule, "one that was stopped before its end", f"Resume it first, or {given}")
+    elif run.in_laboratory:
+        remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 in "
+        remedy += f"its laboratory.json, or {given}"
+        reject("run", rule, "one in a laboratory that has not", remedy)
     else:
-        name, rule, given = "run", "have stored motion to calibrate with", "give `genuine` and `abnormal`."
-        if not run.complete:
-            got, remedy = "one that was stopped before its end", f"Resume it first, or {given}"
-        elif run.in_laboratory:
-            got = "one in a laboratory that has not"
-            remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` "
-            remedy += f"of at least 1 in its laboratory.json, or {given}"
-        else:
-            name, rule, got = "genuine", "be given for a run on a custom system", "one without"
-            remedy = "Give motion (individuals, samples, T, D) of both kinds."
-        reject(name, rule, got, remedy)
+        rule, remedy = (
+            "be given for a run on a custom system",
+            "Give motion (individuals, samples, T, D) of both kinds.",
+        )
+        reject("genuine", rule, "one without", remedy)
     return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
 
 
@@ -213,16 +207,19 @@ def recorded_motion(
     For a run without headings, those of the recording are left out of account. `smooth_frames` is
     by default that of the run.
     """
-    files = "Give motion in a .npy, .npz or .csv file, see docs/detection.md."
+    files = "motion in a .npy, .npz or .csv file, see docs/detection.md."
     unknown = [name for name in run.names if name not in SIGNALS]
-    check(not unknown, "run", f"have signals that a recording yields, {', '.join(SIGNALS)}", ", ".join(unknown), files)
+    rule = f"have signals that a recording yields, {', '.join(SIGNALS)}"
+    check(not unknown, "run", rule, ", ".join(unknown), f"Give {files}")
     headings = run.headings != "with" or recording.headings is not None
-    rule = "have headings, as the run has, whose speeds are negative backwards"
-    remedy = "Give one with headings, or motion in a .npy, .npz or .csv file, see docs/detection.md."
+    rule, remedy = (
+        "have headings, as the run has, whose speeds are negative backwards",
+        f"Give one with headings, or {files}",
+    )
     check(headings, "motion", rule, "a recording without", remedy)
     check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
     rule = "know its time step, as runs on windows of recorded motion do"
-    check(run.interval_s != 0, "run", rule, "one on samples alone", files)
+    check(run.interval_s != 0, "run", rule, "one on samples alone", f"Give {files}")
     remedy = "Speeds and turns of another frame rate have other noise. "
     remedy += "Thin the faster recording, and infer again if that is the run's."
     same, rule = same_time_step(run.interval_s, 1 / recording.fps), f"be that of the run, {1 / run.interval_s:.6g}"

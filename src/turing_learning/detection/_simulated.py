@@ -27,15 +27,7 @@ CALIBRATION, _, PLANTING, POST_EVALUATION, OWN_CALIBRATION, JURORS, ALIKE, CASES
 
 @dataclass(frozen=True, eq=False)
 class SimulatedBehaviors:
-    """Motion of agents and of the abnormal individuals among them.
-
-    Attributes
-    ----------
-    genuine : (individuals, samples, T, D)
-        One row for each agent of each swarm; swarm by swarm.
-    abnormal : (individuals, samples, T, D)
-        One row for each individual that executes something else; swarm by swarm.
-    """
+    """Motion (individuals, samples, T, D) of agents and of the abnormal individuals among them, swarm by swarm."""
 
     genuine: np.ndarray
     abnormal: np.ndarray
@@ -70,7 +62,7 @@ def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator,
     return _unlike(np.asarray(scenario.controller), count, rng, near)
 
 
-def _unlike(known: np.ndarray, count: int, rng: np.random.Generator, near: float) -> np.ndarray:
+def _unlike(known: np.ndarray, count: int, rng: np.random.Generator, near: float = NEAR) -> np.ndarray:
     """Draw models (count, P) uniformly from [-1, 1], without those that are near a known one (P,)."""
     found = np.empty((0, len(known)))
     while len(found) < count:
@@ -104,10 +96,14 @@ def simulate_behaviors(
     controllers = checked_models("controllers", controllers, scenario)
     drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
     speeds = drawn.observe(Behavior(controllers), threads)
-    by_swarm = speeds.reshape(len(controllers), trials, *speeds.shape[1:]).swapaxes(1, 2)  # (M, A, trials, T, 2)
-    genuine, abnormal = by_swarm[:, : scenario.agents], by_swarm[:, scenario.agents :]
-    series = by_swarm.shape[2:]
-    return SimulatedBehaviors(genuine=genuine.reshape(-1, *series), abnormal=abnormal.reshape(-1, *series))
+    swarms = by_individual(speeds, trials)
+    sides = swarms[:, : scenario.agents], swarms[:, scenario.agents :]
+    return SimulatedBehaviors(*(side.reshape(-1, *swarms.shape[2:]) for side in sides))
+
+
+def by_individual(speeds: np.ndarray, trials: int) -> np.ndarray:
+    """Return what was observed in so many trials of each swarm, (M x trials, A, T, D), as (M, A, trials, T, D)."""
+    return speeds.reshape(-1, trials, *speeds.shape[1:]).swapaxes(1, 2)
 
 
 def plant_abnormal(
@@ -125,9 +121,9 @@ def plant_abnormal(
     controllers = random_controllers(scenario, count, rng)
     executed = np.repeat(np.append(np.full(size - count, AGENT), np.arange(count))[None], samples, axis=0)
     speeds = Trials.draw(scenario, executed, rng).observe(Behavior(controllers), threads).swapaxes(0, 1)
-    names = [f"agent {k + 1}" for k in range(size - count)] + [f"planted {k + 1}" for k in range(count)]
     order = rng.permutation(size)
-    return Motion(tuple(names[k] for k in order), speeds[order])
+    names = (f"agent {k + 1}" if k < size - count else f"planted {k + 1 - size + count}" for k in order)
+    return Motion(tuple(names), speeds[order])
 
 
 CALIBRATION_FILE = "calibration.npz"
@@ -139,12 +135,11 @@ _LOGGER = logging.getLogger("turing_learning")
 def keep_observed(
     *, learned: np.ndarray, held_out: np.ndarray, replicas: np.ndarray, models: np.ndarray, estimate: np.ndarray
 ) -> dict[str, np.ndarray] | None:
-    """Return what ``calibration.npz`` shall hold of samples that a run has observed in a laboratory; None if one kind is missing.
+    """Return what ``calibration.npz`` shall hold of samples (any, T, D) that a run has observed in a laboratory.
 
-    It is "genuine" (S, T, D), of which the first half weighs the votes and the second says what scores are usual,
-    and "abnormal" (S, T, D). Genuine are agents, `learned` from in the run (S, T, D) and `held_out` after it
-    (K, T, D). Abnormal are `replicas` (M, T, D), one of each of the models (M, P), of the first models that are not
-    near the estimate (P,), in the parameters' units: they are nearly random.
+    Of "genuine" samples the first half weighs votes, and the second says what scores are usual: agents that the run `learned`
+    from, and `held_out` after it. "abnormal" are `replicas` (M, T, D) of the first of its models (M, P), which are nearly
+    random, that are not near the estimate (P,). None if one kind is missing.
     """
     far = replicas[mean_absolute_error(models, estimate) >= NEAR][:MODELS]
     count = min(len(learned), len(held_out), MOST)
@@ -163,10 +158,8 @@ def keep_calibration(
 ) -> dict[str, np.ndarray] | None:
     """Return what ``calibration.npz`` shall hold, as in `keep_observed`: samples of a system, and of random models of it.
 
-    The first half of the genuine samples are some that the run learned from, to weigh votes; the second half
-    those that were held out, to place the threshold. Random models are drawn from the initial ranges without
-    those near the estimate (P,), in the parameters' units. None if fewer than two samples were held out, or the
-    simulations fail.
+    Models are drawn from the initial ranges without those near the estimate (P,), in the parameters' units. None if fewer than
+    two samples were held out, or the simulations fail.
     """
     rng = stream(seed, OWN_CALIBRATION)
     source.generation = None  # the run is over
@@ -181,8 +174,8 @@ def keep_calibration(
         if len(genuine) < 4:
             return None
         pairs = zip(parameters.values(), estimate, strict=True)
-        near = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
-        samples = source.simulate(source.to_units(_unlike(near, MODELS, rng, NEAR)), rng)
+        known = np.array([float(parameter.to_numbers(np.array(value))) for parameter, value in pairs])
+        samples = source.simulate(source.to_units(_unlike(known, MODELS, rng)), rng)
     except (SystemFailedError, ValueError) as error:
         _LOGGER.warning("Nothing is kept to calibrate detectors with: %s", error)
         return None

@@ -179,12 +179,9 @@ class Detector:
         """
         check_rule(rule)
         run = run_classifiers(result)
-        genuine, abnormal = calibration_motion(
-            run, genuine, abnormal, behaviors=behaviors, trials=trials, seed=seed, threads=threads
-        )
-        return cls.calibrate(
-            run.classifier, run.voters(rule), genuine=genuine, abnormal=abnormal, rule=rule, false_alarms=false_alarms
-        )
+        own, other = calibration_motion(run, genuine, abnormal, behaviors, trials, seed, threads)
+        voters = run.voters(rule)
+        return cls.calibrate(run.classifier, voters, genuine=own, abnormal=other, rule=rule, false_alarms=false_alarms)
 
     @property
     def genomes(self) -> np.ndarray:
@@ -219,9 +216,7 @@ class Detector:
     def _called(self, scores: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the p-values of individuals with the scores (individuals, S), and whether they are called abnormal."""
         found = p_values(self.genuine_scores, scores)
-        if self.rule == "unanimous":
-            return found, _mean(scores) < _ANY
-        return found, found <= self.false_alarms
+        return found, _mean(scores) < _ANY if self.rule == "unanimous" else found <= self.false_alarms
 
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
         """Say of each individual whether it behaves abnormally, and since when.
@@ -242,23 +237,14 @@ class Detector:
             motion = checked_motion("motion", motion, signals=self.signals, steps=self.steps)
             motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
         scores = self._judge_all(motion.samples, "motion", motion.individuals)
-        found, abnormal = self._called(scores)
         self._warn_if_blind()
         self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         verdicts = []
-        for name, row, p_value, called in zip(motion.individuals, scores, found, abnormal, strict=True):
-            begin = np.argmax(np.cumsum((middle - row)[::-1])[::-1])
-            verdicts.append(
-                SampleVerdict(
-                    individual=name,
-                    score=float(_mean(row)),
-                    p_value=float(p_value),
-                    genuine_share=float(np.mean(row >= middle)),
-                    abnormal=bool(called),
-                    since=int(begin) + 1 if called else None,
-                )
-            )
+        for name, row, p_value, called in zip(motion.individuals, scores, *self._called(scores), strict=True):
+            since = int(np.argmax(np.cumsum((middle - row)[::-1])[::-1])) + 1 if called else None
+            score, share = float(_mean(row)), float(np.mean(row >= middle))
+            verdicts.append(SampleVerdict(name, score, float(p_value), share, bool(called), since))
         return tuple(verdicts)
 
     def timeline(self, motion: RecordedMotion) -> tuple[TimedVerdict, ...]:
@@ -272,16 +258,22 @@ class Detector:
 
         Source: Glaz, Naus and Wallenstein, Scan statistics (2001); docs/decisions/0022.
         """
-        counts = [len(samples) for samples in motion.samples]
         scores = split(self.judge(np.concatenate(motion.samples)), motion.samples)
-        scan = Scan(self.genuine_scores)
+        counts, scan = [len(samples) for samples in motion.samples], Scan(self.genuine_scores)
         thresholds = {count: scan.threshold(count, self.false_alarms, DRAWS) for count in set(counts) if count}
         self._warn_if_blind()
-        self._warn_if_none_can_be_above(scan, thresholds, counts)
-        return tuple(
-            scan.verdict(name, times, values, thresholds.get(len(values), 0.0))
-            for name, times, values in zip(motion.individuals, motion.times, scores, strict=True)
-        )
+        most = {count: float(scan.strengths(np.zeros(count))) for count in thresholds}
+        blind = [count for count in counts if count and most[count] <= thresholds[count]]
+        if blind:
+            _LOGGER.warning(
+                "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, and the threshold %.2f, "
+                "by %s and a share of false alarms of %.3g. Record for longer, calibrate with more genuine motion, or allow more "
+                "false alarms.",
+                len(blind), counted(len(counts), "individual"), counted(max(blind), "window"), most[max(blind)],
+                thresholds[max(blind)], counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
+            )  # fmt: skip
+        individuals = zip(motion.individuals, motion.times, scores, strict=True)
+        return tuple(scan.verdict(*each, thresholds.get(len(each[2]), 0.0)) for each in individuals)
 
     def mean_scores(self, motion: np.ndarray) -> np.ndarray:
         """Return the mean score (individuals,) of motion (individuals, samples, T, D); see `judge`."""
@@ -321,19 +313,6 @@ class Detector:
             counted(samples, "sample"), least, self.false_alarms, reason, remedy,
         )  # fmt: skip
 
-    def _warn_if_none_can_be_above(self, scan: Scan, thresholds: dict[int, float], counts: list[int]) -> None:
-        """Log how many individuals cannot be called abnormal, because even with score 0 their windows are too few."""
-        most = {count: float(scan.strengths(np.zeros(count))) for count in thresholds}
-        blind = [count for count in counts if count and most[count] <= thresholds[count]]
-        if blind:
-            _LOGGER.warning(
-                "%d of %s cannot be called abnormal, whatever they do: the evidence in %s is at most %.2f, and the threshold %.2f, "
-                "by %s and a share of false alarms of %.3g. Record for longer, calibrate with more genuine motion, or allow more "
-                "false alarms.",
-                len(blind), counted(len(counts), "individual"), counted(max(blind), "window"), most[max(blind)],
-                thresholds[max(blind)], counted(len(self.genuine_scores), "genuine sample"), self.false_alarms,
-            )  # fmt: skip
-
     def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
         where = str if names is None else names.__getitem__
         motion = checked_motion(name, motion, signals=self.signals, steps=self.steps, where=where)
@@ -348,8 +327,7 @@ def check_rule(rule: str) -> None:
 
 
 def weigh(rule: str, genuine: np.ndarray, abnormal: np.ndarray) -> np.ndarray:
-    """Return the weights (N,) of classifiers, none below 0, with the sum 1, by whether each judges samples
-    genuine (N, individuals, samples).
+    """Return weights (N,), none below 0, with the sum 1, of classifiers that vote (N, individuals, samples) on both kinds.
 
     Source: Fisher, The use of multiple measurements in taxonomic problems (1936), with shrunk covariances and nothing below 0.
     """

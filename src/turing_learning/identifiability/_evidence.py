@@ -220,8 +220,8 @@ def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: i
     for executed in (-1, 0):
         everybody = np.full((GROUPS, scenario.individuals), executed)
         robots = execution_of(scenario, configuration.representation.behavior(model[None]), everybody)
-        given = {"control_steps": scenario.control_steps, "seed": seed, "threads": configuration.threads}
-        moved = simulate(scenario, initial_poses=poses, **vars(robots), **given)
+        given = vars(robots) | {"seed": seed, "threads": configuration.threads}
+        moved = simulate(scenario, initial_poses=poses, control_steps=scenario.control_steps, **given)
         seen = moved.poses[:, ::every, : scenario.individuals]
         directions = np.stack([np.cos(seen[..., 2]), np.sin(seen[..., 2])], axis=-1)
         signals = {"speed": moved.speeds[..., 0], "turn": moved.speeds[..., 1]}

@@ -8,14 +8,13 @@ import pytest
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import detect, plant_abnormal, run_classifiers
 from turing_learning.detection._alike import (
+    ONE_CLASS_EYE,
+    STATISTICS_EYE,
+    TRAINED_EYE,
     Case,
     Eye,
     added,
-    classifiers_eye,
     judge_alike,
-    one_class_eye,
-    statistics_eye,
-    trained_eye,
     window_statistics,
 )
 from turing_learning.detection._detect import KINDS, plant
@@ -32,7 +31,7 @@ def group(size=5, windows=12, shift=0.0, own=0.3):
 
 
 def judged(motion, normal, eyes=None, **options):
-    return judge_alike(eyes or [statistics_eye()], motion, normal, names=NAMES[: len(motion)], **options)
+    return judge_alike(eyes or [STATISTICS_EYE], motion, normal, names=NAMES[: len(motion)], **options)
 
 
 def strange(shift=0.0, by=4.0):
@@ -112,9 +111,9 @@ def test_the_stretch_that_makes_an_individual_abnormal_is_flagged():
 
 def test_the_way_that_tells_cases_is_read_and_cases_have_no_part_in_their_measure():
     noise = lambda windows: np.sin(1e7 * windows[:, 0, :1])  # noqa: E731
-    blind = Eye("judged alike", noise, statistics_eye().learn)
+    blind = Eye("judged alike", noise)
     cases = [Case(NORMAL[r][k] + 4.0, r, k) for r in range(6) for k in range(2)]
-    found = judged(strange(), NORMAL, [blind, statistics_eye()], cases=cases, said_of_cases="12 planted individuals")
+    found = judged(strange(), NORMAL, [blind, STATISTICS_EYE], cases=cases, said_of_cases="12 planted individuals")
     areas = {each.name: each.area for each in found.rankings}
     assert areas["window statistics"] > 0.95 > areas["judged alike"]
     assert found.rankings[0].name in ("window statistics", "all together")
@@ -133,14 +132,14 @@ def test_what_is_trained_on_planted_individuals_tells_them_in_either_sense(by):
     motion = group()
     motion[2] = motion[2] + [by, 0.0]
     options = {"planted": kinds(2.0, 0), "cases": kinds(2.0, 0), "said_of_cases": "planted ones"}
-    found = judged(motion, NORMAL, [trained_eye()], **options)
+    found = judged(motion, NORMAL, [TRAINED_EYE], **options)
     assert found.individuals[2].rank == 1
     assert found.individuals[2].abnormal
 
 
 def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
     both, seen = kinds(2.0, 0) + kinds(2.0, 1), []
-    eye = trained_eye()
+    eye = TRAINED_EYE
 
     def learn(*arguments):
         scorer = eye.learn(*arguments)
@@ -165,7 +164,7 @@ def test_what_is_trained_is_compared_by_kinds_that_it_has_not_seen():
 
 
 def test_a_recording_without_planted_ones_is_scored_by_the_distance_alone():
-    eye = trained_eye()
+    eye = TRAINED_EYE
     assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
 
 
@@ -181,16 +180,13 @@ def test_what_tells_cases_much_worse_is_not_added_up_and_no_baseline_is_beside_t
 
 
 def test_a_one_class_machine_finds_what_is_far_away():
-    assert judged(strange(), NORMAL, [one_class_eye()]).individuals[2].rank == 1
+    assert judged(strange(), NORMAL, [ONE_CLASS_EYE]).individuals[2].rank == 1
 
 
-def test_classifiers_are_looked_at_by_their_raw_outputs():
-    class Sums:
-        def judge(self, genomes, samples):
-            return (genomes @ samples.mean(axis=1).T).astype(np.float32)
-
-    eye = classifiers_eye(Sums(), RNG.standard_normal((5, 2)))
-    assert eye.describe(NORMAL[0][0]).shape == (12, 5)
+def test_a_way_to_look_may_be_any_description_of_windows():
+    sums = RNG.standard_normal((5, 2))
+    eye = Eye("judged alike", lambda windows: windows.mean(axis=1) @ sums.T)
+    assert eye.see(NORMAL[0])[0].shape == (12, 5)
     assert judged(strange(), NORMAL, [eye]).individuals[2].rank == 1
 
 

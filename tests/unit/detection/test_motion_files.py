@@ -7,7 +7,7 @@ import pytest
 
 from turing_learning.config import ConfigurationError
 from turing_learning.detection import load_motion
-from turing_learning.detection._motion import cut_recordings, holds_motion
+from turing_learning.detection._motion import holds_motion
 
 SAMPLES = np.arange(2 * 3 * 4 * 2, dtype=float).reshape(2, 3, 4, 2)
 
@@ -193,18 +193,6 @@ def test_each_individual_has_one_name(tmp_path):
 def test_a_file_that_cannot_be_read_is_refused(tmp_path, name, message):
     with pytest.raises(ConfigurationError, match=message):
         load(tmp_path / name)
-
-
-@pytest.mark.parametrize(
-    ("recordings", "steps", "message"),
-    [
-        (np.zeros((2, 9)), 4, r"^`recordings` must have the shape \(individuals, L, D\); got \(2, 9\)"),
-        (np.zeros((2, 3, 2)), 4, "^`recordings` must be at least one sample of 4 steps long; got 3 steps"),
-    ],
-)
-def test_recordings_that_cannot_be_cut_are_refused(recordings, steps, message):
-    with pytest.raises(ConfigurationError, match=message):
-        cut_recordings(recordings, steps)
 
 
 def test_columns_of_a_table_are_found_by_the_names_of_the_signals(tmp_path):
