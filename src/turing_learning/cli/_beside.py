@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import turing_learning as tl
 from turing_learning.errors import choice, refuse
 
 FISH = ("--fps", "30", "--scale", "20", "--every", "3", "--bridge", "5", "--model", "burst-and-coast")
@@ -26,14 +27,9 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
 
       turing-learning sample swarm --out mine.csv
 
-    Parameters
-    ----------
-    what
-        fish or swarm.
-    out
-        File to write; fish.txt or swarm.csv by default.
-    force
-        Replace a file that exists.
+    :param what: fish or swarm.
+    :param out: File to write; fish.txt or swarm.csv by default.
+    :param force: Replace a file that exists.
     """
     from turing_learning._files import write_atomically
     from turing_learning.results._folder import refuse_target
@@ -58,12 +54,11 @@ def _swarm() -> str:
     """Return a table frame, id, x, y (cm), heading (rad) of a simulated swarm."""
     import numpy as np
 
-    from turing_learning.swarm import AGGREGATION, initial_poses, simulate
-
-    poses = initial_poses(AGGREGATION, 1, np.random.default_rng(1))
-    controllers = np.broadcast_to(AGGREGATION.controller, (*poses.shape[:2], 4))
-    steps = round(SWARM_S / AGGREGATION.trial.control_interval_s)
-    moved = simulate(AGGREGATION, controllers, poses, control_steps=steps, seed=1).poses[0]
+    scenario = tl.swarm.AGGREGATION
+    poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
+    controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], 4))
+    steps = round(SWARM_S / scenario.trial.control_interval_s)
+    moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[0]
     robots = ((t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses))
     rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
     return "\n".join(("frame,id,x,y,heading", *rows)) + "\n"
@@ -71,25 +66,19 @@ def _swarm() -> str:
 
 def warm_up() -> None:
     """Compile everything now, once on this machine, so that no later run waits for it. Takes a minute or two."""
-    from turing_learning import infer
-
-    few: dict[str, Any] = {
-        "models.population": 8,
-        "classifiers.population": 8,
-        "scenario.trial.duration_s": 1.0,
-        "run.generations": 1,
-    }
+    short: dict[str, Any] = {"scenario.trial.duration_s": 1.0}
+    few = short | {"models.population": 8, "classifiers.population": 8, "run.generations": 1}
     kinds = {
         "a swarm": few,
         "a field of view": few | {"scenario.representation": "morphology"},
         "networks": few | {"models.hidden": 3},
         "a crowd": few | {"scenario.agents": 50},
-        "a budget in trials": {"run.trials": 20, "scenario.trial.duration_s": 1.0},
+        "a budget in trials": short | {"run.trials": 20},
     }
     with TemporaryDirectory() as folder:
         for name, settings in kinds.items():
             print(name, flush=True)
-            infer("aggregation", settings=settings, out=Path(folder) / name, progress=False)
+            tl.infer("aggregation", settings=settings, out=Path(folder) / name, progress=False)
     print("ready")
 
 
@@ -102,10 +91,7 @@ def docs(page: str | None = None, /) -> None:
 
       turing-learning docs scenarios
 
-    Parameters
-    ----------
-    page
-        Name of a page, as scenarios or docs/scenarios.md.
+    :param page: Name of a page, as scenarios or docs/scenarios.md.
     """
     from rich.markdown import Markdown
 

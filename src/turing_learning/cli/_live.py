@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console, Group
@@ -12,14 +11,11 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
+import turing_learning as tl
 from turing_learning.report import short_number
 from turing_learning.report._tabular import tables
 
 from ._tables import named_numbers
-
-if TYPE_CHECKING:
-    from turing_learning.runs import Progress
-    from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
 INTERVAL_S = 0.2  # between two pictures
 LINE_EVERY = 100  # generations between two lines, or a tenth as many batches of trials
@@ -51,7 +47,7 @@ class RunView:
         self._console, self._live, self._next = console, live, 0.0
         self._seen, self._stopped, self._how = 0, 0, ""  # generations since the last picture, and without selection
 
-    def __call__(self, progress: "Progress") -> None:
+    def __call__(self, progress: "tl.runs.Progress") -> None:
         """Show a generation if it is time."""
         self._seen += 1
         if (selection := progress.generation.selection) != "active":
@@ -70,21 +66,25 @@ class RunView:
         self._live.update(picture(progress, self._live.console.width, alarm), refresh=True)
 
 
-def _line(progress: "Progress") -> str:
+def _line(progress: "tl.runs.Progress") -> str:
     generation = progress.generation
     models = named_numbers(zip(progress.parameter_names, progress.shown(generation.typical_model), strict=True))
-    models_fitness, classifiers_fitness = _median(generation.model_fitness), _median(generation.classifier_fitness)
-    fitness = f"fitness: models {models_fitness}, classifiers {classifiers_fitness}"
+    models_fitness, classifiers_fitness = np.median(generation.model_fitness), np.median(generation.classifier_fitness)
+    fitness = f"fitness: models {models_fitness:.3f}, classifiers {classifiers_fitness:.3f}"
     return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
 
 
-def _outlook(progress: "Progress") -> str:
+def _outlook(progress: "tl.runs.Progress") -> str:
     """Say how the recent models miss the truth, where it is known."""
     outlook = progress.outlook
     return "" if outlook is None else f"models so far: {'away from the truth' if outlook == 'other' else outlook}"
 
 
-def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
+def _rate(progress: "tl.runs.Progress") -> str:
+    return "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+
+
+def picture(progress: "tl.runs.Progress", width: int, alarm: str) -> Group:
     """Return the live view of a generation, with an alarm in red below it."""
     generation = progress.generation
     typical, best = progress.shown(generation.typical_model), progress.shown(generation.best_model)
@@ -93,29 +93,25 @@ def picture(progress: "Progress", width: int, alarm: str = "") -> Group:
         models["truth"] = np.asarray(progress.truth)
     parameters = [[name, *map(short_number, model)] for name, model in models.items()]
     both = {"models": generation.model_fitness, "classifiers": generation.classifier_fitness}
-    fitness = [[name, _median(values), f"{values.max():.3f}"] for name, values in both.items()]
-    grid = Table.grid(padding=(0, 2))
-    grid.add_row(
-        Text(progress.place, style="bold"),
-        ProgressBar(total=progress.total, completed=progress.completed, width=30),
-        Text(_rate(progress)),
-        Text(f"{clock(progress.seconds_left)} left"),
-    )
+    fitness = [[name, f"{np.median(values):.3f}", f"{values.max():.3f}"] for name, values in both.items()]
+    bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
+    left = f"{clock(progress.seconds_left)} left"
+    grid = _row(Text(progress.place, style="bold"), bar, Text(_rate(progress)), Text(left))
     parts: list[Table | Text] = [*tables(["", *progress.parameter_names], parameters, width), grid]
     parts += tables(["fitness", "median", "best"], fitness, width)
     if outlook := _outlook(progress):
         parts.append(Text(outlook, style="dim"))
-    if alarm:
-        parts.append(Text(f" {alarm} ", style="bold white on red"))
-    return Group(*parts)
+    return _alarmed(parts, alarm)
 
 
-def _median(values: np.ndarray) -> str:
-    return f"{np.median(values):.3f}"
+def _row(*cells: Text | ProgressBar) -> Table:
+    grid = Table.grid(padding=(0, 2))
+    grid.add_row(*cells)
+    return grid
 
 
-def _rate(progress: "Progress") -> str:
-    return "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+def _alarmed(parts: list[Table | Text], alarm: str) -> Group:
+    return Group(*parts, *([Text(f" {alarm} ", style="bold white on red")] if alarm else []))
 
 
 def clock(seconds: float) -> str:
@@ -126,20 +122,21 @@ def clock(seconds: float) -> str:
 
 
 @contextmanager
-def watching_study(console: Console, should_stop: Callable[[], bool]) -> Iterator[Callable[["StudyProgress"], None]]:
+def watching_study(
+    console: Console, should_stop: Callable[[], bool]
+) -> Iterator[Callable[["tl.studies.StudyProgress"], None]]:
     """Show a study inside the block: runs that have ended, on a terminal with a bar, and whether a stop has been asked for."""
-    last: list[StudyRun] = []
+    last: list[tl.studies.StudyRun] = []
 
     with _terminal(console, "study") as (live, waiting):
         if live is None:
             console.print(waiting)
 
-        def show(progress: "StudyProgress") -> None:
+        def show(progress: "tl.studies.StudyProgress") -> None:
             done = progress.done + progress.failed
             if live is None:
                 for run in progress.finished:
-                    text = f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}"
-                    console.print(text, soft_wrap=True)
+                    console.print(f"{done}/{progress.total}  {_ended(run)}  {_left(progress)}", soft_wrap=True)
                 return
             live.transient = done == progress.total  # the table follows
             last[:] = [*last, *progress.finished][-LAST:]
@@ -148,45 +145,26 @@ def watching_study(console: Console, should_stop: Callable[[], bool]) -> Iterato
         yield show
 
 
-def study_picture(progress: "StudyProgress", last: "list[StudyRun]", *, stopping: bool) -> Group:
+def study_picture(progress: "tl.studies.StudyProgress", last: "list[tl.studies.StudyRun]", *, stopping: bool) -> Group:
     """Return the live view of a study."""
-    grid = Table.grid(padding=(0, 2))
-    grid.add_row(
-        Text(f"{progress.done} of {progress.total} runs", style="bold"),
-        ProgressBar(total=max(progress.generations_total, 1), completed=progress.generations, width=30),
-        Text(f"{progress.running} running"),
-        Text(f"{progress.failed} failed", style="bold red" if progress.failed else "dim"),
-        Text(_left(progress)),
-    )
-    parts: list[Table | Text] = [grid, Text(_maes(progress), style="dim"), *(Text(_ended(run)) for run in last)]
-    if stopping:
-        parts.append(Text(" stopping after the present generation of each run ", style="bold white on red"))
-    return Group(*parts)
+    bar = ProgressBar(total=max(progress.generations_total, 1), completed=progress.generations, width=30)
+    done, running = Text(f"{progress.done} of {progress.total} runs", style="bold"), Text(f"{progress.running} running")
+    failed = Text(f"{progress.failed} failed", style="bold red" if progress.failed else "dim")
+    said, maes = "no run has ended yet", np.array(progress.maes)
+    if progress.maes:
+        median, largest = f"{np.median(maes):.3f}", short_number(maes.max())
+        said = f"MAE of the estimate: median {median}, largest {largest}, {np.count_nonzero(maes < 0.05)} below 0.05"
+    grid = _row(done, bar, running, failed, Text(_left(progress)))
+    parts: list[Table | Text] = [grid, Text(said, style="dim"), *(Text(_ended(run)) for run in last)]
+    return _alarmed(parts, "stopping after the present generation of each run" if stopping else "")
 
 
-def _maes(progress: "StudyProgress") -> str:
-    if not progress.maes:
-        return "no run has ended yet"
-    maes = np.array(progress.maes)
-    good = np.count_nonzero(maes < 0.05)
-    return f"MAE of the estimate: median {np.median(maes):.3f}, largest {short_number(maes.max())}, {good} below 0.05"
-
-
-def _ended(run: "StudyRun") -> str:
+def _ended(run: "tl.studies.StudyRun") -> str:
     if run.reason:
         return f"run {run.number}  seed {run.seed}  failed: {run.reason}"
     mae = "" if run.estimate_mae is None else f"MAE {short_number(run.estimate_mae)}  "
     return f"run {run.number}  seed {run.seed}  {mae}{run.verdict}"
 
 
-def _left(progress: "StudyProgress") -> str:
+def _left(progress: "tl.studies.StudyProgress") -> str:
     return "" if progress.seconds_left is None else f"{clock(progress.seconds_left)} left"
-
-
-def print_study(console: Console, result: "StudyResult") -> None:
-    """Print the table of a study, how good the runs are, which failed, and where the files are."""
-    console.print(result)
-    for name, path in (("report", result.path / "report.html"), ("tables", result.path / "summary.csv")):
-        if path.exists():
-            console.print(f"{name}: {path}", soft_wrap=True)
-    console.print(f"study:  {result.path}", soft_wrap=True)

@@ -1,20 +1,18 @@
 """Options that several commands share: each is declared once, and its help is its docstring."""
 
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Group, Parameter
 
+import turing_learning as tl
 from turing_learning.errors import RefusedError, Setting, nearest, refuse, refusing_as, require
 
 if TYPE_CHECKING:
-    from turing_learning.families import Family, Replicates
     from turing_learning.families._recorded import RecordedMotion
-    from turing_learning.interaction import StimulatedSystem
-    from turing_learning.trajectories import Trajectories, Windows
 
 MOST_PROBLEMS = 12  # lines about what is found in a recording
 RECORDED = Group("Recorded motion", sort_key=10)
@@ -26,15 +24,13 @@ def number_of(kind: type, token: Any) -> Any:
     try:
         return kind(text)
     except ValueError as error:
-        raise ValueError(f"must be {_NUMBERS[kind]}; got {text!r}.") from error
+        raise ValueError(f"must be {'an integer' if kind is int else 'a number'}; got {text!r}.") from error
 
-
-_NUMBERS = {int: "an integer", float: "a number"}
 
 Integer = Annotated[int, Parameter(converter=number_of, n_tokens=1)]
 Real = Annotated[float, Parameter(converter=number_of, n_tokens=1)]
+Files = Annotated[list[Path] | None, Parameter(negative="")]
 Settings = Annotated[list[str] | None, Parameter("--set", negative="")]
-Threads = Integer | None
 
 
 @Parameter(name="*", group=RECORDED)
@@ -71,7 +67,7 @@ class Tracks:
                 shown = " ".join(map(str, value)) if isinstance(value, list | tuple) else str(value)
                 refuse(f"--{name.replace('_', '-')}", rule, shown, remedy)
 
-    def read(self, path: Path, name: str) -> "Trajectories":
+    def read(self, path: Path, name: str) -> "tl.Trajectories":
         """Open a recording; `name` is that of the argument for its file."""
         from turing_learning.families._recorded import read_recording
 
@@ -83,7 +79,7 @@ class Tracks:
 class Recording(Tracks):
     """Recorded motion and the family of models that imitates it."""
 
-    trajectories: Annotated[list[Path] | None, Parameter(negative="")] = None
+    trajectories: Files = None
     """File of a tracker; several times for several recordings, each with individuals of its own."""
     model: str | None = None
     """Family of models, see `turing-learning docs families`."""
@@ -102,21 +98,22 @@ class Recording(Tracks):
 
     def motion(self) -> "RecordedMotion":
         """Return what the options name; reject them where they do not name recordings and a family."""
-        from turing_learning.families import FAMILIES
         from turing_learning.families._recorded import RecordedMotion
 
-        example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
+        known, example = (
+            tl.families.FAMILIES,
+            "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin",
+        )
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
         if self.model is None:
             refuse("--model", "be given for recorded motion", "none", (example, *self._also(self.trajectories[0])))
-        if self.model not in FAMILIES:
-            refuse("--model", f"be one of {', '.join(FAMILIES)}", repr(self.model), nearest(self.model, FAMILIES))
+        rule = f"be one of {', '.join(known)}"
+        require(self.model in known, "--model", rule, repr(self.model), nearest(self.model, known))
         return RecordedMotion(self.given)
 
     def _also(self, path: Path) -> tuple[Any, ...]:
         """Return what else has to be given to read a file."""
-
         try:
             self.read(path, "--trajectories")
         except RefusedError as error:
@@ -125,17 +122,9 @@ class Recording(Tracks):
                 return (". Give ", Setting(error.refusal.name), ", too. ", *more)
         return ()
 
-    def opened(
-        self, steps: int | None = None, signals: Sequence[str] | None = None
-    ) -> tuple["Windows", "Family | Replicates", "tuple[Trajectories, ...]"]:
-        """Open the recordings; see `RecordedMotion.opened`."""
-        return self.motion().opened(steps, signals)
-
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""
-        from turing_learning.families import FAMILIES
-
-        windows, family, motion = self.opened()
+        windows, family, motion = self.motion().opened()
         paths = self.trajectories or []
         names = [path.name if len(paths) == 1 else titled(path) for path in paths]
         for name, each in zip(names, motion, strict=True):
@@ -144,19 +133,23 @@ class Recording(Tracks):
                 print(f"{name}: {line}")
             if len(found) > MOST_PROBLEMS:
                 print(f"{name}: and {len(found) - MOST_PROBLEMS} more; all by `recording.check()` in Python")
-        if FAMILIES[str(self.model)].social and all(len(each.individuals) == 1 for each in motion):
+        if tl.families.FAMILIES[str(self.model)].social and all(len(each.individuals) == 1 for each in motion):
             print(f"there is one individual: what {self.model} says of neighbors cannot be inferred")
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-        given = {"genuine": windows, "simulate": family, "parameters": family.parameters}
-        named = {"name": self.model, "title": f"{titled(paths[0])}{more}, as {self.model}"}
-        return {**given, **named, "provenance": {"recording": self.motion().entry}}
+        return {
+            "genuine": windows,
+            "simulate": family,
+            "parameters": family.parameters,
+            "name": self.model,
+            "title": f"{titled(paths[0])}{more}, as {self.model}",
+            "provenance": {"recording": self.motion().entry},
+        }
 
     def remembered(self, run: Path) -> "Recording":
         """Return these options over those that a run began with; reject a recording that is gone or has changed."""
         from turing_learning.families._recorded import RecordedMotion
-        from turing_learning.results import RunFolder
 
-        stored = RunFolder(run).manifest().get("recording")
+        stored = tl.results.RunFolder(run).manifest().get("recording")
         if not isinstance(stored, Mapping):
             return self
         remedy, elsewhere = "Give its path with --trajectories.", bool(self.trajectories)
@@ -204,15 +197,15 @@ def require_scenario(scenario: str | None, config: Path | None, names: Iterable[
         refuse("SCENARIO", "be given, or a file with --config", "neither", remedy)
 
 
-def watched(scenario: str | None, passive: str) -> "StimulatedSystem":
+def watched(scenario: str | None, passive: str) -> "tl.interaction.StimulatedSystem":
     """Return a system with stimuli that classifiers only watch: "random", "constant", or under those of a file."""
-    from turing_learning.interaction import STIMULATED
     from turing_learning.interaction._system import read_stimuli
 
-    known, remedy = scenario in STIMULATED, f"Choose from: {', '.join(STIMULATED)}."
-    require(known, "--passive", "be given for a system with stimuli", repr(scenario), remedy)
+    known = tl.interaction.STIMULATED
+    remedy = f"Choose from: {', '.join(known)}."
+    require(scenario in known, "--passive", "be given for a system with stimuli", repr(scenario), remedy)
     with refusing_as(RefusedError, name="--passive"):
-        system = STIMULATED[str(scenario)]
+        system = known[str(scenario)]
         if passive not in ("random", "constant"):
             return read_stimuli(Path(passive), system)
         return replace(system, stimulus=replace(system.stimulus, passive=passive))  # type: ignore[arg-type]

@@ -3,26 +3,19 @@
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cyclopts import App
 
+import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Settings, settings_of
 from ._stopping import REFUSED, Interrupted, stopping
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from turing_learning.results import Result
-    from turing_learning.robots import EmulatedLaboratory, Equipment, Event, Laboratory
-    from turing_learning.runs import Progress
 
 LABORATORY_FILE = Path("lab.toml")
 
@@ -39,25 +32,15 @@ def check(*, config: Path = LABORATORY_FILE, emulated: bool = False, picture: Pa
 
     Example: turing-learning robots check --config lab.toml
 
-    Parameters
-    ----------
-    config
-        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
-    emulated
-        Rehearse with emulated robots, as fast as the computer can.
-    picture
-        File for an image from the camera with the markers that were found (.png or .jpg).
+    :param config: The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
+    :param emulated: Rehearse with emulated robots, as fast as the computer can.
+    :param picture: File for an image from the camera with the markers that were found (.png or .jpg).
     """
-    from turing_learning.robots import load_laboratory
-
-    from ._tables import plain_console
-
     if picture is not None:
         fits = picture.suffix.lower() in (".png", ".jpg", ".jpeg") and picture.absolute().parent.is_dir()
         require(fits, "picture", "be a .png or .jpg file in a folder that exists", str(picture))
-
-    with _opened(load_laboratory(config), emulated) as (laboratory, equipment):
-        return None if _inspected(plain_console(), laboratory, equipment, picture) else REFUSED
+    with _opened(tl.robots.load_laboratory(config), emulated) as (laboratory, equipment):
+        return None if _inspected(laboratory, equipment, picture) else REFUSED
 
 
 @robots.command(sort_key=1)
@@ -85,44 +68,29 @@ def run(
 
       turing-learning robots run --resume runs/first
 
-    Parameters
-    ----------
-    config
-        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
-    trials
-        Budget in trials; 300 by default, see `turing-learning docs few-trials`.
-    generations
-        Number of generations instead, of 10 trials each, as in the paper.
-    seed
-        Seed of all random numbers.
-    out
-        Folder of the run; a new one under runs/ by default.
-    force
-        Replace a run that is in the folder already.
-    resume
-        Resume this run instead.
-    emulated
-        Rehearse with emulated robots, as fast as the computer can.
-    settings
-        Any setting, for example models.parents=20. Repeatable.
+    :param config: The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
+    :param trials: Budget in trials; 300 by default, see `turing-learning docs few-trials`.
+    :param generations: Number of generations instead, of 10 trials each, as in the paper.
+    :param seed: Seed of all random numbers.
+    :param out: Folder of the run; a new one under runs/ by default.
+    :param force: Replace a run that is in the folder already.
+    :param resume: Resume this run instead.
+    :param emulated: Rehearse with emulated robots, as fast as the computer can.
+    :param settings: Any setting, for example models.parents=20. Repeatable.
     """
-    from turing_learning.results import RunFolder
-    from turing_learning.robots import load_laboratory
-    from turing_learning.runs import new_run_path, start_laboratory
-
     lengths = {"run.generations": generations, "run.trials": trials}
     overrides, labels = settings_of(settings, {**lengths, "run.seed": seed})
     if resume is not None:
         others = {"a file": config is not None, "settings": overrides, "a folder": out is not None, "--force": force}
         if got := [name for name, given in others.items() if given]:
             rule = "be given without a file, settings or a folder, which the run has, and without --force"
-            remedy = f"Its laboratory may be edited in {RunFolder(resume).laboratory_path}."
+            remedy = f"Its laboratory may be edited in {tl.results.RunFolder(resume).laboratory_path}."
             refuse("resume", rule, " and ".join(got), remedy)
         return resume_run(resume, emulated=emulated)
-    loaded = load_laboratory(config or LABORATORY_FILE, overrides, labels)
-    path = out or new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
+    loaded = tl.robots.load_laboratory(config or LABORATORY_FILE, overrides, labels)
+    path = out or tl.runs.new_run_path(loaded.configuration.scenario.name, loaded.configuration.run.seed)
     with _opened(loaded, emulated) as (laboratory, equipment):
-        begin = partial(start_laboratory, laboratory, path, equipment=equipment, force=force)
+        begin = partial(tl.runs.start_laboratory, laboratory, path, equipment=equipment, force=force)
         return _execute(laboratory, equipment, path, begin)
 
 
@@ -130,17 +98,15 @@ def resume_run(
     path: Path, *, emulated: bool = False, trials: int | None = None, tolerance: float | None = None
 ) -> int | None:
     """Resume a run in a laboratory, or give it more trials; a rehearsal is resumed with emulated robots."""
-    from turing_learning.results import RunFolder
-    from turing_learning.runs import awaits_robots, resume_laboratory, stored_laboratory
-
-    stored = stored_laboratory(path)
+    stored = tl.runs.stored_laboratory(path)
     real = not stored.setup.emulated
     if emulated and real:
         rule, remedy = "be left out for a run with real robots", "Rehearse in another folder."
         refuse("--emulated", rule, "it", remedy, place=str(path))
     with _opened(stored, emulated) as (laboratory, equipment):
-        ahead = partial(resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
-        needed, addresses = trials is not None or awaits_robots(path), RunFolder(path).laboratory_path if real else None
+        ahead = partial(tl.runs.resume_laboratory, path, equipment=equipment, trials=trials, tolerance=tolerance)
+        needed = trials is not None or tl.runs.awaits_robots(path)
+        addresses = tl.results.RunFolder(path).laboratory_path if real else None
         return _execute(laboratory, equipment, path, ahead, needed=needed, stored=addresses)
 
 
@@ -150,30 +116,23 @@ def track(video: Path, /, *, config: Path = LABORATORY_FILE, out: Path | None = 
 
     Example: turing-learning robots track trial.avi --config lab.toml --out trial.csv
 
-    Parameters
-    ----------
-    video
-        A video from the laboratory's camera.
-    config
-        The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
-    out
-        The table; the video's name with .csv by default.
-    force
-        Replace a file that exists.
+    :param video: A video from the laboratory's camera.
+    :param config: The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
+    :param out: The table; the video's name with .csv by default.
+    :param force: Replace a file that exists.
     """
-    from turing_learning.robots import Capture, load_laboratory
     from turing_learning.robots.program._equipment import laboratory_tracker
     from turing_learning.robots.tracking._camera import refuse_taken
     from turing_learning.robots.tracking._tracker import write_table
     from turing_learning.store import told
 
-    laboratory = load_laboratory(config)
+    laboratory = tl.robots.load_laboratory(config)
     path = out or video.with_suffix(".csv")
     tracker = laboratory_tracker(laboratory.setup, laboratory.configuration.swarm.robot)
     try:
         with refusing_as(RefusedError):
             refuse_taken(path, name="out", force=force)
-            with Capture(video) as capture:
+            with tl.robots.Capture(video) as capture:
                 capture.require_rate(laboratory.setup.camera.fps)
                 observed = tracker.track(capture)
     except OSError as error:
@@ -210,31 +169,21 @@ def arena(
 
       turing-learning robots run --config lab/lab.toml
 
-    Parameters
-    ----------
-    out
-        Folder for lab.toml and camera.json; lab by default.
-    lines
-        Robots' lines: terminal (pseudo-terminals) or tcp.
-    speed
-        Seconds of the laboratory in one second; 1 by default.
-    agents
-        Number of agents; 8 by default.
-    replicas
-        Number of replicas, at most 4; 2 by default.
-    seed
-        Seed of everything; 0 by default.
-    force
-        Replace files in the folder.
+    :param out: Folder for lab.toml and camera.json; lab by default.
+    :param lines: Robots' lines: terminal (pseudo-terminals) or tcp.
+    :param speed: Seconds of the laboratory in one second; 1 by default.
+    :param agents: Number of agents; 8 by default.
+    :param replicas: Number of replicas, at most 4; 2 by default.
+    :param seed: Seed of everything; 0 by default.
+    :param force: Replace files in the folder.
     """
-    from turing_learning.robots import LABORATORY, ArenaService
     from turing_learning.store import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
     print("preparing the laboratory", flush=True)
     with refusing_as(RefusedError):
-        scenario = replace(LABORATORY, agents=agents, replicas=replicas)
-        service = ArenaService(scenario, seed=seed, lines=lines, speed=speed)
+        scenario = replace(tl.robots.LABORATORY, agents=agents, replicas=replicas)
+        service = tl.robots.ArenaService(scenario, seed=seed, lines=lines, speed=speed)
     what = f"`out` must be a folder that can be written; got {out}"
     with service, _ended_by_signals():
         with told(RefusedError, what, "Choose another, or make room."):
@@ -259,7 +208,7 @@ def _ended_by_signals() -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _listen(laboratory: "EmulatedLaboratory") -> None:
+def _listen(laboratory: "tl.robots.EmulatedLaboratory") -> None:
     """Obey what is typed; wait for a signal when nothing more can be."""
     from turing_learning.robots.emulation._laboratory import obey, usage
 
@@ -276,39 +225,36 @@ def _listen(laboratory: "EmulatedLaboratory") -> None:
 
 
 @contextmanager
-def _opened(laboratory: "Laboratory", emulated: bool) -> "Iterator[tuple[Laboratory, Equipment]]":
+def _opened(
+    laboratory: "tl.robots.Laboratory", emulated: bool
+) -> "Iterator[tuple[tl.robots.Laboratory, tl.robots.Equipment]]":
     """Lend the laboratory and its doors; for a rehearsal as it can be emulated, and say what is made up."""
-    from turing_learning.robots import as_emulated, real_equipment, rehearse
-
     if not (emulated or laboratory.setup.emulated):
-        yield laboratory, real_equipment(laboratory)
+        yield laboratory, tl.robots.real_equipment(laboratory)
         return
-    with as_emulated(laboratory) as rehearsed:
+    with tl.robots.as_emulated(laboratory) as rehearsed:
         asked = laboratory.setup.camera.calibration
         if rehearsed.setup.camera.calibration != asked:
             print(f"rehearsal with a calibration of its own, as there is none yet: {asked}", file=sys.stderr)
-        yield rehearsed, rehearse(rehearsed)
+        yield rehearsed, tl.robots.rehearse(rehearsed)
 
 
 def _inspected(
-    console: "Console", laboratory: "Laboratory", equipment: "Equipment", picture: Path | None = None
+    laboratory: "tl.robots.Laboratory", equipment: "tl.robots.Equipment", picture: Path | None = None
 ) -> bool:
     """Print what a look at the laboratory shows; return whether a run can begin."""
-    from turing_learning.robots import inspect
-
     fine = True
-    for finding in inspect(laboratory.setup, laboratory.configuration.swarm, equipment, picture):
-        mark = "good" if finding.fine else "BAD "
-        console.print(f"{mark}  {finding.what}: {finding.text}", soft_wrap=True)
+    for finding in tl.robots.inspect(laboratory.setup, laboratory.configuration.swarm, equipment, picture):
+        print(f"{'good' if finding.fine else 'BAD '}  {finding.what}: {finding.text}")
         fine &= finding.fine
     return fine
 
 
 def _execute(
-    laboratory: "Laboratory",
-    equipment: "Equipment",
+    laboratory: "tl.robots.Laboratory",
+    equipment: "tl.robots.Equipment",
     path: Path,
-    run: "Callable[..., Result]",
+    run: "partial[tl.Result]",
     *,
     needed: bool = True,
     stored: Path | None = None,
@@ -317,27 +263,24 @@ def _execute(
 
     Addresses of real robots of a run that is resumed are in the file `stored` of its folder.
     """
-    from turing_learning.results import resume_command
-    from turing_learning.runs import read_post_evaluation
+    from ._tables import named_numbers, plain_console, print_result
 
-    from ._tables import named_numbers, plain_console, print_post_evaluation, print_result
-
-    console = plain_console()
-    if needed and not _inspected(console, laboratory, equipment):
+    if needed and not _inspected(laboratory, equipment):
         if stored is not None:
             text = f"The addresses of replicas and camera are those in {stored}, where they may be edited."
             print(text, file=sys.stderr)
         return REFUSED
-    ahead, of_trials = f"resume with: {resume_command(path)}", laboratory.configuration.run.trials > 0
-    repeats, line = 0 if of_trials else laboratory.setup.evaluation.repeats, partial(console.print, soft_wrap=True)
+    ahead, of_trials = f"resume with: {tl.results.resume_command(path)}", laboratory.configuration.run.trials > 0
+    repeats, console = 0 if of_trials else laboratory.setup.evaluation.repeats, plain_console()
+    line = partial(console.print, soft_wrap=True)
 
-    def progressed(progress: "Progress") -> None:
+    def progressed(progress: "tl.runs.Progress") -> None:
         shown = progress.generation.typical_model if of_trials else progress.generation.best_model
         models = named_numbers(zip(progress.parameter_names, shown, strict=True))
         each = f"{progress.seconds_per_generation:.0f} s each {'batch' if of_trials else 'generation'}"
         line(f"{progress.place}  {each}  {models}")
 
-    def happened(event: "Event") -> None:
+    def happened(event: "tl.robots.Event") -> None:
         stage, _, number = event.stage.rpartition("-")
         if event.kind in ("disturbed", "batteries"):
             line(f"{event.stage}, attempt {event.attempt}, {event.state}: {event.fault or event.asked}")
@@ -348,9 +291,7 @@ def _execute(
         result = run(observer=progressed, should_stop=should_stop, on_event=happened)
     if not result.complete:
         raise Interrupted(f"stopped after {result.length}; {ahead}")
-    print_result(console, result, path)
-    if again := read_post_evaluation(path):
-        print_post_evaluation(console, again)
+    again = print_result(console, result, path)
     if repeats and not (again and again.complete):
         raise Interrupted(f"stopped before the last models had been observed again; {ahead}")
     return None

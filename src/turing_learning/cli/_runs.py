@@ -1,21 +1,18 @@
 """The commands of single runs: infer, resume, show, simulate, scenarios, pool, check."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
+import turing_learning as tl
 from turing_learning.errors import integer, refuse
 
 from . import _robots, _study
-from ._options import Integer, Real, Recording, Settings, Threads, require_scenario, settings_of, watched
+from ._options import Integer, Real, Recording, Settings, require_scenario, settings_of, watched
 from ._stopping import Interrupted, stopping
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from turing_learning.results import Result
 
 
 def infer(
@@ -53,39 +50,24 @@ def infer(
 
       turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
 
-    Parameters
-    ----------
-    scenario
-        Name of a scenario, see `scenarios`; or in the file.
-    config
-        TOML file with any setting, see `turing-learning docs scenarios`.
-    preset
-        "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
-    generations
-        Number of generations instead of a budget in trials.
-    trials
-        Budget in simulated trials; 3000 where nothing says how long the run is, see `turing-learning docs few-trials`.
-    tolerance
-        Stop before the trials are spent once the interval of every parameter that can be
+    :param scenario: Name of a scenario, see `scenarios`; or in the file.
+    :param config: TOML file with any setting, see `turing-learning docs scenarios`.
+    :param preset: "default"; "paper" keeps to the text of the paper, "authors" to their published settings.
+    :param generations: Number of generations instead of a budget in trials.
+    :param trials: Budget in simulated trials; 3000 where nothing says how long the run is,
+        see `turing-learning docs few-trials`.
+    :param tolerance: Stop before the trials are spent once the interval of every parameter that can be
         identified is at most this share of its range to either side.
-    seed
-        Seed of all random numbers; 1 by default.
-    threads
-        Number of threads, or all; the result is the same.
-    out
-        Folder of the run; a new one under runs/ by default.
-    force
-        Replace a run that is in the folder already.
-    passive
-        Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV
+    :param seed: Seed of all random numbers; 1 by default.
+    :param threads: Number of threads, or all; the result is the same.
+    :param out: Folder of the run; a new one under runs/ by default.
+    :param force: Replace a run that is in the folder already.
+    :param passive: Of a system with stimuli: classifiers only watch, under random or constant stimuli, or those of a CSV
         file, see `turing-learning docs interaction`. By default they choose the stimuli.
-    settings
-        Any setting, for example models.parents=20. Repeatable.
+    :param settings: Any setting, for example models.parents=20. Repeatable.
     """
     from turing_learning.config import SCENARIOS, dotted, load_configuration, read_toml
     from turing_learning.config._configuration import require_seen
-    from turing_learning.runs import infer as infer_run
-    from turing_learning.runs import new_run_path, start
 
     length = {"run.generations": generations, "run.trials": trials, "run.tolerance": tolerance}
     overrides, labels = settings_of(settings, {**length, "run.seed": seed, "run.threads": threads})
@@ -95,23 +77,23 @@ def infer(
                 refuse(option, "be left out for recorded motion", repr(value))
         system = recording.system()
         document = {} if config is None else read_toml(config)[1]
-        path = out or new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
+        path = out or tl.runs.new_run_path(system["name"], (dotted(document) | overrides).get("run.seed", 1))
         more: dict[str, Any] = {"config": config, "preset": preset, "settings": overrides, "out": path, "force": force}
-        _execute(lambda **watch: infer_run(**system, **more, **watch), path)
+        _execute(partial(tl.infer, **system, **more), path)
         return
     require_scenario(scenario, config, SCENARIOS)
     chosen = scenario if passive is None else watched(scenario, passive)
     configuration = load_configuration(config, preset, overrides, scenario=chosen, labels=labels)
     require_seen(configuration)
-    path = out or new_run_path(configuration.scenario.name, configuration.run.seed)
-    _execute(lambda **watch: start(configuration, path, force=force, **watch), path)
+    path = out or tl.runs.new_run_path(configuration.scenario.name, configuration.run.seed)
+    _execute(partial(tl.runs.start, configuration, path, force=force), path)
 
 
 def resume(
     run: Path,
     /,
     *,
-    threads: Threads = None,
+    threads: Integer | None = None,
     trials: Integer | None = None,
     tolerance: Real | None = None,
     workers: Integer | None = None,
@@ -128,28 +110,16 @@ def resume(
 
       turing-learning resume runs/frugal --trials 3000
 
-    Parameters
-    ----------
-    run
-        A run folder, or a study folder.
-    threads
-        Of a run: number of threads; all by default. The result does not depend on it.
-    trials
-        Of a finished run of trials: the number that it shall have in all.
-    tolerance
-        Beside --trials: as in `infer`; that of the run by default.
-    workers
-        Of a study: number of worker processes; one for each processor by default.
-    cluster
-        Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
+    :param run: A run folder, or a study folder.
+    :param threads: Of a run: number of threads; all by default. The result does not depend on it.
+    :param trials: Of a finished run of trials: the number that it shall have in all.
+    :param tolerance: Beside --trials: as in `infer`; that of the run by default.
+    :param workers: Of a study: number of worker processes; one for each processor by default.
+    :param cluster: Of a study: a Dask scheduler, as tcp://10.0.0.1:8786.
     """
-    from turing_learning.results import RunFolder
     from turing_learning.results._folder import FINISHED
-    from turing_learning.runs import is_laboratory_run
-    from turing_learning.runs import resume as resume_run
-    from turing_learning.studies import is_study
 
-    of_study = is_study(run)
+    of_study = tl.studies.is_study(run)
     what = "study, whose runs have one thread each" if of_study else "single run"
     of_runs = {"threads": threads, "trials": trials, "tolerance": tolerance}
     for name, value in (of_runs if of_study else {"workers": workers, "cluster": cluster}).items():
@@ -160,15 +130,14 @@ def resume(
         return _study.resume(run, workers, cluster)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
-    if is_laboratory_run(run):
+    if tl.runs.is_laboratory_run(run):
         recording.refuse_beside("be left out for a run in a laboratory, which needs nothing but its folder")
         return _robots.resume_run(run, trials=trials, tolerance=tolerance)
-    if recording.given or trials is not None or RunFolder(run).manifest()["state"] != FINISHED:
-        _refuse_other_simulator(run, "resume({run}, genuine=..., simulate=...)")
-        recording = recording.remembered(run)
-    genuine, simulate, _ = recording.opened(*_measured(run, recording)) if recording.given else (None, None, None)
-    more: dict[str, Any] = {"genuine": genuine, "simulate": simulate, "trials": trials, "tolerance": tolerance}
-    _execute(lambda **watch: resume_run(run, threads=threads, **more, **watch), run)
+    system: dict[str, Any] = {}
+    if recording.given or trials is not None or tl.results.RunFolder(run).manifest()["state"] != FINISHED:
+        system = _system_of(run, recording, "resume({run}, genuine=..., simulate=...)")
+        system.pop("recording", None)
+    _execute(partial(tl.resume, run, **system, threads=threads, trials=trials, tolerance=tolerance), run)
     return None
 
 
@@ -177,23 +146,14 @@ def show(run: Path, /) -> None:
 
     Example: turing-learning show runs/aggregation-20261121-093015-seed1
 
-    Parameters
-    ----------
-    run
-        A run folder, or a study folder.
+    :param run: A run folder, or a study folder.
     """
-    from turing_learning.runs import load_run, read_post_evaluation
-    from turing_learning.studies import is_study
+    from ._tables import plain_console, print_result, print_study
 
-    from ._tables import plain_console, print_post_evaluation, print_result
-
-    if is_study(run):
-        _study.show(run)
-        return
-    console = plain_console()
-    print_result(console, load_run(run), run)
-    if again := read_post_evaluation(run):
-        print_post_evaluation(console, again)
+    if tl.studies.is_study(run):
+        print_study(plain_console(), tl.load_study(run))
+    else:
+        print_result(plain_console(), tl.runs.load_run(run), run)
 
 
 def simulate(
@@ -205,7 +165,7 @@ def simulate(
     robots: Integer | None = None,
     duration: Real = 180.0,
     seed: Integer = 1,
-    threads: Threads = None,
+    threads: Integer | None = None,
     out: Path | None = None,
     force: bool = False,
     settings: Settings = None,
@@ -222,35 +182,21 @@ def simulate(
 
       turing-learning simulate --config my.toml --set scenario.sensor.field_of_view=0.5
 
-    Parameters
-    ----------
-    scenario
-        Name of a scenario, see `scenarios`; or in the file.
-    config
-        TOML file with any setting, as for `infer`.
-    controller
-        Wheel speeds for each sensor state, with commas between them; the agents' by default.
-    robots
-        Number of robots; the scenario's by default.
-    duration
-        Duration of the trial (s); 180 by default.
-    seed
-        Seed of initial poses and noise; 1 by default.
-    threads
-        Number of threads; all by default. The result does not depend on it.
-    out
-        Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default.
-    force
-        Replace a file that exists.
-    settings
-        Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
+    :param scenario: Name of a scenario, see `scenarios`; or in the file.
+    :param config: TOML file with any setting, as for `infer`.
+    :param controller: Wheel speeds for each sensor state, with commas between them; the agents' by default.
+    :param robots: Number of robots; the scenario's by default.
+    :param duration: Duration of the trial (s); 180 by default.
+    :param seed: Seed of initial poses and noise; 1 by default.
+    :param threads: Number of threads; all by default. The result does not depend on it.
+    :param out: Page (.html), GIF (.gif) or film (.mp4); SCENARIO.html by default.
+    :param force: Replace a file that exists.
+    :param settings: Any setting, for example scenario.noise.wheel_speed_sd=0.1. Repeatable.
     """
     from turing_learning.config import load_configuration
-    from turing_learning.runs import trial_replay, write_trial
     from turing_learning.runs._trial import refuse_film_path, scenario_named
-    from turing_learning.swarm import SCENARIOS
 
-    require_scenario(scenario, config, SCENARIOS)
+    require_scenario(scenario, config, tl.swarm.SCENARIOS)
     overrides, labels = settings_of(settings, {})
     named = None if scenario is None else scenario_named(scenario)
     system = load_configuration(config, "default", overrides, scenario=named, labels=labels).system
@@ -263,19 +209,15 @@ def simulate(
         speeds = None if controller is None else [float(part) for part in controller.split(",")]
     except ValueError:
         refuse("controller", "be numbers with commas between them", repr(controller))
-    replay = trial_replay(chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads)
-    print(write_trial(replay, path, force=force))
+    replay = tl.runs.trial_replay(chosen, speeds, robots=robots, duration_s=duration, seed=seed, threads=threads)
+    print(tl.runs.write_trial(replay, path, force=force))
 
 
 def scenarios() -> None:
     """List the scenarios."""
-    from turing_learning.interaction import STIMULATED
-    from turing_learning.swarm import SCENARIOS
+    from ._tables import plain_console, print_scenarios
 
-    from ._tables import plain_console, print_scenarios, print_stimulated
-
-    print_scenarios(plain_console(), SCENARIOS)
-    print_stimulated(plain_console(), STIMULATED)
+    print_scenarios(plain_console(), tl.swarm.SCENARIOS, tl.interaction.STIMULATED)
 
 
 def pool(runs: list[Path], /) -> None:
@@ -289,20 +231,14 @@ def pool(runs: list[Path], /) -> None:
 
       turing-learning pool runs/thirty/runs/*
 
-    Parameters
-    ----------
-    runs
-        Run folders, two or more.
+    :param runs: Run folders, two or more.
     """
-    from turing_learning.results import pool as pool_runs
-    from turing_learning.studies import is_study
-
     from ._tables import plain_console
 
     for run in runs:
-        if is_study(run):
+        if tl.studies.is_study(run):
             refuse("RUN", "be a run folder", f"{run}, a study. Its runs are {run / 'runs'}/*")
-    plain_console().print(pool_runs([opened(run) for run in runs]))
+    plain_console().print(tl.pool([opened(run) for run in runs]))
 
 
 def check(
@@ -328,38 +264,22 @@ def check(
 
       turing-learning check runs/fish --trajectories elsewhere/fish.txt
 
-    Parameters
-    ----------
-    run
-        A run folder.
-    samples
-        Samples of each kind; 200 by default.
-    points
-        Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.
-    recoveries
-        Runs whose truth is the estimate, 0 for none; 1 by default, 5 for a run of trials.
-    recovery_generations
-        Their length; that of the run by default.
-    seed
-        Seed of the check; 0 by default.
-    force
-        Check again, and replace the check that is there.
+    :param run: A run folder.
+    :param samples: Samples of each kind; 200 by default.
+    :param points: Values of each parameter in a profile, 6 or more; 8 by default, 0 for none.
+    :param recoveries: Runs whose truth is the estimate, 0 for none; 1 by default, 5 for a run of trials.
+    :param recovery_generations: Their length; that of the run by default.
+    :param seed: Seed of the check; 0 by default.
+    :param force: Check again, and replace the check that is there.
     """
-    from turing_learning.identifiability import Effort
     from turing_learning.report._tabular import judged
-    from turing_learning.results import RunFolder
 
-    from ._tables import plain_console
+    from ._tables import plain_console, print_files
 
     result = opened(run)
-    _refuse_other_simulator(run, "load_run({run}).check(genuine=..., simulate=...)")
-    recording = recording.remembered(run)
+    system = _system_of(run, recording, "load_run({run}).check(genuine=..., simulate=...)")
     given = {"samples": samples, "points": points}
-    effort = replace(Effort(), **{name: value for name, value in given.items() if value is not None})
-    system: dict[str, Any] = {}
-    if recording.given:
-        windows, family, motion = recording.opened(*_measured(run, recording))
-        system = {"genuine": windows, "simulate": family, "recording": motion}
+    effort = replace(tl.identifiability.Effort(), **{name: value for name, value in given.items() if value is not None})
     stages, console = plain_console(stderr=True), plain_console()
     repeated = {"recoveries": recoveries, "recovery_generations": recovery_generations}
     try:
@@ -368,51 +288,43 @@ def check(
         raise Interrupted("interrupted; the same command continues from what is done") from error
     console.print(found)
     console.print(judged(result.verdicts))
-    if (report := RunFolder(run).report_path).exists():
-        console.print(f"report: {report}", soft_wrap=True)
+    print_files(console, report=tl.results.RunFolder(run).report_path)
 
 
-def opened(run: Path) -> "Result":
+def opened(run: Path) -> "tl.Result":
     """Open a run; messages name its folder as it was given."""
-    from turing_learning.results import RunFolder
-    from turing_learning.runs import load_run
-
-    return replace(load_run(run), path=RunFolder(run).path)
+    return replace(tl.runs.load_run(run), path=tl.results.RunFolder(run).path)
 
 
-def _measured(run: Path, recording: Recording) -> tuple[int, tuple[str, ...]]:
-    """Return length and signals of the samples of a run; reject the options of recordings for one on simulated robots."""
-    from turing_learning.results import RunFolder
+def _system_of(run: Path, recording: Recording, call: str) -> dict[str, Any]:
+    """Return genuine motion, simulator and recordings of a run on recorded motion; nothing for one that has no recording.
 
-    system = RunFolder(run).configuration().system
-    if not system.resuming:
-        recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
-    return system.steps, system.signals
-
-
-def _refuse_other_simulator(run: Path, call: str) -> None:
-    """Reject a run on a custom system whose simulator only Python has; `call` is what Python does with it."""
-    from turing_learning.families import FAMILIES
-    from turing_learning.results import RunFolder
-
-    system = RunFolder(run).configuration().system
-    needed = {each.name for each in system.resuming} if system.name not in FAMILIES else set()
-    if not needed <= RunFolder(run).known_parts():
+    Reject a run whose simulator only Python has (`call` is what Python does with it), and options that do not belong to it.
+    """
+    folder = tl.results.RunFolder(run)
+    system = folder.configuration().system
+    needed = {each.name for each in system.resuming} if system.name not in tl.families.FAMILIES else set()
+    if not needed <= folder.known_parts():
         rule, got = "be on recorded motion, or have samples and a simulator that can be imported", repr(system.name)
         remedy = f"In Python call turing_learning.{call.format(run=repr(str(run)))}."
         refuse("run", rule, f"{got}, to which Python gave them", remedy, place=str(run))
+    recording = recording.remembered(run)
+    if not recording.given:
+        return {}
+    if not system.resuming:
+        recording.refuse_beside("be left out for a run on simulated robots, which needs nothing but its folder")
+    windows, family, motion = recording.motion().opened(system.steps, system.signals)
+    return {"genuine": windows, "simulate": family, "recording": motion}
 
 
-def _execute(run: "Callable[..., Result]", path: Path) -> None:
+def _execute(run: "partial[tl.Result]", path: Path) -> None:
     """Run with a live view; print the result, or how to resume."""
-    from turing_learning.results import RunFolder, resume_command
-
     from ._live import watching
     from ._tables import plain_console, print_result
 
     console = plain_console()
-    ahead, early = f"resume with: {resume_command(path)}", "interrupted before the run began"
-    begun = RunFolder(path).is_run
+    ahead, early = f"resume with: {tl.results.resume_command(path)}", "interrupted before the run began"
+    begun = tl.results.RunFolder(path).is_run
     with stopping(lambda: f"interrupted; {ahead}" if begun() else early) as should_stop, watching(console) as view:
         result = run(observer=view, should_stop=should_stop)
     if not result.complete:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from turing_learning.errors import Call, Setting
+from turing_learning.errors import Call, Setting, Words
 
 DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 """Exit codes."""
@@ -14,29 +14,14 @@ DONE, FAILED, REFUSED, INTERRUPTED = 0, 1, 2, 130
 _SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
 
 _ALIKE = (
-    "fps",
-    "y_axis",
-    "format",
-    "keypoint",
-    "every",
-    "hold_out_individuals",
-    "hold_out_recordings",
-    "signals",
-    "tank",
-    "trajectories",
+    *("fps", "y_axis", "format", "keypoint", "every", "trajectories", "signals", "tank"),
+    *("hold_out_individuals", "hold_out_recordings"),
 )
 _OPTIONS = {name: f"--{name.replace('_', '-')}" for name in _ALIKE} | {
-    "pixels_per_cm": "--scale",
-    "length_s": "--window",
-    "max_gap": "--bridge",
-    "smooth_frames": "--smooth",
-    "names": "--signals",
-    "tank_cm": "--tank",
-    "tanks": "--tank",
-    "steps": "--window",
-}
+    "pixels_per_cm": "--scale", "length_s": "--window", "steps": "--window", "max_gap": "--bridge",
+    "smooth_frames": "--smooth", "names": "--signals", "tank_cm": "--tank", "tanks": "--tank",
+}  # fmt: skip
 """Arguments of Python whose options have other names, or stand in messages with their dashes."""
-
 
 _RECORDED = {"genuine": "--trajectories", "simulate": "--model"}
 """What a recording and a family of models stand for; `detect` has a --genuine of its own."""
@@ -77,7 +62,7 @@ def stopping(ahead: str | Callable[[], str]) -> Iterator[StopRequest]:
             signal.signal(number, handler)
 
 
-class OptionWords:
+class OptionWords(Words):
     """The names of options and commands, for the command that was given."""
 
     def __init__(self, command: str = "") -> None:

@@ -2,23 +2,21 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
 from rich.text import Text
 
+import turing_learning as tl
 from turing_learning.report import counted, short_number
 from turing_learning.report._tabular import tables
 
-if TYPE_CHECKING:
-    from turing_learning.detection import Detection, Detector, Motion, SampleVerdict, TimedVerdict
-    from turing_learning.interaction import StimulatedSystem
-    from turing_learning.results import Result
-    from turing_learning.runs import ModelEvaluation
-    from turing_learning.swarm import Scenario
-
 MOST_SPELLS = 3  # in a cell
+
+
+def plain_console(*, stderr: bool = False) -> Console:
+    """Return where text is printed as it is: names of files and individuals may hold brackets."""
+    return Console(stderr=stderr, markup=False, highlight=False)
 
 
 def print_table(console: Console, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -27,25 +25,11 @@ def print_table(console: Console, headings: Sequence[str], rows: Sequence[Sequen
         console.print(table)
 
 
-def print_result(console: Console, result: "Result", path: Path) -> None:
-    """Print what a run has inferred, and where its files are, by the path of its folder as it was given."""
-    from turing_learning.results import RunFolder
-
-    console.print(result)
-    if (report := RunFolder(path).report_path).exists():
-        console.print(f"report: {report}", soft_wrap=True)
-    console.print(f"run:    {path}", soft_wrap=True)
-
-
-def print_post_evaluation(console: Console, found: "ModelEvaluation") -> None:
-    """Print the best of the last models of a run in a laboratory, or how many times they have been observed again."""
-    times = counted(found.repeats, "time")
-    text = f"the last models have been observed again {len(found.fitness)} of {times}"
-    if found.best_model is not None:
-        text = f"the last models, observed again {times}; the best: {named_numbers(found.best_model.items())}"
-    if found.absolute_error is not None:
-        text += f"; absolute errors: {named_numbers(found.absolute_error.items())}"
-    console.print(text, soft_wrap=True)
+def print_files(console: Console, **files: Path) -> None:
+    """Print where files are, of those that exist."""
+    for name, path in files.items():
+        if path.exists():
+            console.print(f"{name}: {path}", soft_wrap=True)
 
 
 def named_numbers(values: Iterable[tuple[str, float]]) -> str:
@@ -53,37 +37,59 @@ def named_numbers(values: Iterable[tuple[str, float]]) -> str:
     return " ".join(f"{name} {short_number(value)}" for name, value in values)
 
 
-def plain_console(*, stderr: bool = False) -> Console:
-    """Return where text is printed as it is: names of files and individuals may hold brackets."""
-    return Console(stderr=stderr, markup=False, highlight=False)
+def print_result(console: Console, result: "tl.Result", path: Path) -> "tl.runs.ModelEvaluation | None":
+    """Print what a run has inferred, and where its files are, by the path of its folder as it was given.
+
+    Of a run in a laboratory say and return what is known of its last models from observing them again.
+    """
+    console.print(result)
+    print_files(console, report=tl.results.RunFolder(path).report_path)
+    console.print(f"run:    {path}", soft_wrap=True)
+    found = tl.runs.read_post_evaluation(path)
+    if found is not None:
+        times = counted(found.repeats, "time")
+        text = f"the last models have been observed again {len(found.fitness)} of {times}"
+        if found.best_model is not None:
+            text = f"the last models, observed again {times}; the best: {named_numbers(found.best_model.items())}"
+        if found.absolute_error is not None:
+            text += f"; absolute errors: {named_numbers(found.absolute_error.items())}"
+        console.print(text, soft_wrap=True)
+    return found
 
 
-def print_scenarios(console: Console, scenarios: dict[str, "Scenario"]) -> None:
-    """Print every scenario's name, what it is, and its agents' parameters."""
-    from turing_learning.models import ReactiveModel
+def print_study(console: Console, result: "tl.StudyResult") -> None:
+    """Print the table of a study, how good the runs are, which failed, and where the files are."""
+    console.print(result)
+    print_files(console, report=result.path / "report.html", tables=result.path / "summary.csv")
+    console.print(f"study:  {result.path}", soft_wrap=True)
 
+
+def print_scenarios(
+    console: Console,
+    scenarios: Mapping[str, "tl.swarm.Scenario"],
+    stimulated: Mapping[str, "tl.interaction.StimulatedSystem"],
+) -> None:
+    """Print every system's name, what it is, and its agents' parameters; of those with stimuli also these."""
     for name, scenario in scenarios.items():
         console.print(Text(name, style="bold") + f"  {scenario.description}", soft_wrap=True)
-        names, view = ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
+        names, view = tl.models.ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
         values = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
         if view > 0 or scenario.representation == "morphology":  # else a line of sight, as everywhere
             values.append(f"field of view {view:.4g} rad")
         objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
         bodies = f"{scenario.agents} agents, {scenario.replicas} replica{objects}"
         console.print(f"    {bodies}; {', '.join(values)}", soft_wrap=True)
-
-
-def print_stimulated(console: Console, systems: Mapping[str, "StimulatedSystem"]) -> None:
-    """Print the name of every system with stimuli, what it is, its stimuli, and its parameters."""
-    for name, system in systems.items():
+    for name, system in stimulated.items():
         console.print(Text(name, style="bold") + f"  {system.title}", soft_wrap=True)
-        console.print(
-            f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}", soft_wrap=True
-        )
+        shown = system.shown(np.array(system.true))
+        console.print(f"    stimuli {', '.join(system.stimulus.names)}; {shown}", soft_wrap=True)
 
 
 def print_verdicts(
-    console: Console, detector: "Detector", motion: "Motion", verdicts: "Sequence[SampleVerdict]"
+    console: Console,
+    detector: "tl.detection.Detector",
+    motion: "tl.detection.Motion",
+    verdicts: "Sequence[tl.detection.SampleVerdict]",
 ) -> None:
     """Print which individuals are abnormal, by samples."""
     rows = []
@@ -98,21 +104,20 @@ def print_verdicts(
     samples = f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps"
     classifiers = counted(len(detector.genomes), "classifier")
     found = sum(verdict.abnormal for verdict in verdicts)
-    text = f"{found} of {len(verdicts)} abnormal, by {samples}; rule {detector.rule}, {classifiers}, {limit}"
-    console.print(text)
+    console.print(f"{found} of {len(verdicts)} abnormal, by {samples}; rule {detector.rule}, {classifiers}, {limit}")
 
 
-def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[TimedVerdict]") -> None:
+def print_timeline(
+    console: Console, detector: "tl.detection.Detector", verdicts: "Sequence[tl.detection.TimedVerdict]"
+) -> None:
     """Print which individuals of a recording are abnormal, and when."""
     rows = []
     for verdict in verdicts:
         numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
-        word = "abnormal" if verdict.abnormal else "normal"
+        cells = (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
         spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
-        more = len(verdict.spells) - MOST_SPELLS
-        when = ", ".join(spells + ([f"{more} more"] if more > 0 else [])) or "-"
-        cells = (*numbers, word) if verdict.windows else (*"---", "no window")
-        rows.append((verdict.individual, str(verdict.windows), *cells, when))
+        spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
+        rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
     headings = ("individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)")
     print_table(console, headings, rows)
     found = sum(verdict.abnormal for verdict in verdicts)
@@ -121,7 +126,12 @@ def print_timeline(console: Console, detector: "Detector", verdicts: "Sequence[T
 
 
 def print_standings(
-    console: Console, found: "Detection", timed: "Sequence[TimedVerdict]", *, seconds: bool, steps: int
+    console: Console,
+    found: "tl.detection.Detection",
+    timed: "Sequence[tl.detection.TimedVerdict]",
+    *,
+    seconds: bool,
+    steps: int,
 ) -> None:
     """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
     from turing_learning.detection._present import standings

@@ -140,11 +140,11 @@ def test_signals_of_neighbors_are_the_default_where_models_have_them(tmp_path, m
     write_group(tmp_path / "group" / "fish.csv", 1, individuals=individuals)
     files = [tmp_path / "group" / "fish.csv"]
     options = {"trajectories": files, "fps": 10.0, "scale": 1.0, "y_axis": "up", "model": model}
-    windows, family, _ = Recording(**options).opened()
+    windows, family, _ = Recording(**options).motion().opened()
     assert windows.names == family.signals == signals
-    assert Recording(**options).opened(20, ("speed",))[0].names == ("speed",)
+    assert Recording(**options).motion().opened(20, ("speed",))[0].names == ("speed",)
     assert (family.tank_cm is None) == (len(signals) == 2)
-    assert Recording(**options, tank=["none"]).opened()[1].tank_cm is None
+    assert Recording(**options, tank=["none"]).motion().opened()[1].tank_cm is None
     if family.tank_cm is not None:
         places = np.loadtxt(files[0], delimiter=",", skiprows=1)[:, 2:]
         np.testing.assert_allclose(family.tank_cm, np.ptp(places, axis=0))
