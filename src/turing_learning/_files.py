@@ -36,20 +36,7 @@ def unused(path: Path) -> Path:
 def whole(path: Path) -> Iterator[Path]:
     """Give a temporary name to write to; at the end of the block the file is flushed to the disk and gets its name.
 
-    Parameters
-    ----------
-    path
-        Where; the folder must exist. An earlier file of that name is replaced, or left as it was if anything fails.
-
-    Yields
-    ------
-    Path
-        In the same folder, for this process alone; nothing is left there.
-
-    Raises
-    ------
-    OSError
-        If the disk is full or the folder cannot be written.
+    The folder must exist. An earlier file of that name is replaced, or left as it was if anything fails.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}{PARTIAL}")
     try:
@@ -60,7 +47,12 @@ def whole(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):  # a disk that cannot be written has nothing to remove either
             temporary.unlink(missing_ok=True)
-    _flush_folder(path.parent)
+    if os.name == "posix":  # the folder's list of names, too
+        descriptor = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
 
 
 def write_atomically(path: Path, content: bytes) -> None:
@@ -86,37 +78,13 @@ def remove_partial(folder: Path) -> None:
             path.unlink(missing_ok=True)
 
 
-def _flush_folder(folder: Path) -> None:
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 class Seals:
     """The sealed index of one folder: the SHA-256 of every file that is read again, one line each, appended.
 
     A line is ``CHECK DIGEST NAME``. CHECK is a digest of the rest of the line and of the identity of the
     folder's content: a line that was changed, or comes from another folder, does not count. A line is appended
     before its file gets its name. A kill between the two leaves the earlier file, whose line stands just above.
-    So the last two lines of a name count.
-
-    Parameters
-    ----------
-    folder
-        Whose index.
-    identity
-        Digest of what the content of the folder belongs to.
-
-    Attributes
-    ----------
-    exists
-        Whether there is an index with at least one line, sound or not.
-    lost
-        Number of lines that do not count.
+    So the last two lines of a name count. The index `exists` if it has a line, sound or not.
     """
 
     def __init__(self, folder: Path, identity: str) -> None:
@@ -126,21 +94,17 @@ class Seals:
     def load(self) -> None:
         """Read the index from the disk."""
         self._digests: dict[str, tuple[str, ...]] = {}
-        self._lines = self.lost = 0
         try:
             text = self._path.read_text(encoding="utf-8", errors="replace")
         except OSError:
             text = ""
-        for line in text.splitlines():
-            if line.startswith("#") or not line:
-                continue
-            self._lines += 1
+        lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+        for line in lines:
             check, _, rest = line.partition(" ")
             digest, _, name = rest.partition(" ")
             if name and check == self._check(rest):
                 self._take(name, digest)
-            else:
-                self.lost += 1
+        self._lines = len(lines)
         self._torn = bool(text) and not text.endswith("\n")
         self.exists = self._lines > 0
 
@@ -190,7 +154,7 @@ class Seals:
         lines = [self._line(name, digest) for name, digests in self._digests.items() for digest in digests]
         with whole(self._path) as temporary:
             temporary.write_text(_TITLE + "".join(lines), encoding="utf-8")
-        self._lines, self.lost, self._torn, self.exists = len(lines), 0, False, bool(lines)
+        self._lines, self._torn, self.exists = len(lines), False, bool(lines)
 
     def _take(self, name: str, digest: str) -> None:
         self._digests[name] = () if digest == _GONE else (*self._digests.get(name, ()), digest)[-2:]

@@ -1,10 +1,10 @@
 """Arrays at a door: shape, type and finiteness, checked in one place."""
 
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
-from .errors import RefusedError, Text, brief, refuse, require
+from .errors import RefusedError, Text, brief, refuse
 
 
 def array(
@@ -37,52 +37,29 @@ def array(
         The array itself where it fits, else a copy.
     """
     axes, want = shape.split(), np.dtype(dtype)
+
+    def rejected(rule: str, got: str, instead: Text = remedy) -> NoReturn:
+        refuse(name, rule, got, instead, place=place, error=error)
+
     if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
-        refuse(
-            name,
-            "have no masked values",
-            "a masked array",
-            remedy or "Fill them, or leave them out.",
-            place=place,
-            error=error,
-        )
+        rejected("have no masked values", "a masked array", remedy or "Fill them, or leave them out.")
     try:
         given = np.asarray(value)
     except Exception:  # rows of different lengths, or objects that fail
-        refuse(
-            name,
-            f"be an array of shape {_symbols(axes, sizes)}",
-            f"a {type(value).__name__}",
-            remedy,
-            place=place,
-            error=error,
-        )
-    kinds = {"f": "fiu", "i": "iu", "u": "u", "b": "b"}[want.kind]
-    if given.dtype.kind not in kinds and not (want.kind in "iu" and given.dtype.kind == "f" and _whole_numbers(given)):
+        rejected(f"be an array of shape {_symbols(axes, sizes)}", f"a {type(value).__name__}")
+    floats, kinds = given.dtype.kind == "f", {"f": "fiu", "i": "iu", "u": "u", "b": "b"}[want.kind]
+    fits = given.dtype.kind in kinds or (floats and given.size == 0)
+    if not (fits or (want.kind in "iu" and floats and np.isfinite(given).all() and (given == np.floor(given)).all())):
         noun = {"f": "numbers", "i": "integers", "u": "non-negative integers", "b": "truth values"}[want.kind]
-        require(given.size == 0 and given.dtype.kind == "f", name, f"be an array of {noun}", _described(value, given), remedy,
-                place=place, error=error)  # fmt: skip
+        rejected(f"be an array of {noun}", f"an array of {given.dtype}" if given.shape else brief(value))
     if not _fits(given.shape, axes, sizes, empty):
         also = "" if empty else " and not empty" if 0 in given.shape else ""
-        refuse(name, f"be of shape {_symbols(axes, sizes)}{also}", str(given.shape), remedy, place=place, error=error)
+        rejected(f"be of shape {_symbols(axes, sizes)}{also}", str(given.shape))
     # minimum and maximum are finite only where all values are: half the time of a look at each value
-    if (
-        finite
-        and given.dtype.kind == "f"
-        and given.size
-        and not (np.isfinite(given.min()) and np.isfinite(given.max()))
-    ):
+    if finite and floats and given.size and not (np.isfinite(given.min()) and np.isfinite(given.max())):
         at = tuple(int(k) for k in np.argwhere(~np.isfinite(given))[0])
-        refuse(name, "be finite", f"{given[at]} at {at} of {_letters(axes)}", remedy, place=place, error=error)
+        rejected("be finite", f"{given[at]} at {at} of {_letters(axes)}")
     return given.astype(want, copy=False)
-
-
-def _whole_numbers(given: np.ndarray) -> bool:
-    return bool(np.isfinite(given).all() and (given == np.floor(given)).all())
-
-
-def _described(value: Any, given: np.ndarray) -> str:
-    return f"an array of {given.dtype}" if given.shape else brief(value)
 
 
 def _fits(shape: tuple[int, ...], axes: list[str], sizes: dict[str, int], empty: bool) -> bool:

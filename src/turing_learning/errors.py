@@ -11,8 +11,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from importlib import import_module
 from numbers import Integral, Real
+from operator import ge, gt, le, lt
 from types import ModuleType
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 
 @dataclass(frozen=True)
@@ -36,38 +37,25 @@ Text = str | Setting | Call | tuple[str | Setting | Call, ...]
 """A sentence; or pieces of one, some of which each door says in its own words."""
 
 
-class Words(Protocol):
-    """How a door names arguments, settings and calls."""
+class Words:
+    """How a door names arguments, settings and calls; these are the words of Python."""
 
     def name(self, name: str) -> str:
         """Return what stands in backticks at the beginning of a message."""
-
-    def setting(self, setting: Setting) -> str:
-        """Return a setting in a sentence."""
-
-    def call(self, call: Call) -> str:
-        """Return a call in a sentence."""
-
-
-class PythonWords:
-    """The names of Python's arguments and functions."""
-
-    def name(self, name: str) -> str:
-        """Return the name as it is."""
         return name
 
     def setting(self, setting: Setting) -> str:
-        """Return the name in backticks, or ``name=value``."""
+        """Return a setting in a sentence: its name in backticks, or ``name=value``."""
         return f"`{setting.name}`" if setting.value is None else f"{setting.name}={setting.value!r}"
 
     def call(self, call: Call) -> str:
-        """Return ``turing_learning.verb('path', ...)`` in backticks."""
+        """Return a call in a sentence: ``turing_learning.verb('path', ...)`` in backticks."""
         arguments = [repr(call.path)] if call.path else []
         arguments += [f"{each.name}={'...' if each.value is None else repr(each.value)}" for each in call.more]
         return f"`turing_learning.{call.verb}({', '.join(arguments)})`"
 
 
-PYTHON = PythonWords()
+PYTHON = Words()
 
 
 @dataclass(frozen=True)
@@ -154,18 +142,15 @@ def refusing_as(error: type[RefusedError], *, name: str = "", place: str = "") -
     """Raise what the block rejects as another kind of error, with a place or a name that the block did not know."""
     try:
         yield
-    except error as refused:
-        if not (place or name) or refused.refusal is None:
-            raise
-        raise error(_told_more(refused.refusal, name, place)) from refused
     except RefusedError as refused:
-        raise error(_told_more(refused.refusal, name, place) if refused.refusal else str(refused)) from refused
+        why = refused.refusal
+        if isinstance(refused, error) and not (why and (place or name)):
+            raise
+        if why:
+            why = replace(why, name=name or why.name, place=", ".join(filter(None, (why.place, place))))
+        raise error(why or str(refused)) from refused
     except ValueError as refused:
         raise error(str(refused)) from refused
-
-
-def _told_more(refusal: Refusal, name: str, place: str) -> Refusal:
-    return replace(refusal, name=name or refusal.name, place=", ".join(filter(None, (refusal.place, place))))
 
 
 class MissingExtraError(ImportError):
@@ -222,21 +207,14 @@ def number(
     below: float | None = None, remedy: Text = "", place: str = "", error: type[RefusedError] = RefusedError,
 ) -> float:  # fmt: skip
     """Return a finite number within bounds: `least` and `most` belong to the range, `above` and `below` do not."""
-    bounds = (("of at least", least), ("above", above), ("of at most", most), ("below", below))
-    rule = " ".join(
-        ["be a finite number", " and ".join(f"{word} {bound:g}" for word, bound in bounds if bound is not None)]
-    )
+    known = (("of at least", ge, least), ("above", gt, above), ("of at most", le, most), ("below", lt, below))
+    bounds = [(word, holds, bound) for word, holds, bound in known if bound is not None]
+    rule = f"be a finite number {' and '.join(f'{word} {bound:g}' for word, _, bound in bounds)}"
     try:
         got = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     except OverflowError:  # an integer beyond the floats
         got = math.nan
-    fits = (
-        math.isfinite(got)
-        and (least is None or got >= least)
-        and (above is None or got > above)
-        and (most is None or got <= most)
-        and (below is None or got < below)
-    )
+    fits = math.isfinite(got) and all(holds(got, bound) for _, holds, bound in bounds)
     require(fits, name, rule.rstrip(), brief(value), remedy, place=place, error=error)
     return got
 

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -30,13 +31,7 @@ class RunFolderError(RefusedError):
 
 
 class DamagedError(RunFolderError):
-    """A stored file is missing, or not as it was written.
-
-    Attributes
-    ----------
-    reason
-        What is wrong with it, in few words.
-    """
+    """A stored file is missing, or not as it was written; `reason` says in few words what is wrong with it."""
 
     reason = ""
 
@@ -49,15 +44,7 @@ class RunStorageError(OSError):
 def told(kind: type[Exception], what: str, remedy: str) -> Iterator[None]:
     """Turn what the operating system says inside the block into one message: what must be, why it is not, what to do.
 
-    Parameters
-    ----------
-    kind
-        Of the error that is raised. A `RunStorageError` has its message already, and passes; so does the
-        message of a FileExistsError that is ours, not the operating system's.
-    what
-        For example "`out` must be a folder that can be written; got runs/mine".
-    remedy
-        A sentence.
+    A `RunStorageError` has its message already, and passes; so does the message of a FileExistsError that is ours.
     """
     try:
         yield
@@ -83,53 +70,35 @@ def storage(path: Path, ahead: str, name: str = "out") -> AbstractContextManager
 def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
     """Raise RunFolderError unless a version of the package that we know has written the file at `path`."""
     later = f"Use the version of turing-learning that wrote this {noun}, or a later one."
-    known = type(version) is int
-    require(known and version >= 1, "format_version", "be an integer of at least 1", version, "Restore the file.",
-            place=str(path), error=RunFolderError)  # fmt: skip
-    require(version <= newest, "format_version", f"be at most {newest}", version, later, place=str(path),
-            error=RunFolderError)  # fmt: skip
+    check = partial(require, name="format_version", got=version, place=str(path), error=RunFolderError)
+    check(type(version) is int and version >= 1, rule="be an integer of at least 1", remedy="Restore the file.")
+    check(version <= newest, rule=f"be at most {newest}", remedy=later)
 
 
 @dataclass(frozen=True)
 class Kind:
-    """What a store holds.
-
-    Parameters
-    ----------
-    noun
-        What it is called, and the name of the argument in messages: "study".
-    head
-        The JSON file that says what the folder is; it has a ``format_version``.
-    identity
-        Keys of the head whose values must stay the same for its life.
-    pieces
-        Patterns of the files that are read again, beside the head. They are sealed when a store that has no seals is resumed.
-    newest
-        Newest format version that can be read.
-    beside
-        Files that belong to the head. What of these and of the head is removed while the folder is locked is written again.
-    """
+    """What a store holds."""
 
     noun: str
+    """What it is called, and the name of the argument in messages: "study"."""
     head: str
+    """The JSON file that says what the folder is; it has a ``format_version``."""
     identity: tuple[str, ...] = ()
+    """Keys of the head whose values must stay the same for its life."""
     pieces: tuple[str, ...] = ()
+    """Patterns of other files that are read again. They are sealed when a store that has no seals is resumed."""
     newest: int = 1
+    """Newest format version that can be read."""
     beside: tuple[str, ...] = ()
+    """Files that belong to the head. What of these and of the head is removed while the folder is locked is written again."""
 
 
 class Store:
     """A folder of files that are written atomically, and verified when they are read.
 
     Each file has a seal, its SHA-256, in one index (``seals.txt``). A folder without an index comes from
-    version 0.1.0: its files are read as they are, and the log says once that they are not verified.
-
-    Parameters
-    ----------
-    path
-        The folder; a leading ~ is the home folder. Nothing is made before something is written.
-    kind
-        What it holds.
+    version 0.1.0: its files are read as they are, and the log says once that they are not verified. Nothing is
+    made before something is written.
     """
 
     def __init__(self, path: str | Path, kind: Kind) -> None:
@@ -137,7 +106,7 @@ class Store:
         self.path, self.kind = in_home(path), kind
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
-        self._verified: dict[str, tuple[int, int, int]] = {}
+        self._digests: dict[str, tuple[tuple[int, int, int], str]] = {}  # of files in their present state
         self._written: set[str] = set()  # files that have been written since the index was read, and have their names
         self._unverified = False
         self._lasting: dict[Path, bytes] = {}  # the head and what is beside it, while the folder is locked
@@ -154,13 +123,7 @@ class Store:
         return self._peek() is not None
 
     def head(self) -> dict[str, Any]:
-        """Return what the folder says that it is.
-
-        Raises
-        ------
-        RunFolderError
-            If it is something else, comes from a later version of the package, or has been changed.
-        """
+        """Return what the folder says that it is; reject what is something else, of a later version, or changed."""
         content, noun = self._peek(), self.kind.noun
         if content is None:
             refuse(noun, f"be a {noun} folder", f"{self.path} without a readable {self.kind.head}",
@@ -170,15 +133,7 @@ class Store:
         return content
 
     def create(self, head: Mapping[str, Any], files: Mapping[str, Any] | None = None) -> None:
-        """Make the folder a store; pieces that are there stay, unverified.
-
-        Parameters
-        ----------
-        head
-            What the folder is; gets a ``format_version`` if it has none.
-        files
-            Name -> content of what is written before it, see `write`.
-        """
+        """Make the folder a store; pieces that are there stay, unverified. Other `files` are written before its head."""
         content = {"format_version": self.kind.newest} | dict(head)
         self.path.mkdir(parents=True, exist_ok=True)
         self._lasting, self._seals = {}, Seals(self.path, _identity(content, self.kind))
@@ -203,22 +158,18 @@ class Store:
 
     @contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the folder for this process; the lock dies with it. The folder must exist.
-
-        Raises
-        ------
-        RunFolderError
-            If another process holds it.
-        """
+        """Hold the folder, which must exist, for this process; the lock dies with it. Reject one that another process holds."""
         from filelock import FileLock, Timeout
 
         lock = FileLock(self.path / LOCK, timeout=0)
         try:
             lock.acquire()
         except Timeout as error:
-            noun = self.kind.noun
+            process, writer = (self._peek() or {}).get("process"), "another process"
+            if isinstance(process, dict) and {"pid", "host"} <= process.keys():
+                writer = f"process {process['pid']} on {process['host']}"
             raise RunFolderError(
-                f"`{noun}` must not be in use; got {self.path}, to which {self._holder()} is writing. "
+                f"`{self.kind.noun}` must not be in use; got {self.path}, to which {writer} is writing. "
                 "Wait until it ends, or stop it."
             ) from error
         try:
@@ -252,33 +203,21 @@ class Store:
         paths = (self.path / name for name in (self.kind.head, *self.kind.beside))
         self._lasting = {path: path.read_bytes() for path in paths if path.is_file()}
 
-    def _holder(self) -> str:
-        process = (self._peek() or {}).get("process")
-        known = isinstance(process, dict) and {"pid", "host"} <= process.keys()
-        return f"process {process['pid']} on {process['host']}" if known else "another process"  # type: ignore[index]
-
     # Files
 
     def write(self, name: str, content: Any) -> Path:
-        """Write a file, atomically, with its seal.
+        """Write a file, atomically, with its seal; if that fails, an earlier file of that name is left as it was.
 
-        Parameters
-        ----------
-        name
-            In the folder, with slashes; folders on the way are made. Its suffix says how the content is stored.
-        content
-            Bytes, text; for .json an object, for .npy an array, for .npz name -> array, for .csv a table of pandas.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written; an earlier file of that name is left as it was.
+        The name may have slashes: folders on the way are made. Its suffix says how the content is stored, see `encoded`.
         """
         self.require_here()
         content, path = encoded(name, content), self.path / name
         path.parent.mkdir(parents=True, exist_ok=True)
         self._adopt(name)
-        lines = [] if name in self._written else self._present(name)
+        lines = []
+        if name not in self._written and self.seals.ambiguous(name) and path.is_file():
+            digest = file_digest(path)  # which of two: writing it may have been cut short more than once
+            lines = [(name, digest)] if self.seals.fits(name, digest) else []
         self._written.discard(name)
         self.seals.append([*lines, (name, digest_of(content))])
         write_atomically(path, content)
@@ -287,57 +226,40 @@ class Store:
             self._remember()
         return path
 
-    def _present(self, name: str) -> list[tuple[str, str]]:
-        """Return the line of the file that is there, where two could be: writing it may have been cut short more than once."""
-        if not self.seals.ambiguous(name) or not (self.path / name).is_file():
-            return []
-        digest = file_digest(self.path / name)
-        return [(name, digest)] if self.seals.fits(name, digest) else []
-
     def read(self, name: str) -> Any:
-        """Return the content of a file, as it was given to `write`; text and other kinds as bytes.
-
-        Raises
-        ------
-        DamagedError
-            If the file is missing, or not as it was written.
-        """
-        return decoded(name, self.read_bytes(name), self)
+        """Return the content of a file, as it was given to `write`, text and other kinds as bytes; see `read_bytes`."""
+        suffix, content = Path(name).suffix, self.read_bytes(name)
+        try:
+            if suffix == ".json":
+                return json.loads(content)
+            if suffix == ".npy":
+                return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
+            if suffix == ".npz":
+                with np.load(io.BytesIO(content), allow_pickle=False) as archive:
+                    return {name: archive[name] for name in archive.files}
+        except Exception as error:  # whatever a parser says about bytes that it did not expect
+            raise self.damaged(name, " ".join(f"{type(error).__name__}: {error}".split())[:200]) from error
+        return content
 
     def read_bytes(self, name: str) -> bytes:
-        """Return the bytes of a file; see `read`."""
-        for look in range(_LOOKS):
-            try:
-                content = (self.path / name).read_bytes()
-            except OSError as error:
-                raise self.damaged(name, error.strerror or str(error)) from error
-            flaw = self._flaw(name, digest_of(content))
-            if not flaw:
-                return content
-            time.sleep(0.01 * look)
-            self.seals.load()
-        raise self.damaged(name, flaw)
+        """Return the bytes of a file; raise DamagedError if it is missing, or not as it was written."""
+        content = b""
+
+        def digest() -> str:
+            nonlocal content
+            content = (self.path / name).read_bytes()
+            return digest_of(content)
+
+        if flaw := self._flaw(name, digest):
+            raise self.damaged(name, flaw)
+        return content
 
     def once(
         self, name: str, compute: Callable[[], Any], *, fits: Callable[[Any], bool] = lambda found: True
     ) -> Any | None:
-        """Return a piece of work: from its file, or computed now and stored.
+        """Return a piece of work: from its file, see `find`, or computed now and stored; None if that was stopped.
 
-        A damaged file is set aside, see `set_aside`, and the log says so.
-
-        Parameters
-        ----------
-        name
-            Of the file; its suffix says how the result is stored.
-        compute
-            Returns the result, or None if it was stopped.
-        fits
-            Whether a stored result has the form that it must have; decisive for files without a seal.
-
-        Returns
-        -------
-        Any or None
-            None if it was stopped.
+        `fits` says whether a stored result has the form that it must have; it is decisive for files without a seal.
         """
         found = self.find(name, fits=fits)
         if found is None and (found := compute()) is not None:
@@ -393,20 +315,17 @@ class Store:
 
     def verify(self, names: Iterable[str]) -> dict[str, str]:
         """Return what is wrong with files that something else reads: name -> reason; a file that has not changed is read once."""
-        found = {}
-        for name in names:
-            for look in range(_LOOKS):
-                try:
-                    flaw = self._flaw_of_file(name)
-                except OSError as error:
-                    flaw = error.strerror or str(error)
-                if not flaw:
-                    break
-                time.sleep(0.01 * look)
-                self.seals.load()
-            if flaw:
-                found[name] = flaw
-        return found
+        flaws = {name: self._flaw(name, partial(self._digest, name)) for name in names}
+        return {name: flaw for name, flaw in flaws.items() if flaw}
+
+    def _digest(self, name: str) -> str:
+        """Return the digest of a file, from the time that it was read in its present state."""
+        path = self.path / name
+        stat = path.stat()
+        state = (stat.st_ino, stat.st_size, stat.st_mtime_ns)
+        if name not in self._digests or self._digests[name][0] != state:
+            self._digests[name] = (state, file_digest(path))
+        return self._digests[name][1]
 
     def damaged(self, name: str, reason: str) -> DamagedError:
         """Return the error that says what is wrong with a file."""
@@ -416,19 +335,21 @@ class Store:
         error.reason = reason
         return error
 
-    def _flaw_of_file(self, name: str) -> str:
-        path = self.path / name
-        stat = path.stat()
-        state = (stat.st_ino, stat.st_size, stat.st_mtime_ns)
-        if self._verified.get(name) == state:
-            return ""
-        flaw = self._flaw(name, file_digest(path))
-        if not flaw:
-            self._verified[name] = state
+    def _flaw(self, name: str, digest: Callable[[], str]) -> str:
+        """Return what is wrong with a file, nothing if it is as it was written; look more than once, see `_LOOKS`."""
+        for look in range(_LOOKS):
+            try:
+                flaw = self._broken_seal(name, digest())
+            except OSError as error:
+                flaw = error.strerror or str(error)
+            if not flaw:
+                break
+            time.sleep(0.01 * look)
+            self.seals.load()
         return flaw
 
-    def _flaw(self, name: str, digest: str) -> str:
-        """Return what is wrong with a file of that digest, nothing if it is as it was written or no seals are there."""
+    def _broken_seal(self, name: str, digest: str) -> str:
+        """Return why a file of that digest is not the one that was sealed; nothing if it is, or no seals are there."""
         seals = self.seals
         if not seals.exists:
             self._say_unverified()
@@ -462,7 +383,7 @@ class Store:
 
 
 def encoded(name: str, content: Any) -> bytes:
-    """Return the bytes of a file of that name; see `Store.write`."""
+    """Return the bytes of a file of that name: bytes and text as they are; .json, .npy, .npz of name -> array, .csv of pandas."""
     if isinstance(content, bytes | str):
         return content.encode() if isinstance(content, str) else content
     suffix, memory = Path(name).suffix, io.BytesIO()
@@ -479,22 +400,6 @@ def encoded(name: str, content: Any) -> bytes:
     raise TypeError(
         f"{name} must be .json, .npy, .npz or .csv, or its content bytes or text; got {type(content).__name__}"
     )
-
-
-def decoded(name: str, content: bytes, store: Store) -> Any:
-    """Return what bytes hold; raise DamagedError if they are no file of that kind."""
-    suffix = Path(name).suffix
-    try:
-        if suffix == ".json":
-            return json.loads(content)
-        if suffix == ".npy":
-            return np.lib.format.read_array(io.BytesIO(content), allow_pickle=False)
-        if suffix == ".npz":
-            with np.load(io.BytesIO(content), allow_pickle=False) as archive:
-                return {name: archive[name] for name in archive.files}
-    except Exception as error:  # whatever a parser says about bytes that it did not expect
-        raise store.damaged(name, " ".join(f"{type(error).__name__}: {error}".split())[:200]) from error
-    return content
 
 
 def _identity(head: Mapping[str, Any], kind: Kind) -> str:
