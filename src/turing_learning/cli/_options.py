@@ -100,10 +100,8 @@ class Recording(Tracks):
         """Return what the options name; reject them where they do not name recordings and a family."""
         from turing_learning.families._recorded import RecordedMotion
 
-        known, example = (
-            tl.families.FAMILIES,
-            "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin",
-        )
+        known = tl.families.FAMILIES
+        example = "For example: --trajectories fish.txt --fps 25 --scale 12.3 --model couzin"
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
         if self.model is None:
