@@ -57,25 +57,13 @@ def packed(function: Callable[..., Any]) -> bytes:
 class Workers:
     """Processes that call one function; they are started when they are needed, and kept.
 
-    Parameters
-    ----------
-    function
-        A function of a module, or a `functools.partial` of one; or what `packed` made of it.
-    count
-        Number of processes, >= 1.
-    timeout_s
-        A call that takes longer is given up, its process killed, and a TimeoutError raised; None waits for ever.
-    attempts
-        Processes that may die of a call before it is given up with `WorkerDied`.
-    warm_up
-        Arguments of a call that one process does before the others begin, so that kernels are compiled once;
-        what it raises is left to the calls that follow.
-    script
-        Whether the calling script is imported, so that its functions can be called; it then needs a guard of ``__main__``.
-    patient
-        Whether a worker whose parent is gone ends its call, see `asked_to_stop`; else it ends at once.
-    one_thread
-        Whether the libraries of linear algebra get one thread in each process.
+    The function is one of a module, a `functools.partial` of one, or what `packed` made of it. A call that takes longer
+    than `timeout_s` is given up, its process killed, and a TimeoutError raised. `attempts` processes may die of a call
+    before it is given up with `WorkerDied`. One process makes a call with the arguments `warm_up` before the others
+    begin, so that kernels are compiled once; what it raises is left to the calls that follow. With `script` the calling
+    script is imported, so that its functions can be called; it then needs a guard of ``__main__``. A `patient` worker
+    whose parent is gone ends its call, see `asked_to_stop`; others end at once. With `one_thread` the libraries of
+    linear algebra have one thread in each process.
     """
 
     def __init__(
@@ -96,7 +84,11 @@ class Workers:
                 'under `if __name__ == "__main__":`'
             )
         content = function if isinstance(function, bytes) else packed(function)
-        setting = {"patient": patient, "path": sys.path, "script": _script() if script else {}}
+        known = (
+            spawn.get_preparation_data("worker") if script else {}
+        )  # how `multiprocessing` imports the calling script
+        parts = {key: value for key, value in known.items() if key in _SCRIPT}
+        setting = {"patient": patient, "path": sys.path, "script": parts}
         environment = dict.fromkeys(ONE_THREAD, "1") | dict(os.environ) if one_thread else dict(os.environ)
         self._slots = [_Slot((pickle.dumps(setting), content), environment, timeout_s) for _ in range(count)]
         self._attempts, self._warm_up, self._warm = attempts, warm_up, threading.Event()
@@ -109,10 +101,8 @@ class Workers:
         if not self._threads:
             for k, slot in enumerate(self._slots):
                 given = (slot, self._calls, self._attempts, self._warm, self._warm_up, k == 0)
-                self._threads.append(
-                    threading.Thread(target=_serve_slot, args=given, name="turing-learning-worker", daemon=True)
-                )
-            for thread in self._threads:
+                thread = threading.Thread(target=_serve_slot, args=given, name="turing-learning-worker", daemon=True)
+                self._threads.append(thread)
                 thread.start()
         future: Future[Any] = Future()
         self._calls.put((arguments, future))
@@ -315,12 +305,6 @@ class _Slot:
 def _expire(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
     late.set()
     process.kill()
-
-
-def _script() -> dict[str, Any]:
-    """Return what a worker needs to import the calling script, as `multiprocessing` does it."""
-    known = spawn.get_preparation_data("worker")
-    return {key: known[key] for key in _SCRIPT if key in known}
 
 
 def serve() -> None:

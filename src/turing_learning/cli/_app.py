@@ -5,7 +5,7 @@ from importlib.metadata import version
 
 from cyclopts import App, Parameter
 
-from . import _beside, _detect, _reproduce, _robots, _runs, _study
+from . import _beside, _detect, _robots, _runs, _study
 
 app = App(
     name="turing-learning",
@@ -30,7 +30,7 @@ _ORDER: tuple[Callable[..., object], ...] = (
     _runs.pool,
     _runs.check,
     _detect.detect,
-    _reproduce.reproduce,
+    _beside.reproduce,
     _robots.arena,
     _beside.sample,
     _beside.docs,

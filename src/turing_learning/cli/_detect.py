@@ -48,11 +48,8 @@ def detect(
     Examples:
 
       turing-learning detect runs/mine motion.csv
-
       turing-learning detect runs/mine motion.npy --rule fittest --false-alarms 0.001 --json
-
       turing-learning detect runs/fish trial.txt --genuine monday.txt --genuine tuesday.txt --fps 25 --scale 12.3 --out trial.csv
-
       turing-learning detect runs/mine --simulate 2
 
     :param run: A run folder with a full history.

@@ -4,7 +4,7 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,7 +15,7 @@ import turing_learning as tl
 from turing_learning.errors import RefusedError, refuse, refusing_as, require
 
 from ._options import Integer, Real, Settings, settings_of
-from ._stopping import REFUSED, Interrupted, stopping
+from ._stopping import REFUSED, Interrupted, handling, stopping
 
 LABORATORY_FILE = Path("lab.toml")
 
@@ -63,9 +63,7 @@ def run(
     Examples:
 
       turing-learning robots run --config lab.toml --out runs/first
-
       turing-learning robots run --config lab.toml --emulated --trials 40
-
       turing-learning robots run --resume runs/first
 
     :param config: The laboratory's file, see `turing-learning docs robots/laboratory`; lab.toml by default.
@@ -185,27 +183,14 @@ def arena(
         scenario = replace(tl.robots.LABORATORY, agents=agents, replicas=replicas)
         service = tl.robots.ArenaService(scenario, seed=seed, lines=lines, speed=speed)
     what = f"`out` must be a folder that can be written; got {out}"
-    with service, _ended_by_signals():
+    with service, suppress(KeyboardInterrupt), handling((signal.SIGINT, signal.SIGTERM), signal.default_int_handler):
         with told(RefusedError, what, "Choose another, or make room."):
             path = service.write(out, force=force)
         for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
             print(f"{name:12} {address}")
         print("type `remote` to let the robots begin, `help` for everything else; Ctrl-C ends", flush=True)
         _listen(service.laboratory)
-    print("the laboratory is closed")
-
-
-@contextmanager
-def _ended_by_signals() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM end the block, also where a shell has started the command in the background, deaf to Ctrl-C."""
-    before = {number: signal.signal(number, signal.default_int_handler) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield
-    except KeyboardInterrupt:
-        print()
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    print("\nthe laboratory is closed")
 
 
 def _listen(laboratory: "tl.robots.EmulatedLaboratory") -> None:

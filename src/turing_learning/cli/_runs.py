@@ -39,15 +39,10 @@ def infer(
     Examples:
 
       turing-learning infer aggregation
-
       turing-learning infer aggregation --trials 1000 --out runs/frugal
-
       turing-learning infer aggregation --generations 200 --seed 7 --out runs/short
-
       turing-learning infer --config my.toml --set classifiers.hidden=8
-
       turing-learning infer light-response --passive random
-
       turing-learning infer --trajectories monday/fish.txt --trajectories tuesday/fish.txt --fps 25 --scale 12.3 --model couzin
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
@@ -107,7 +102,6 @@ def resume(
     Examples:
 
       turing-learning resume runs/aggregation-20261121-093015-seed1
-
       turing-learning resume runs/frugal --trials 3000
 
     :param run: A run folder, or a study folder.
@@ -127,7 +121,7 @@ def resume(
             refuse(name, f"be left out for a {what}", str(value), place=f"--{name}")
     if of_study:
         recording.refuse_beside("be left out for a study, which needs nothing but its folder")
-        return _study.resume(run, workers, cluster)
+        return _study.execute(partial(tl.studies.resume_study, run, workers=workers, cluster=cluster), run)
     if threads is not None:
         integer("threads", threads, 1, place="--threads")
     if tl.runs.is_laboratory_run(run):
@@ -175,11 +169,8 @@ def simulate(
     Examples:
 
       turing-learning simulate aggregation
-
       turing-learning simulate aggregation --robots 50 --duration 300 --out fifty.gif
-
       turing-learning simulate aggregation --controller=-0.7,-1,1,-1 --out agents.mp4
-
       turing-learning simulate --config my.toml --set scenario.sensor.field_of_view=0.5
 
     :param scenario: Name of a scenario, see `scenarios`; or in the file.
@@ -228,7 +219,6 @@ def pool(runs: list[Path], /) -> None:
     Examples:
 
       turing-learning pool runs/fish-seed1 runs/fish-seed2 runs/fish-seed3 runs/fish-seed4
-
       turing-learning pool runs/thirty/runs/*
 
     :param runs: Run folders, two or more.
@@ -261,7 +251,6 @@ def check(
     Examples:
 
       turing-learning check runs/mine
-
       turing-learning check runs/fish --trajectories elsewhere/fish.txt
 
     :param run: A run folder.

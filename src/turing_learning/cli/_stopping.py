@@ -2,7 +2,7 @@
 
 import shlex
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -49,17 +49,25 @@ class StopRequest:
 
 
 @contextmanager
+def handling(numbers: Iterable[int], handler: Callable[[int, FrameType | None], object]) -> Iterator[None]:
+    """Handle signals inside the block, also where a shell has started the command in the background, deaf to Ctrl-C."""
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, earlier in before.items():
+            signal.signal(number, earlier)
+
+
+@contextmanager
 def stopping(ahead: str | Callable[[], str]) -> Iterator[StopRequest]:
     """Let signals ask for a stop inside the block; one that was ended at once says how to resume."""
     request = StopRequest()
-    before = {number: signal.signal(number, request.receive) for number in _SIGNALS}
     try:
-        yield request
+        with handling(_SIGNALS, request.receive):
+            yield request
     except KeyboardInterrupt as error:
         raise Interrupted(f"interrupted; {ahead}" if isinstance(ahead, str) else ahead()) from error
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 class OptionWords(Words):

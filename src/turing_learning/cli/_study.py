@@ -37,11 +37,8 @@ def study(
     Examples:
 
       turing-learning study aggregation --runs 30
-
       turing-learning study random-behaviors --runs 1000 --workers 8
-
       turing-learning study aggregation --config grid.toml --cluster tcp://10.0.0.1:8786 --out /shared/grid
-
       turing-learning study aggregation --out /shared/thirty --write-slurm thirty.sh
 
     :param scenario: Name of a scenario, see `scenarios`; or random-behaviors; or in the file.
@@ -69,7 +66,7 @@ def study(
     )
     path = out or tl.studies.new_study_path(plan)
     if write_slurm is None:
-        return _execute(partial(tl.studies.execute_study, plan, path, hands, force=force), path)
+        return execute(partial(tl.studies.execute_study, plan, path, hands, force=force), path)
     if hands.cluster is not None or hands.workers is not None:
         rule = "be given without workers and cluster"
         refuse("write-slurm", rule, f"{write_slurm} beside one", "Slurm is the cluster.")
@@ -81,11 +78,6 @@ def study(
     print(f"{write_slurm}: {runs_of} in {path}. Time and memory of a run stand at its head. Submit:")
     print(f"  {submit}")
     return None
-
-
-def resume(path: Path, workers: int | None, cluster: str | None) -> int | None:
-    """Resume a study."""
-    return _execute(partial(tl.studies.resume_study, path, workers=workers, cluster=cluster), path)
 
 
 def study_run(study: Path, number: Integer, /) -> int | None:
@@ -116,7 +108,7 @@ def study_collect(study: Path, /) -> None:
     print_study(plain_console(), tl.studies.collect_study(study))
 
 
-def _execute(execute: "partial[tl.StudyResult]", path: Path) -> int | None:
+def execute(run: "partial[tl.StudyResult]", path: Path) -> int | None:
     """Execute a study with a live view; print its table, or how to resume."""
     from ._live import watching_study
     from ._tables import plain_console, print_study
@@ -124,7 +116,7 @@ def _execute(execute: "partial[tl.StudyResult]", path: Path) -> int | None:
     console = plain_console()
     ahead = f"resume with: {tl.results.resume_command(path)}"
     with stopping(ahead) as should_stop, watching_study(console, should_stop) as view:
-        result = execute(observer=view, should_stop=should_stop)
+        result = run(observer=view, should_stop=should_stop)
     if result.unfinished:
         done = sum(run.complete for run in result.runs)
         raise Interrupted(f"stopped after {done} of {len(result.runs)} runs; {ahead}")

@@ -23,8 +23,9 @@ from ._sections import (
     PopulationSection,
     RunSection,
     Section,
+    dotted,
 )
-from ._study import dotted, flat_settings, with_settings
+from ._study import flat_settings, with_settings
 from ._toml import read_toml, to_toml
 
 __all__ = [

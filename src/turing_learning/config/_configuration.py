@@ -12,7 +12,7 @@ from pydantic import Discriminator, Tag, model_validator
 
 from turing_learning.coevolution import Classifier
 from turing_learning.coevolution._few_trials import batch_schedule
-from turing_learning.errors import Refusal, Setting, brief, refuse, refusing_as, require
+from turing_learning.errors import Setting, brief, refuse, refusing_as, require
 from turing_learning.interaction import StimulatedSystem
 from turing_learning.models import Representation
 from turing_learning.swarm import Scenario
@@ -31,6 +31,7 @@ from ._sections import (
     ModelsSection,
     RunSection,
     Section,
+    dotted,
 )
 
 _objects: dict[str, Any] = {}  # by their names in configurations
@@ -79,32 +80,14 @@ class Configuration(Section):
     run: RunSection = RunSection()
 
     @model_validator(mode="after")
-    def _check_scale(self) -> "Configuration":
-        scale = self.classifiers.input_scale
-        signals = len(self.scenario.input_scale)
+    def _check(self) -> "Configuration":
+        scale, signals, renewal = self.classifiers.input_scale, len(self.scenario.input_scale), self.classifiers.renewal
         rule = f'be "robot" or {signals} positive numbers, one for each signal'
         require(scale == "robot" or len(scale) == signals, "classifiers.input_scale", rule, str(list(scale)))
-        return self
-
-    @model_validator(mode="after")
-    def _check_renewal(self) -> "Configuration":
-        renewal = self.classifiers.renewal
         rule = "be 0 without an archive (coevolution.archive = 0), which would remember what renewed classifiers forget"
         require(renewal == 0 or self.coevolution.archive > 0, "classifiers.renewal", rule, renewal)
-        return self
-
-    @model_validator(mode="after")
-    def _check_system(self) -> "Configuration":
         assert self.system  # refuses models that it cannot have
-        return self
-
-    @model_validator(mode="after")
-    def _check_limits(self) -> "Configuration":
         check_limits(self)
-        return self
-
-    @model_validator(mode="after")
-    def _check_trials(self) -> "Configuration":
         trials, rule = self.run.trials, "be 0 where models are networks, which have too many parameters for few trials"
         require(trials == 0 or trials >= LEAST_TRIALS, "run.trials", f"be 0, or at least {LEAST_TRIALS}", trials)
         instead = "Give run.generations instead of trials."
@@ -208,9 +191,10 @@ def classifier_of(configuration: Configuration) -> Classifier:
 def check_limits(configuration: Configuration) -> None:
     """Reject a run that would leave the range of numbers, of memory, or of patience."""
     scenario, inputs = configuration.system.simulated, len(configuration.input_scale)
-    for key, value in _numbers(asdict(scenario), "scenario.") if scenario else ():
-        fits = value == 0 or SMALLEST <= abs(value) <= LARGEST
-        require(fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(value))
+    for key, value in dotted(asdict(scenario), "scenario.").items() if scenario else ():
+        for number in value if isinstance(value, tuple) else (value,):
+            fits = not isinstance(number, float | int) or number == 0 or SMALLEST <= abs(number) <= LARGEST
+            require(fits, key, f"be 0 or of a size between {SMALLEST:g} and {LARGEST:g}", str(number))
     name, rule = "classifiers.input_scale", "be"
     if configuration.classifiers.input_scale == "robot":
         name, rule = "scenario.robot.wheel_distance_cm", "make the largest speeds"
@@ -222,9 +206,8 @@ def check_limits(configuration: Configuration) -> None:
     require(hidden <= most or not elman, "classifiers.hidden", because, hidden)
     for what, size, keys in _demands(configuration):
         if size > LARGEST_GIB * 2**30:
-            _refuse_largest(
-                configuration, keys, f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
-            )
+            need = f"{what} needs {size / 2**30:.3g} GiB, and {LARGEST_GIB:g} are allowed"
+            _refuse_largest(configuration, keys, need)
     models = configuration.models.parents + configuration.models.offspring
     if scenario and (work := float(models) * physics_steps(scenario)) > LARGEST_WORK:
         keys = (*_MODELS, *_SWARM, "scenario.trial.duration_s", "scenario.trial.physics_steps")
@@ -245,23 +228,12 @@ def require_seen(configuration: Configuration) -> None:
     """
     scenario = configuration.system.simulated
     if scenario and not scenario.objects.count and (reading := scenario.sensor.reading_of("object")):
-        refuse(
-            "scenario.objects.count",
-            "be at least 1 where the sensor tells objects apart, without which the parameters "
-            f"vl{reading} and vr{reading} cannot be inferred",
-            "0",
-            "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of scenario.controller.",
-            error=ConfigurationError,
+        speeds = f"the parameters vl{reading} and vr{reading} cannot be inferred"
+        rule = f"be at least 1 where the sensor tells objects apart, without which {speeds}"
+        remedy = (
+            "Set it, or leave 'object' out of scenario.sensor.readings and these two speeds out of scenario.controller."
         )
-
-
-def _numbers(table: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, float]]:
-    for name, value in table.items():
-        if isinstance(value, Mapping):
-            yield from _numbers(value, f"{prefix}{name}.")
-        for number in value if isinstance(value, tuple) else (value,):
-            if isinstance(number, float | int):
-                yield prefix + name, number
+        refuse("scenario.objects.count", rule, "0", remedy, error=ConfigurationError)
 
 
 def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[str, ...]]]:
@@ -285,24 +257,17 @@ def _demands(configuration: Configuration) -> Iterator[tuple[str, float, tuple[s
 
 def _refuse_largest(configuration: Configuration, keys: tuple[str, ...], need: str) -> None:
     """Reject the one of some settings that is farthest above its usual value."""
-    values: dict[str, Any] = {}
-    for key in sorted(keys):
-        values[key] = configuration
-        for part in key.split("."):
-            values[key] = getattr(values[key], part)
-    key = max(values, key=lambda key: math.log(max(values[key], 1e-9) / _USUAL[key]))
-    raise ConfigurationError(Refusal(key, f"be smaller, as {need}", str(values[key])))
+    values = dotted(configuration.model_dump())
+    key = max(sorted(keys), key=lambda key: math.log(max(values[key], 1e-9) / _USUAL[key]))
+    refuse(key, f"be smaller, as {need}", values[key], error=ConfigurationError)
 
 
 def part_named(given: Any) -> str:
-    """Return how a configuration names an optimizer or a classifier.
+    """Return how a configuration names an optimizer or a classifier: by its name, or "module:function", if it has one.
 
-    A name stays as it is. A function or class of a module is "module:function", so that another process can
-    import it. Any other object is "given:NAME": it is there in this process alone.
+    Any other object is "given:NAME": it is there in this process alone.
     """
-    if isinstance(given, str):
-        return given
-    if name := importable_name(given):
+    if name := given if isinstance(given, str) else importable_name(given):
         return name
     label = getattr(given, "__name__", type(given).__name__)
     name, number = f"{GIVEN}{label}", 2

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, get_type_hints
 import numpy as np
 from pydantic import BaseModel, ValidationError
 
-from turing_learning.errors import Refusal, RefusedError, Text, brief, nearest, refuse, require
+from turing_learning.errors import Refusal, RefusedError, Text, brief, choice, nearest, refuse, require
 from turing_learning.interaction import STIMULATED, StimulatedSystem
 from turing_learning.swarm import SCENARIOS as SWARMS
 from turing_learning.swarm import Scenario
@@ -18,17 +18,11 @@ from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration, scenario_type
 from ._sections import ConfigurationError, PopulationSection
-from ._toml import UNBOUNDED, line_of, read_toml
+from ._toml import UNBOUNDED, ancestors, line_of, read_toml
 
+_ONE_SEARCH = {"recombination": 1.0, "redraw": 0.0, "exchange": 0.0, "intermediate": False, "memory": 0.0}
 _PAPER: dict[str, dict[str, Any]] = {
-    "models": {
-        "minimum_step_size": 0.0,
-        "recombination": 1.0,
-        "redraw": 0.0,
-        "exchange": 0.0,
-        "intermediate": False,
-        "memory": 0.0,
-    },
+    "models": {"minimum_step_size": 0.0, **_ONE_SEARCH},
     "classifiers": {"minimum_step_size": 0.0, "renewal": 0},
     "coevolution": {"archive": 0},
 }
@@ -36,11 +30,7 @@ _PUBLISHED = {"minimum_step_size": 0.01, "start": "middle"}
 PRESETS: dict[str, dict[str, Any]] = {
     "default": {},
     "paper": _PAPER,
-    "authors": {
-        "models": _PAPER["models"] | _PUBLISHED,
-        "classifiers": _PAPER["classifiers"] | _PUBLISHED,
-        "coevolution": _PAPER["coevolution"],
-    },
+    "authors": _PAPER | {section: _PAPER[section] | _PUBLISHED for section in ("models", "classifiers")},
 }
 """What each preset changes: "paper" keeps to the text of the paper, which has no floor under the step sizes, no archive of
 past classifiers and no renewal of the present ones, children that recombine in one way only, no jumps and no memory of fitness;
@@ -68,7 +58,6 @@ _RULES = {
     "classifiers.input_scale": 'be "robot" or a list of positive numbers',
 }  # settings of several types: what to say instead of the first type's complaint
 
-
 STIMULATING: dict[str, dict[str, Any]] = {
     "classifiers": {"initial_low": -3.0, "initial_high": 3.0, "renewal": 0},
     "coevolution": {"archive": 20},
@@ -87,7 +76,7 @@ class Origins:
 
     def where(self, key: str) -> str:
         """Return where a setting comes from; nothing where that is not known."""
-        above = next((self.labels[name] for name in _ancestors(key) if name in self.labels), None)
+        above = next((self.labels[name] for name in ancestors(key) if name in self.labels), None)
         below = next((label for name, label in self.labels.items() if name.startswith(f"{key}.")), None)
         line = line_of(self.text, key)
         return above or below or (f"{self.path}:{line}" if line else "")
@@ -151,9 +140,7 @@ def opened(
 
 def preset_named(name: str) -> dict[str, Any]:
     """Return what a preset changes."""
-    if not isinstance(name, str) or name not in PRESETS:
-        refuse("preset", "be a known preset", brief(name), nearest(name, PRESETS), error=ConfigurationError)
-    return PRESETS[name]
+    return PRESETS[choice("preset", name, PRESETS, noun="preset", error=ConfigurationError)]
 
 
 def resolve(
@@ -165,7 +152,7 @@ def resolve(
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
     _refuse_values_of_tables(document, origins)
     lists = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in overrides.items()}
-    data = merged(document, _nested(lists))
+    data = merged(document, nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
     run = data.get("run", {})
@@ -184,16 +171,9 @@ def resolve(
     _refuse_unknown_keys(data, origins)
     named = given if isinstance(given, str) else {"name", "preset"} & set(given or {})
     if not named and scenario is None and origins.path is not None:
-        raise ConfigurationError(
-            Refusal(
-                "scenario",
-                "be named, in the file or as an argument",
-                "neither",
-                str(origins.path),
-                f'Write scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it. '
-                f"{nearest('', SCENARIOS)}",
-            )
-        )
+        named = f'Write scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it.'
+        rule, remedy = "be named, in the file or as an argument", f"{named} {nearest('', SCENARIOS)}"
+        refuse("scenario", rule, "neither", remedy, place=str(origins.path), error=ConfigurationError)
     for section in ("models", "classifiers"):
         if isinstance(data.get(section), Mapping) and "population" in data[section]:
             data[section] = _split_population(data[section], section, origins)
@@ -204,12 +184,9 @@ def resolve(
         keys = [key for key in _all_keys(Configuration) if _unwritable(_looked_up(data, key))]
         if not keys and isinstance(error, ValidationError):
             raise ConfigurationError(_refusal(error, data, origins)) from error
-        key, rule, got = (
-            (keys or ["run"])[-1],
-            "be a value of usual size, or a text",
-            "one too large, or half of a character",
-        )
-        raise ConfigurationError(Refusal(key, rule, got, origins.where(key))) from error
+        key, rule = (keys or ["run"])[-1], "be a value of usual size, or a text"
+        refusal = Refusal(key, rule, "one too large, or half of a character", origins.where(key))
+        raise ConfigurationError(refusal) from error
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
@@ -224,7 +201,8 @@ def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def _nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+def nested(flat: Mapping[str, Any]) -> dict[str, Any]:
+    """Return tables of values by dotted keys; the reverse of `dotted`."""
     result: dict[str, Any] = {}
     for key, value in flat.items():
         *tables, name = key.split(".")
@@ -244,9 +222,8 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
         rule, remedy = "be left out for a custom system", "Remove it; all other sections count."
         origins.refuse("scenario", rule, _shown(given), remedy)
     if not isinstance(given, str | Mapping | None):
-        origins.refuse(
-            "scenario", "be a name or a table", brief(given), f'Write scenario = "{DEFAULT_SCENARIO}", for example.'
-        )
+        remedy = f'Write scenario = "{DEFAULT_SCENARIO}", for example.'
+        origins.refuse("scenario", "be a name or a table", brief(given), remedy)
     table = {"preset": given} if isinstance(given, str) else dict(given or {})
     named, name = table.pop("preset", None), table.get("name")
     if named is not None:
@@ -266,26 +243,19 @@ def _scenario_data(given: Any, asked: str | Scenario | CustomSystem | None, orig
                 refuse("scenario", "be the same everywhere", got, "Leave one of them out.", error=ConfigurationError)
         meant = next((each for each in (named, asked, name) if each is not None), DEFAULT_SCENARIO)
         base = asdict(SCENARIOS[meant]) if isinstance(meant, str) and meant in SCENARIOS else {}
-    return _without_unbounded(merged(base, table))
+    scenario = merged(base, table)
+    return scenario | {key: _sides(scenario[key]) for key in ("arena", "parameters") if key in scenario}
 
 
 def _require_known_scenario(name: Any, key: str, origins: Origins) -> None:
-    if not isinstance(name, str) or name not in SCENARIOS:
-        origins.refuse("scenario", "be a known scenario", brief(name), nearest(name, SCENARIOS), at=key)
+    choice("scenario", name, SCENARIOS, noun="scenario", place=origins.where(key), error=ConfigurationError)
 
 
-def _without_unbounded(scenario: dict[str, Any]) -> dict[str, Any]:
-    """Return a scenario in which None stands for the missing sides of an arena, and of the ranges of parameters."""
-
-    def sides(table: Any) -> Any:
-        if not isinstance(table, Mapping):
-            return table
-        return {key: None if side == UNBOUNDED else side for key, side in table.items()}
-
-    result = scenario | ({"arena": sides(scenario["arena"])} if "arena" in scenario else {})
-    if isinstance(parameters := scenario.get("parameters"), Mapping):
-        result["parameters"] = {name: sides(one) for name, one in parameters.items()}
-    return result
+def _sides(value: Any) -> Any:
+    """Return tables in which None stands for the missing sides of an arena, and of the ranges of parameters."""
+    if not isinstance(value, Mapping):
+        return value
+    return {key: None if side == UNBOUNDED else _sides(side) for key, side in value.items()}
 
 
 def _split_population(values: Mapping[str, Any], section: str, origins: Origins) -> dict[str, Any]:
@@ -298,12 +268,6 @@ def _split_population(values: Mapping[str, Any], section: str, origins: Origins)
         rule = "be an even number of at least 2, as it is split into as many parents as offspring"
         origins.refuse(key, rule, brief(population), "For an uneven split give parents and offspring.")
     return {**rest, "parents": population // 2, "offspring": population // 2}
-
-
-def _ancestors(key: str) -> Iterator[str]:
-    while key:
-        yield key
-        key = key.rpartition(".")[0]
 
 
 def _children(kind: Any) -> dict[str, Any]:
@@ -375,7 +339,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
     location = ".".join(
         part for part in map(str, first["loc"]) if part not in ("Scenario", "CustomSystem", "StimulatedSystem")
     )
-    key = next((name for name in _ancestors(location) if name in known), location)
+    key = next((name for name in ancestors(location) if name in known), location)
     if first["type"] == "value_error":
         complaint = first["ctx"]["error"]
         if not isinstance(complaint, RefusedError) or complaint.refusal is None:

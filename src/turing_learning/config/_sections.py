@@ -41,6 +41,14 @@ def require_part(key: str, name: str, known: tuple[str, ...]) -> None:
     require(name in known or ":" in name.strip(":"), key, rule, repr(name), nearest(name, known))
 
 
+def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the values of nested tables by dotted keys, in their order."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        flat |= dotted(value, f"{prefix}{key}.") if isinstance(value, Mapping) else {prefix + key: value}
+    return flat
+
+
 class Section(BaseModel):
     """What all sections share: frozen, no unknown keys, only finite numbers."""
 

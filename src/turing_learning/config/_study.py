@@ -1,6 +1,7 @@
 """Configurations with single settings changed, and those of a study: one, a grid, or a list of them."""
 
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -12,8 +13,8 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration
-from ._load import Origins, load_configuration, merged, opened, preset_named, resolve
-from ._sections import ConfigurationError
+from ._load import Origins, load_configuration, merged, nested, opened, preset_named, resolve
+from ._sections import ConfigurationError, dotted
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
 """What a study changes where nothing else says so."""
@@ -32,48 +33,15 @@ def flat_settings(configuration: Configuration) -> dict[str, Any]:
 
 
 def with_settings(configuration: Configuration, settings: Mapping[str, Any]) -> Configuration:
-    """Return a configuration with some settings replaced.
-
-    Parameters
-    ----------
-    configuration
-        Resolved.
-    settings
-        Dotted key -> value, as `flat_settings` gives them.
-    """
-    data = configuration.model_dump(mode="json")
-    for key, value in settings.items():
-        *tables, name = key.split(".")
-        table = data
-        for part in tables:
-            table = table.setdefault(part, {})
-        table[name] = value
+    """Return a resolved configuration with some settings replaced: dotted key -> value, as `flat_settings` gives them."""
+    data = merged(configuration.model_dump(mode="json"), nested(settings))
     return type(configuration).model_validate_json(json.dumps(data), strict=True)
 
 
-def dotted(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return the values of nested tables by dotted keys, in their order."""
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            flat |= dotted(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
-    return flat
-
-
 def stated_once(statements: Iterable[tuple[str, Any, str]]) -> dict[str, Any]:
-    """Return settings that may have been given in several ways, for example by an option and by its key.
+    """Return dotted key -> value of settings that may have been given in several ways, for example by an option and by its key.
 
-    Parameters
-    ----------
-    statements
-        (dotted key, value, how it was given) of each; a value may be a table, whose settings have the keys below it.
-
-    Returns
-    -------
-    dict
-        Dotted key -> value.
+    Each statement is a dotted key, a value or a table whose settings have the keys below it, and how it was given.
     """
     found: dict[str, tuple[Any, str]] = {}
     for name, given, words in statements:
@@ -100,15 +68,7 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
 
 @dataclass(frozen=True)
 class Variant:
-    """One configuration of a study.
-
-    Parameters
-    ----------
-    settings
-        What makes it different from the others: dotted key -> value; empty if it is the only one.
-    configuration
-        Resolved.
-    """
+    """One configuration of a study, and what makes it different from the others: dotted key -> value."""
 
     settings: dict[str, Any]
     configuration: Configuration
@@ -125,57 +85,34 @@ def load_variants(
 ) -> tuple[Variant, ...]:
     """Resolve the configurations of a study.
 
-    The file may hold all that `load_configuration` reads, and one of two tables: ``[grid]``, in which a setting
-    has a list of values, stands for all combinations; ``[[list]]``, once for each configuration, holds the
-    settings in which it differs.
-
-    Parameters
-    ----------
-    path, preset, overrides, scenario, labels
-        As in `load_configuration`. The history is thin unless one of them says otherwise.
-    grid
-        Dotted key -> values, instead of a table in the file.
-
-    Returns
-    -------
-    tuple of Variant
-        At least one; in the order of the list, or of the grid, the last setting changing fastest.
+    Arguments are as in `load_configuration`; the history is thin unless one of them says otherwise. The file may
+    also hold one of two tables: ``[grid]``, in which a setting has a list of values, stands for all combinations, the
+    last setting changing fastest; ``[[list]]``, once for each configuration, holds the settings in which it differs.
+    `grid`, dotted key -> values, takes the place of a table in the file.
     """
     document, origins = opened(path, overrides, labels)
     settings = _all_settings(document, grid, origins)
     rest = {key: value for key, value in document.items() if key not in ("grid", "list")}
     base = merged(merged(preset_named(preset), THIN), rest)
     fixed = {key: value for key, value in (overrides or {}).items() if key != "run.threads"} | ONE_THREAD
-    return tuple(_variant(base, fixed, own, scenario, origins, number) for number, own in enumerate(settings, start=1))
-
-
-def _variant(
-    base: dict[str, Any],
-    fixed: dict[str, Any],
-    own: dict[str, Any],
-    scenario: str | Scenario | CustomSystem | None,
-    origins: Origins,
-    number: int,
-) -> Variant:
-    for key in own:
-        if key in fixed:
-            got = f"it in the study's grid or list and as {origins.labels.get(key, key)}"
-            refuse(key, "be given once", got, "Leave one out.", error=ConfigurationError)
-    difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
-    places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
-    configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
-    if configuration.system.resuming and (scenario is None or isinstance(scenario, str)):
-        refuse(
-            "scenario",
-            "be one of simulated robots where nothing else is given",
-            f"{configuration.scenario.name!r}, a custom system, whose simulator no file can hold",
-            "From Python, give `genuine`, `parameters`, and `simulate` as a name that can be imported.",
-            error=ConfigurationError,
-        )
-    if configuration.given:
-        rule, got = "be a name that a worker can import", "an object of this process"
-        refuse(configuration.given[0].name, rule, got, "Give module:function.", error=ConfigurationError)
-    return Variant(own, configuration)
+    variants = []
+    for number, own in enumerate(settings, start=1):
+        if twice := next((key for key in own if key in fixed), None):
+            got = f"it in the study's grid or list and as {origins.labels.get(twice, twice)}"
+            refuse(twice, "be given once", got, "Leave one out.", error=ConfigurationError)
+        difference = ", ".join(f"{key} = {brief(value)}" for key, value in own.items())
+        places = dict.fromkeys(own, f"configuration {number} of the study: {difference}")
+        configuration = resolve(base, fixed | own, scenario, replace(origins, labels={**origins.labels, **places}))
+        if configuration.system.resuming and (scenario is None or isinstance(scenario, str)):
+            rule = "be one of simulated robots where nothing else is given"
+            got = f"{configuration.scenario.name!r}, a custom system, whose simulator no file can hold"
+            remedy = "From Python, give `genuine`, `parameters`, and `simulate` as a name that can be imported."
+            refuse("scenario", rule, got, remedy, error=ConfigurationError)
+        if configuration.given:
+            rule, got = "be a name that a worker can import", "an object of this process"
+            refuse(configuration.given[0].name, rule, got, "Give module:function.", error=ConfigurationError)
+        variants.append(Variant(own, configuration))
+    return tuple(variants)
 
 
 def _all_settings(
@@ -203,15 +140,13 @@ def _all_settings(
         remedy = "Write models.parents = [25, 50], for example, or leave the grid out."
         origins.refuse("grid", "name one setting or more", "an empty one", remedy)
     _refuse_reserved(choices, "grid", origins)
-    count = 1
     for key, values in choices.items():
         if not isinstance(values, list | tuple) or not values:
             empty = isinstance(values, list | tuple)
             remedy = "Give one, or leave it out." if empty else f"Write {key} = [{brief(values)}], for example."
             origins.refuse(f"grid.{key}", "be a list of one value or more", brief(values), remedy)
-        count *= len(values)
-    if count > MOST_VARIANTS:
-        refuse("grid", f"have at most {MOST_VARIANTS} combinations", str(count), error=ConfigurationError)
+    count, most = math.prod(map(len, choices.values())), f"have at most {MOST_VARIANTS} combinations"
+    require(count <= MOST_VARIANTS, "grid", most, count, error=ConfigurationError)
     return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
 
 

@@ -19,18 +19,7 @@ _ASSIGNMENT = re.compile(r"^\s*([A-Za-z0-9_\-.\"' ]+?)\s*=")
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    tuple[str, dict]
-        The text and what it says.
-    """
+    """Return the text of a TOML file and what it says."""
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, ValueError) as error:  # ValueError: not UTF-8, or a path with a null character
@@ -49,51 +38,26 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
 
 
 def line_of(text: str, key: str) -> int | None:
-    """Return the line (from 1) that sets a dotted key, or opens its table; None if there is none.
-
-    Parameters
-    ----------
-    text
-        A TOML document.
-    key
-        For example "scenario.robot.wheel_noise".
-    """
-    lines = dict(_positions(text))
-    while key:
-        if key in lines:
-            return lines[key]
-        key = key.rpartition(".")[0]
-    return None
-
-
-def _positions(text: str) -> Iterator[tuple[str, int]]:
-    table = ""
+    """Return the line (from 1) of a document that sets a dotted key, or opens its table; None if there is none."""
+    lines, table = {}, ""
     for number, line in enumerate(text.splitlines(), start=1):
-        if header := _HEADER.match(line):
-            table = _plain(header[1])
-            yield table, number
-        elif assignment := _ASSIGNMENT.match(line):
-            name = _plain(assignment[1])
-            yield (f"{table}.{name}" if table else name), number
+        header = _HEADER.match(line)
+        if found := header or _ASSIGNMENT.match(line):
+            name = ".".join(part.strip().strip("\"'") for part in found[1].split("."))
+            table, name = (name, name) if header else (table, f"{table}.{name}" if table else name)
+            lines[name] = number
+    return next((lines[name] for name in ancestors(key) if name in lines), None)
 
 
-def _plain(name: str) -> str:
-    return ".".join(part.strip().strip("\"'") for part in name.split("."))
+def ancestors(key: str) -> Iterator[str]:
+    """Yield a dotted key, the table that it is in, and so on."""
+    while key:
+        yield key
+        key = key.rpartition(".")[0]
 
 
 def to_toml(configuration: Configuration) -> str:
-    """Write a configuration with every field explicit; reading it back gives the same configuration.
-
-    Parameters
-    ----------
-    configuration
-        A resolved configuration.
-
-    Returns
-    -------
-    str
-        A TOML document.
-    """
+    """Return a resolved configuration as TOML, with every field explicit; reading it gives the same configuration."""
     data = configuration.model_dump(mode="python")
     return "\n".join(line for name, table in data.items() for line in toml_table(name, table)).rstrip() + "\n"
 
