@@ -76,9 +76,7 @@ class PopulationSection(Section):
     initial_step_size: Positive = Field(
         default=1.0, description="standard deviation of the first mutations; 0.3 if models are networks"
     )
-    minimum_step_size: Annotated[float, Field(ge=0)] = Field(
-        default=0.01, description="no mutation has a smaller standard deviation"
-    )
+    minimum_step_size: float = Field(default=0.01, ge=0, description="no mutation has a smaller standard deviation")
     optimizer: str = Field(
         default=OPTIMIZERS[0],
         description='what improves the population: "evolution-strategy", the paper\'s; "cma", CMA-ES; or "module:function", see '

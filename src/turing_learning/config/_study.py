@@ -122,24 +122,24 @@ def _all_settings(
     given = [name for name in ("grid", "list") if name in document] + (["argument grid"] if grid is not None else [])
     if len(given) > 1:
         refuse("grid", "be given once, and without a list", " and ".join(given), error=ConfigurationError)
-    if "list" in document:
-        tables = document["list"]
-        if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
-            origins.refuse("list", "be one table [[list]] for each configuration", brief(tables))
-        settings = [dotted(table) for table in tables]
-        for each in settings:
-            _refuse_reserved(each, "list", origins)
-        return settings
     if not given:
         return [{}]
-    table = document.get("grid", grid)
-    if not isinstance(table, Mapping):
-        origins.refuse("grid", "be a table of lists", brief(table))
-    choices = dotted(table)
+    name = "list" if "list" in document else "grid"
+    tables = document["list"] if name == "list" else [document.get("grid", grid)]
+    rule = "be one table [[list]] for each configuration" if name == "list" else "be a table of lists"
+    if not isinstance(tables, list) or not tables or not all(isinstance(table, Mapping) for table in tables):
+        origins.refuse(name, rule, brief(document.get(name, grid)))
+    settings = [dotted(table) for table in tables]
+    for key, advice in _RESERVED.items():
+        for each in settings:
+            if key in each:
+                origins.refuse(key, f"be left out of a study's {name}", brief(each[key]), advice, at=f"{name}.{key}")
+    if name == "list":
+        return settings
+    (choices,) = settings
     if not choices:
         remedy = "Write models.parents = [25, 50], for example, or leave the grid out."
         origins.refuse("grid", "name one setting or more", "an empty one", remedy)
-    _refuse_reserved(choices, "grid", origins)
     for key, values in choices.items():
         if not isinstance(values, list | tuple) or not values:
             empty = isinstance(values, list | tuple)
@@ -148,12 +148,6 @@ def _all_settings(
     count, most = math.prod(map(len, choices.values())), f"have at most {MOST_VARIANTS} combinations"
     require(count <= MOST_VARIANTS, "grid", most, count, error=ConfigurationError)
     return [dict(zip(choices, values, strict=True)) for values in product(*choices.values())]
-
-
-def _refuse_reserved(settings: Mapping[str, Any], table: str, origins: Origins) -> None:
-    for key, advice in _RESERVED.items():
-        if key in settings:
-            origins.refuse(key, f"be left out of a study's {table}", brief(settings[key]), advice, at=f"{table}.{key}")
 
 
 def resolved(

@@ -73,13 +73,5 @@ def toml_table(name: str, values: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _value(value: Any) -> str:
-    match value:
-        case None:
-            return f'"{UNBOUNDED}"'
-        case bool():
-            return "true" if value else "false"
-        case float() | int():
-            return repr(value)
-        case str():
-            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
-    return "[" + ", ".join(_value(item) for item in value) + "]"
+    """Return what JSON makes of a value, which TOML reads as well."""
+    return f'"{UNBOUNDED}"' if value is None else json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
