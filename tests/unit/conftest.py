@@ -48,6 +48,18 @@ def call(capsys, tmp_path, monkeypatch):
     return call
 
 
+@pytest.fixture(scope="session")
+def done():
+    """Call the command line, which must succeed: for fixtures of what several tests look at."""
+
+    def done(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        assert ended.value.code == 0
+
+    return done
+
+
 @pytest.fixture
 def wide(monkeypatch):
     """Let tables have room."""

@@ -6,7 +6,6 @@ import re
 import numpy as np
 import pytest
 
-from turing_learning.cli import main
 from turing_learning.detection import Detector
 from turing_learning.runs import load_run
 
@@ -18,17 +17,12 @@ SMALL = [
 ]  # fmt: skip
 
 
-def _infer(folder, *options):
-    with pytest.raises(SystemExit) as ended:
-        main(["infer", "aggregation", *SMALL, *options, "--out", str(folder)])
-    assert ended.value.code == 0
-    return folder
-
-
 @pytest.fixture(scope="module")
-def run(tmp_path_factory):
+def run(tmp_path_factory, done):
     """A small run, made by the command line."""
-    return _infer(tmp_path_factory.mktemp("runs") / "run")
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    done("infer", "aggregation", *SMALL, "--out", folder)
+    return folder
 
 
 def test_a_demonstration_ranks_every_individual(run, call):
@@ -100,18 +94,8 @@ def test_motion_to_calibrate_with_may_be_given(run, call):
     for name, speed in (("normal", 8), ("other", -8)):
         np.save(f"{name}.npy", rng.normal(speed, 3, (9, 4, 10, 2)))
     np.save("motion.npy", np.zeros((1, 4, 10, 2)))
-    code, out, _ = call(
-        "detect",
-        run,
-        "motion.npy",
-        "--genuine",
-        "normal.npy",
-        "--abnormal",
-        "other.npy",
-        "--rule",
-        "discriminant",
-        "--json",
-    )
+    given = ["--genuine", "normal.npy", "--abnormal", "other.npy"]
+    code, out, _ = call("detect", run, "motion.npy", *given, "--rule", "discriminant", "--json")
     expected = Detector.from_run(
         load_run(run), rule="discriminant", genuine=np.load("normal.npy"), abnormal=np.load("other.npy")
     )
@@ -159,24 +143,24 @@ def test_the_same_seed_gives_the_same_output(run, call):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "`MOTION` must be given, or --simulate; got neither"),
-        (["motion.npy", "--simulate", "1"], "`MOTION` must be given, or --simulate; got both"),
-        (["motion.npy", "--samples", "3"], r"`samples` must be left out beside a file; got 3 \[--samples\]"),
-        (["nothing.npy"], "`motion` must be a file that can be read; got nothing.npy"),
-        (["motion.npy"], r"`motion` must be .* \(any, any, 10, 2\), not empty; got float64 of shape \(2, 3, 4, 2\)"),
-        (["--simulate", "1", "--genuine", "motion.npy"], r"`--genuine` must be .* got float64 of shape \(2, 3, 4, 2\)"),
-        (["good.npy", "--rule", "fitest"], "`rule` must be one of the rules; got 'fitest'. Did you mean `fittest`?"),
-        (["good.npy", "--false-alarms", "1"], "`false_alarms` must be .* above 0 and below 1; got 1.0"),
-        (["good.npy", "--false-alarms", "few"], "must be a number; got 'few'"),
-        (["--simulate", "3"], "`simulate` must be an integer from 1 to 2; got 3"),
-        (["--simulate", "1", "--samples", "0"], "`samples` must be an integer of at least 1; got 0"),
-        (["--simulate", "1", "--seed", "-1"], "`seed` must be an integer of at least 0; got -1"),
+        ("", "`MOTION` must be given, or --simulate; got neither"),
+        ("motion.npy --simulate 1", "`MOTION` must be given, or --simulate; got both"),
+        ("motion.npy --samples 3", r"`samples` must be left out beside a file; got 3 \[--samples\]"),
+        ("nothing.npy", "`motion` must be a file that can be read; got nothing.npy"),
+        ("motion.npy", r"`motion` must be .* \(any, any, 10, 2\), not empty; got float64 of shape \(2, 3, 4, 2\)"),
+        ("--simulate 1 --genuine motion.npy", r"`--genuine` must be .* got float64 of shape \(2, 3, 4, 2\)"),
+        ("good.npy --rule fitest", "`rule` must be one of the rules; got 'fitest'. Did you mean `fittest`?"),
+        ("good.npy --false-alarms 1", "`false_alarms` must be .* above 0 and below 1; got 1.0"),
+        ("good.npy --false-alarms few", "must be a number; got 'few'"),
+        ("--simulate 3", "`simulate` must be an integer from 1 to 2; got 3"),
+        ("--simulate 1 --samples 0", "`samples` must be an integer of at least 1; got 0"),
+        ("--simulate 1 --seed -1", "`seed` must be an integer of at least 0; got -1"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_one_line(arguments, message, run, call):
     np.save("motion.npy", np.zeros((2, 3, 4, 2)))
     np.save("good.npy", np.zeros((2, 3, 10, 2)))
-    code, out, err = call("detect", run, *arguments)
+    code, out, err = call("detect", run, *arguments.split())
     assert code == 2
     assert out == ""
     assert re.search(message, err), err
@@ -190,9 +174,9 @@ def test_a_folder_that_is_no_run_is_refused(call):
     assert err.startswith("error: `run` must be a run folder; got nothing")
 
 
-def test_a_run_with_a_thin_history_is_refused_with_advice(call, tmp_path, capsys):
-    folder = _infer(tmp_path / "thin", "--set", "run.history=thin")
-    capsys.readouterr()
+def test_a_run_with_a_thin_history_is_refused_with_advice(call, tmp_path):
+    folder = tmp_path / "thin"
+    assert call("infer", "aggregation", *SMALL, "--set", "run.history=thin", "--out", folder)[0] == 0
     code, _, err = call("detect", folder, "--simulate", 1)
     assert code == 2
     assert 'with run.history = "thin", which keeps no classifiers' in err

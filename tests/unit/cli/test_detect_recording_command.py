@@ -11,8 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from turing_learning.cli import main
-
 pytestmark = pytest.mark.usefixtures("wide")
 
 SMALL = ["--set", "models.population=8", "--set", "classifiers.population=8", "--threads", "1", "--generations", "6"]
@@ -118,14 +116,8 @@ def test_normal_recordings_calibrate_and_the_strange_individual_comes_first(fish
     assert np.mean(shares) == pytest.approx(strange["score"])
     page = Path("found.html").read_text()
     assert re.search(r'<th scope="row">2</th><td>1</td>.*?<td>abnormal</td>', page)
-    for text in (
-        "Scores over time",
-        "Paths",
-        content["remarks"][0],
-        "2 (rank 1)",
-        "1 of 6 individuals is abnormal",
-        "/3.csv: who",
-    ):
+    said = ("Scores over time", "Paths", "2 (rank 1)", "1 of 6 individuals is abnormal", "/3.csv: who")
+    for text in (*said, content["remarks"][0]):
         assert escape(text) in page
 
 
@@ -259,17 +251,10 @@ def test_a_run_that_has_lost_its_history_is_named(fish, trial, call):
 
 
 @pytest.fixture(scope="module")
-def swarm(tmp_path_factory):
+def swarm(tmp_path_factory, done):
     """A small run on robots, made by the command line."""
-    folder = tmp_path_factory.mktemp("runs") / "run"
-    with pytest.raises(SystemExit) as ended:
-        main(
-            [
-                *["infer", "aggregation", *SMALL, "--out", str(folder)],
-                *["--set", "scenario.agents=2", "--set", "scenario.trial.duration_s=1.0"],
-            ]
-        )
-    assert ended.value.code == 0
+    folder, few = tmp_path_factory.mktemp("runs") / "run", ["scenario.agents=2", "scenario.trial.duration_s=1.0"]
+    done("infer", "aggregation", *SMALL, "--set", few[0], "--set", few[1], "--out", folder)
     return folder
 
 
@@ -289,17 +274,18 @@ def test_check_prints_a_row_for_each_parameter_and_goes_into_the_report(swarm, c
     assert again[2] == ""  # nothing was done again
 
 
-def test_check_refuses_what_does_not_fit(swarm, fish, call):
-    call("check", swarm, *CHEAP)
-    code, _, err = call("check", swarm, "--points", "7")
+@pytest.mark.parametrize(
+    ("run", "options", "message"),
+    [
+        ("swarm", "--points 7", "`run` must be checked with the settings that its check began with"),
+        ("swarm", "--points 2", "`points` must be at least 6, or 0 for no profiles; got 2"),
+        ("fish", "", "must be given for a custom system"),
+        ("swarm", "--recoveries -1 --force", "`recoveries` must be an integer of at least 0; got -1"),
+    ],
+)
+def test_check_refuses_what_does_not_fit(swarm, fish, call, run, options, message):
+    if not (swarm / "check").exists():
+        call("check", swarm, *CHEAP)
+    code, _, err = call("check", {"swarm": swarm, "fish": fish}[run], *options.split())
     assert code == 2
-    assert "`run` must be checked with the settings that its check began with" in err
-    code, _, err = call("check", swarm, "--points", "2")
-    assert code == 2
-    assert "`points` must be at least 6, or 0 for no profiles; got 2" in err
-    code, _, err = call("check", fish)
-    assert code == 2
-    assert "must be given for a custom system" in err
-    code, _, err = call("check", swarm, "--recoveries", "-1", "--force")
-    assert code == 2
-    assert "`recoveries` must be an integer of at least 0; got -1" in err
+    assert message in err

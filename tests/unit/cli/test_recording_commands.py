@@ -14,17 +14,8 @@ pytestmark = pytest.mark.usefixtures("wide")
 
 TERMITES = Path(__file__).parents[2] / "reference/data/tracktor/termite_video_idtracked.txt"
 RECORDED = [
-    "--trajectories",
-    str(TERMITES),
-    "--fps",
-    "25",
-    "--scale",
-    "20",
-    "--model",
-    "burst-and-coast",
-    "--window",
-    "2",
-]
+    "--trajectories", str(TERMITES), "--fps", "25", "--scale", "20", "--model", "burst-and-coast", "--window", "2",
+]  # fmt: skip
 OTHER_MODEL = ["boids" if word == "burst-and-coast" else word for word in RECORDED]
 
 
@@ -272,26 +263,11 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        (
-            ["resume", "run", *RECORDED[:-1], "3"],
-            "; got 75",
-        ),
-        (
-            ["check", "run", *RECORDED[:-1], "3"],
-            "; got 75",
-        ),
-        (
-            ["check", "run", *without(RECORDED, "--scale"), "--scale", "10"],
-            "that the run began with",
-        ),
-        (
-            ["infer", *RECORDED, "--out", "run"],
-            "Resume it with `turing-learning resume run`, ",
-        ),
-        (
-            ["infer", "--config", "run/config.toml", "--out", "new"],
-            "must be given for a custom system",
-        ),
+        (["resume", "run", *RECORDED[:-1], "3"], "; got 75"),
+        (["check", "run", *RECORDED[:-1], "3"], "; got 75"),
+        (["check", "run", *without(RECORDED, "--scale"), "--scale", "10"], "that the run began with"),
+        (["infer", *RECORDED, "--out", "run"], "Resume it with `turing-learning resume run`, "),
+        (["infer", "--config", "run/config.toml", "--out", "new"], "must be given for a custom system"),
         (["study", "--config", "run/config.toml", "--out", "new"], "a custom system, whose simulator no file can hold"),
         (["detect", "run", "--simulate", "1"], "run.history"),
     ],
@@ -396,11 +372,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     Path("points.csv").write_text("\n".join([*header, *points]) + "\n")
     model = ["--fps", "10", "--scale", "1", "--model", "burst-and-coast", "--window", "2", *SMALL, "--generations", "1"]
     for file, message, options in (
-        (
-            "both.csv",
-            "got what fits tracktor and tidy [both.csv]. Give --format.",
-            ["--format", "tracktor"],
-        ),
+        ("both.csv", "got what fits tracktor and tidy [both.csv]. Give --format.", ["--format", "tracktor"]),
         ("points.csv", "`--keypoint` must be one of nose, tail; got None", ["--keypoint", "nose"]),
     ):
         run = f"{file}-run"
@@ -419,10 +391,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
     [
         (["--model", "couzin"], "`--trajectories` must be given for recorded motion; got none."),
         (["--trajectories", TERMITES], "`--model` must be given for recorded motion; got none."),
-        (
-            ["--trajectories", TERMITES],
-            "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm.",
-        ),
+        (["--trajectories", TERMITES], "--model couzin. Give --fps, too. Give --scale, too: 1 for a file in cm."),
         (["--trajectories", TERMITES, "--model", "couzn"], "got 'couzn'. Did you mean `couzin`?"),
         (["--trajectories", TERMITES, "--model", "couzin", "--scale", "20"], "`--fps` must be given; got none"),
         (["--trajectories", TERMITES, "--model", "couzin", "--fps", "25"], "`--scale` must be given; got none"),
@@ -441,10 +410,7 @@ def test_a_file_says_by_options_of_which_format_it_is_and_which_point_counts(cal
             [*without(RECORDED, "--scale"), "--scale", "1e-12"],
             "`--scale` must be a finite number of at least 1e-09 and of at most 1e+09; got 1e-12.",
         ),
-        (
-            [*without(RECORDED, "--scale"), "--scale", "1e-7"],
-            "`--scale` must leave coordinates within +-1e+09 cm",
-        ),
+        ([*without(RECORDED, "--scale"), "--scale", "1e-7"], "`--scale` must leave coordinates within +-1e+09 cm"),
         (
             [*without(RECORDED, "--fps"), "--fps", "1e12"],
             "`--fps` must be a finite number of at least 1e-09 and of at most 1e+09; got 1000000000000.0.",

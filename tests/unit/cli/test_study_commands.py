@@ -8,7 +8,6 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
-from turing_learning.cli import main
 from turing_learning.cli._live import study_picture, watching_study
 from turing_learning.studies import StudyProgress, StudyResult, StudyRun
 
@@ -21,26 +20,10 @@ SMALL = [
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def finished(tmp_path_factory, done):
     """A small study, made by the command line."""
     folder = tmp_path_factory.mktemp("studies") / "study"
-    with pytest.raises(SystemExit) as ended:
-        main(
-            [
-                "study",
-                "aggregation",
-                *SMALL,
-                "--runs",
-                "2",
-                "--generations",
-                "3",
-                "--workers",
-                "1",
-                "--out",
-                str(folder),
-            ]
-        )
-    assert ended.value.code == 0
+    done("study", "aggregation", *SMALL, "--runs", 2, "--generations", 3, "--workers", 1, "--out", folder)
     return folder
 
 
@@ -77,45 +60,30 @@ def test_collect_and_run_are_the_steps_of_a_cluster(finished, call):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["study"], r"`SCENARIO` must be given, or a file .* random-behaviors"),
-        (["study", "agregation"], r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
-        (["study", "aggregation", "--runs", "0"], r"`runs` must be an integer of at least 1; got 0"),
-        (["study", "aggregation", "--runs", "x"], r"Invalid value for --runs: must be an integer; got 'x'\."),
-        (["study", "aggregation", "--first-seed", "1.5"], r"--first-seed: must be an integer; got '1\.5'\."),
-        (["study", "aggregation", "--set", "run.seed=3"], r"Give the seeds with `runs` and `first_seed`\."),
-        (["study", "aggregation", "--config", "empty.toml"], r"`grid` must name one setting .* \[empty.toml:1\]"),
-        (["study", "aggregation", "--workers", "0"], r"`workers` must be an integer of at least 1; got 0"),
-        (["study", "aggregation", "--generations", "0"], r"`run.generations` must be .* got 0 \[--generations\]"),
-        (["study", "aggregation", "--set", "models.parents=0"], r"got 0 \[--set models.parents\]"),
-        (
-            ["study", "aggregation", "--workers", "2", "--cluster", "tcp://x:1"],
-            r"`workers` must be left out beside `cluster`",
-        ),
-        (
-            ["study", "aggregation", "--write-slurm", "no/where.sh"],
-            r"`write-slurm` must be a file in a folder that exists",
-        ),
-        (
-            ["study", "aggregation", "--write-slurm", "a.sh", "--workers", "2"],
-            r"`write-slurm` must be given without workers",
-        ),
-        (
-            ["infer", "--config", "grid.toml"],
-            r"`grid` must be left out of the configuration of a single run.*\[grid.toml:2\]",
-        ),
-        (
-            ["study", "aggregation", "--config", "grid.toml"],
-            r"got 0 \[configuration 2 of the study: models.parents = 0\]",
-        ),
-        (["study-run", "nothing", "1"], r"`study` must be a study folder; got nothing"),
-        (["study-collect", "nothing"], r"`study` must be a study folder; got nothing"),
-        (["resume", "nothing", "--workers", "2"], r"`workers` must be left out for a single run; got 2 \[--workers\]"),
+        ("study", r"`SCENARIO` must be given, or a file .* random-behaviors"),
+        ("study agregation", r"`scenario` must be a known scenario; got 'agregation'.*Did you mean `aggregation`"),
+        ("study aggregation --runs 0", r"`runs` must be an integer of at least 1; got 0"),
+        ("study aggregation --runs x", r"Invalid value for --runs: must be an integer; got 'x'\."),
+        ("study aggregation --first-seed 1.5", r"--first-seed: must be an integer; got '1\.5'\."),
+        ("study aggregation --set run.seed=3", r"Give the seeds with `runs` and `first_seed`\."),
+        ("study aggregation --config empty.toml", r"`grid` must name one setting .* \[empty.toml:1\]"),
+        ("study aggregation --workers 0", r"`workers` must be an integer of at least 1; got 0"),
+        ("study aggregation --generations 0", r"`run.generations` must be .* got 0 \[--generations\]"),
+        ("study aggregation --set models.parents=0", r"got 0 \[--set models.parents\]"),
+        ("study aggregation --workers 2 --cluster tcp://x:1", r"`workers` must be left out beside `cluster`"),
+        ("study aggregation --write-slurm no/where.sh", r"`write-slurm` must be a file in a folder that exists"),
+        ("study aggregation --write-slurm a.sh --workers 2", r"`write-slurm` must be given without workers"),
+        ("infer --config grid.toml", r"`grid` must be left out of the configuration of a single run.*\[grid.toml:2\]"),
+        ("study aggregation --config grid.toml", r"got 0 \[configuration 2 of the study: models.parents = 0\]"),
+        ("study-run nothing 1", r"`study` must be a study folder; got nothing"),
+        ("study-collect nothing", r"`study` must be a study folder; got nothing"),
+        ("resume nothing --workers 2", r"`workers` must be left out for a single run; got 2 \[--workers\]"),
     ],
 )
 def test_what_is_wrong_is_refused_before_anything_is_written(arguments, message, call, tmp_path):
     (tmp_path / "empty.toml").write_text("[grid]\n")
     (tmp_path / "grid.toml").write_text("# a study\n[grid]\nmodels.parents = [5, 0]\n")
-    code, out, err = call(*arguments)
+    code, out, err = call(*arguments.split())
     assert code == 2
     assert out == ""
     assert re.search(message, err), err

@@ -180,10 +180,7 @@ def test_all_threads_are_none():
         ),
         ("[models]\ninitial_low = nan", "`models.initial_low` must be a finite number; got nan [{path}:2]."),
         ("[models]\ninitial_high = inf", "`models.initial_high` must be a finite number; got inf [{path}:2]."),
-        (
-            "[models]\ninitial_low = 2.0",
-            "`models.initial_low` must be below initial_high; got 2.0 and 1.0 [{path}:2].",
-        ),
+        ("[models]\ninitial_low = 2.0", "`models.initial_low` must be below initial_high; got 2.0 and 1.0 [{path}:2]."),
         (
             "[classifiers]\ninitial_step_size = 1e7",
             "`classifiers.initial_step_size` must be between minimum_step_size (0.01) and 1e+06; "
@@ -226,10 +223,7 @@ def test_all_threads_are_none():
             "`scenario.name` must be that of the preset, 'aggregation', or one of your own; got 'object-clustering' [{path}:3]. "
             "Leave one of them out.",
         ),
-        (
-            "models = 3",
-            "`models` must be a table; got 3 [{path}:1]. Write [models] and its settings below it.",
-        ),
+        ("models = 3", "`models` must be a table; got 3 [{path}:1]. Write [models] and its settings below it."),
         (
             "[models]\ninitial_low = -1e7",
             "`models.initial_low` must be greater than or equal to -1000000; got -10000000.0 [{path}:2].",
