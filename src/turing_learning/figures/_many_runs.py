@@ -100,8 +100,7 @@ def box_panels_figure(
         limits.append(_focus(axes, values, known))
     lows, highs = zip(*limits, strict=True)
     panels.axes[0].set_ylim(min(lows), max(highs))
-    panels.legend(ncols=1)
-    return panels.figure
+    return panels.with_legend(ncols=1)
 
 
 def _focus(axes: "Axes", values: np.ndarray, truth: list[float]) -> tuple[float, float]:
@@ -228,8 +227,7 @@ def convergence_panels_figure(
         over_generations(axes, len(values), trials)
         what = "Median over the runs" if axes is panels.axes[0] else ""
         label(axes, what, "Generation" if trials is None else "Trials")
-    panels.legend(ncols=min(len(names), 6))
-    return panels.figure
+    return panels.with_legend(ncols=min(len(names), 6))
 
 
 def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: Sequence[str]) -> "Figure":
@@ -241,8 +239,7 @@ def error_panels_figure(errors: Sequence[Mapping[str, np.ndarray]], *, titles: S
             over_generations(axes, len(curves[name]))
         axes.set_ylim(bottom=0)
         label(axes, "Mean absolute error" if axes is panels.axes[0] else "")
-    panels.legend(ncols=3)
-    return panels.figure
+    return panels.with_legend(ncols=3)
 
 
 def error_histogram_figure(maes: np.ndarray, *, limits: tuple[float, float]) -> "Figure":
@@ -304,8 +301,7 @@ def budget_figure(panels: Mapping[str, Mapping[str, Mapping[int, np.ndarray]]]) 
         label(axes, "Mean absolute error" if axes is row.axes[0] else "", "Trials")
     everything = (runs for methods in panels.values() for errors in methods.values() for runs in errors.values())
     logarithmic(row.axes[0], *everything)
-    row.legend(loc="center")
-    return row.figure
+    return row.with_legend(loc="center")
 
 
 def dynamic_outputs_figure(
@@ -328,5 +324,4 @@ def dynamic_outputs_figure(
         axes.set_xlim(0.5, len(steps) + 0.5)
         label(axes, "Output" if axes is panels.axes[0] else "", "Time step")
     panels.axes[0].set_ylim(-1.1, 1.1)
-    panels.legend(ncols=4)
-    return panels.figure
+    return panels.with_legend(ncols=4)

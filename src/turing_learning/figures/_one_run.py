@@ -81,8 +81,7 @@ def parameters_figure(
         below = k + panels.columns >= len(panels.axes)
         axes.tick_params(labelbottom=below)
         label(axes, "", step if below else "")
-    panels.legend(ncols=3)
-    return panels.figure
+    return panels.with_legend(ncols=3)
 
 
 def _words(trials: np.ndarray | None) -> tuple[str, str]:
@@ -134,8 +133,7 @@ def fitness_figure(
         draw_line(axes, middle, trials, color=color, linewidth=1.2, linestyle=line, label=name)
     over_generations(axes, len(model_fitness), trials)
     label(axes, "Fitness (median, quartiles)", _words(trials)[1])
-    panels.legend(ncols=3)
-    return panels.figure
+    return panels.with_legend(ncols=3)
 
 
 def step_sizes_figure(
@@ -186,8 +184,7 @@ def dialogues_figure(
         if outputs is not None:
             text = f"{rows[row]}: {dialogues['accuracy'][row]:.0%} right; output {outputs[row, 0]:.2f} for the system, "
             axes_of_row[0].set_title(f"{text}{outputs[row, 1]:.2f} for the estimate", loc="left", fontsize="small")
-    panels.legend(ncols=2)
-    return panels.figure
+    return panels.with_legend(ncols=2)
 
 
 def accuracy_figure(
@@ -239,8 +236,7 @@ def quantities_figure(
         axes.stairs(simulated, edges, color=ORANGE, linewidth=1.3, label="simulated at the estimate")
         axes.set_ylim(bottom=0)
         label(axes, "" if k % panels.columns else "Share", "")
-    panels.legend(ncols=2)
-    return panels.figure
+    return panels.with_legend(ncols=2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,8 +270,7 @@ def profiles_figure(profiles: Sequence[ParameterProfile]) -> "Figure":
         if each.logarithmic:
             axes.set_xscale("log")
         label(axes, "" if k % panels.columns else "Accuracy", "")
-    panels.legend()
-    return panels.figure
+    return panels.with_legend()
 
 
 def timeline_figure(
@@ -325,8 +320,7 @@ def timeline_figure(
     axes.set_ylim(len(names) - 0.5, -0.6)
     axes.set_yticks(np.arange(len(names)), [str(name) for name in names], color=INK, parse_math=False)
     label(axes, "", "Time (s)")
-    panels.legend(ncols=2)
-    return panels.figure
+    return panels.with_legend(ncols=2)
 
 
 def paths_figure(names: Sequence[str], paths: Sequence[np.ndarray], abnormal: Sequence[bool]) -> "Figure":

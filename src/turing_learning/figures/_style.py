@@ -50,7 +50,7 @@ class Panels:
     columns: int
     given: bool = False
 
-    def legend(self, *, ncols: int | None = None, loc: str = "left") -> None:
+    def with_legend(self, *, ncols: int | None = None, loc: str = "left") -> "Figure":
         """Add one legend, above a new figure or in the first of the given axes, in which each name stands once."""
         found: dict[str, Any] = {}
         for axes in self.axes:
@@ -61,6 +61,7 @@ class Panels:
             add_legend(self.axes[0])
         elif found:
             add_legend(self.figure, **entries, loc=f"outside upper {loc}", ncols=ncols or len(found))
+        return self.figure
 
 
 def new_figure(width: float, height: float) -> "Figure":

@@ -151,5 +151,4 @@ def gathering_figure(
         axes.set_xlim(0, times_s[-1])
         axes.set_ylim(bottom=0)
         label(axes, quantity, "Time (s)")
-    panels.legend(ncols=3)
-    return panels.figure
+    return panels.with_legend(ncols=3)

@@ -108,9 +108,7 @@ class RunFolder(Store):
     motion_path = Place(CALIBRATION, "Motion to calibrate detectors with (NumPy).")
     trials_path = Place("trials", "Every trial that was observed in a laboratory.")
     events_path = Place("events.jsonl", "What happened in the laboratory (a JSON object in each line).")
-    post_evaluation_path = Place(
-        "post_evaluation.json", "What the last models are worth when they are observed again (JSON)."
-    )
+    post_evaluation_path = Place("post_evaluation.json", "What the last models are worth when observed again (JSON).")
     lock_path = Place("lock", "Held by the process that writes.")
 
     def is_run(self) -> bool:

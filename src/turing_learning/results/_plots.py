@@ -9,7 +9,7 @@ import numpy as np
 
 from turing_learning import report
 from turing_learning.config import Configuration, ConfigurationError
-from turing_learning.errors import require
+from turing_learning.errors import refuse, require
 from turing_learning.figures._one_run import fitness_figure, parameters_figure, quantities_figure
 from turing_learning.figures._style import Panels, grid_of_panels, titled
 from turing_learning.figures._swarms import draw_paths
@@ -74,10 +74,10 @@ class Plots:
         """
         simulated = self.configuration.system.simulated is not None
         shown = replay(self.configuration, self.model) if simulated else recorded_replay(self.moved())
-        rule, got = "be of a system whose simulator says where everybody is", "samples alone"
-        remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
-        require(shown is not None, "run", rule, got, remedy, error=ConfigurationError)
-        assert shown is not None
+        if shown is None:
+            rule, got = "be of a system whose simulator says where everybody is", "samples alone"
+            remedy = "Give a simulator with a method `simulate` and samples with a time step; see docs/own-system.md."
+            refuse("run", rule, got, remedy, error=ConfigurationError)
         panels = _panels(ax, [each.label for each in shown.swarms], 4.0)
         swarms = [(each.poses, each.robots, each.replica_mask) for each in shown.swarms]
         radii = {"robot_radius_cm": shown.robot_radius_cm, "object_radius_cm": shown.object_radius_cm}

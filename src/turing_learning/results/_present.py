@@ -204,11 +204,10 @@ def run_table(result: Result) -> Listing:
 
 def draw_check(check: "Check", result: Result) -> list[Picture]:
     """Draw the figures of a check of a run."""
-    pictures, parameters = [], result.configuration.system.parameters
+    pictures, parameters, labels = [], result.configuration.system.parameters, result.labels
     if check.profiles:
         caption = "Accuracy on held-out samples of fresh classifiers, trained against models in which one parameter "
         caption += f"is moved across its initial range; below the dashed line they may be guessing. {result.unknown}"
-        labels, intervals = result.labels, result.interval
         panels = [
             ParameterProfile(
                 name=labels[each.parameter],
@@ -216,14 +215,14 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
                 accuracies=np.array(each.accuracies),
                 criticals=np.array(each.criticals),
                 estimate=result.estimate[each.parameter],
-                interval=intervals[each.parameter] if is_known(*intervals[each.parameter]) else None,
+                interval=ends if is_known(*(ends := result.interval[each.parameter])) else None,
                 recovered=[recovery.estimate[each.parameter] for recovery in check.recoveries],
                 logarithmic=parameters[each.parameter].scale == "log",
             )
             for each in check.profiles
         ]
-        drawn = profiles_figure(panels)
-        pictures.append(Picture("check-profiles", "What each parameter leaves open", caption.strip(), drawn, wide=True))
+        heading, drawn = "What each parameter leaves open", profiles_figure(panels)
+        pictures.append(Picture("check-profiles", heading, caption.strip(), drawn, wide=True))
     if check.quantities:
         heading = "Genuine motion and motion simulated at the estimate"
         caption = "Shares of the values in each bin; the outermost bins hold what is beyond them."
@@ -234,14 +233,12 @@ def draw_check(check: "Check", result: Result) -> list[Picture]:
 
 def check_listing(check: "Check") -> Listing:
     """Return what is said of each parameter, as a table."""
-
-    def share(value: float | None, form: str) -> str | None:
-        return None if value is None else form.format(value)
-
-    rows = []
-    for each in check.parameters:
-        shares = share(each.interval_share, "{:.0%}"), share(each.open_share, "at most {:.0%}")
-        rows.append((each.parameter, *shares, share(each.recovery_error, "{:.1%}"), each.verdict))
+    forms = {"interval_share": "{:.0%}", "open_share": "at most {:.0%}", "recovery_error": "{:.1%}"}
+    shares = [
+        [None if (value := getattr(each, name)) is None else form.format(value) for name, form in forms.items()]
+        for each in check.parameters
+    ]
+    rows = [(each.parameter, *own, each.verdict) for each, own in zip(check.parameters, shares, strict=True)]
     test, columns = check.test, ("parameter", "interval", "left open", "missed by", "")
     note = f"{check.verdict} Tested on {test.genuine_samples} held-out samples in {test.genuine_groups} groups "
     note += f"({test.grouping}) and {test.counterfeit_samples} simulated ones. Shares of the initial range: width "

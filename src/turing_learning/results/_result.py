@@ -35,9 +35,7 @@ if TYPE_CHECKING:
     from ._plots import Plots
 
 _OF_TRUTH = ("truth", "absolute_error", "estimate_absolute_error", "mae", "estimate_mae", "paper_absolute_error")
-
 _WHERE_THERE_ARE_SOME = ("failed_simulations", "networks", "trials", "covariance", "wandering")
-
 _LAST_BATCHES, _TELLING = 10, 0.75  # of classifiers, whose median fitness in runs of right models is at most 0.62
 _COMPARABLE = 20  # fewest generations of networks whose halves can be compared
 
@@ -445,11 +443,8 @@ def summarize(
         said = _said(configuration, traces, window)
         between = dict.fromkeys(names, [UNKNOWN] * 2) if said else wandering
     if hidden:  # the best network, and that typical one whose outputs (W, P) are nearest to those inferred
-        nearest = int(np.argmin(np.abs(typical - inferred).sum(axis=1)))
-        weights = {
-            "best_model": traces["best_model"][-1],
-            "estimate": traces["typical_model"][-len(typical) :][nearest],
-        }
+        nearest = traces["typical_model"][-len(typical) :][np.argmin(np.abs(typical - inferred).sum(axis=1))]
+        weights = {"best_model": traces["best_model"][-1], "estimate": nearest}
         networks = {name: named(configuration.parameter_names, values) for name, values in weights.items()}
     else:
         known = zip(configuration.system.parameters.values(), inferred.tolist(), strict=True)

@@ -79,15 +79,32 @@ def test_columns_can_stand_out():
         assert markup in page
 
 
-def test_a_tiny_parameter_is_not_shown_as_zero():
-    (_, shown) = Reader(report_page(make_report(listings=[table(("rate", 1.234e-5, 0.00011))]))).rows
-    assert shown == ["rate", "1.234e-05", "0.00011"]
+@pytest.mark.parametrize(
+    ("numbers", "shown"),
+    [
+        ([0.0006085, 0.0148], ["0.00061", "0.01480"]),
+        ([1.234e-5, 2e-5], ["1.234e-05", "2.000e-05"]),
+        ([0.5, 12345.678], ["5.000e-01", "1.235e+04"]),
+        ([0.25, None], ["0.2500", "\u2013"]),
+        ([0.25, float("nan")], ["0.2500", "\u2013"]),
+        ([3, 4], ["3", "4"]),
+    ],
+)
+def test_the_numbers_of_a_column_have_the_same_places_and_none_is_shown_as_zero(numbers, shown):
+    rows = [(f"v{k}", each, "") for k, each in enumerate(numbers)]
+    assert [row[1] for row in Reader(report_page(make_report(listings=[table(*rows)]))).rows[1:]] == shown
 
 
-def test_a_number_that_is_missing_or_not_known_is_a_dash():
-    rows = [("a", 1.0, "0.5"), ("b", None, None), ("c", float("nan"), None)]
-    shown = Reader(report_page(make_report(listings=[table(*rows)]))).rows
-    assert shown[2:] == [["b", "\u2013", "\u2013"], ["c", "\u2013", "\u2013"]]
+def test_long_tables_are_folded_and_come_after_the_figures():
+    long = Listing("runs", "Every run", ("Run", "Verdict"), [(1, "good")], folded=True)
+    page = report_page(make_report(listings=[long, table(("a", 1.0, ""))], figures=(Picture("a", "A", "", Figure()),)))
+    assert page.index('id="result"') < page.index("<svg ") < page.index('<details id="runs">')
+
+
+def test_a_warning_is_shown_where_there_is_one():
+    page = report_page(make_report(warning="1 < 2 runs failed"))
+    assert 'class="health warning" role="note">1 &lt; 2 runs failed' in page
+    assert 'role="note"' not in report_page(make_report())
 
 
 @pytest.mark.parametrize(
@@ -104,7 +121,6 @@ def test_the_first_verdict_is_shown_and_the_others_beside_it(verdicts, look, als
     assert banner.group(1, 2) == (look, verdicts[0])
     written = re.sub("</?code>", "`", html.unescape(banner[3]))
     assert written == " ".join(filter(None, (verdicts[0].meaning, also)))
-    assert "Selection was active" not in page
 
 
 def test_tables_are_there_to_download():
