@@ -9,9 +9,9 @@ Every setting of 0.1.0 is written out below, so that later defaults do not matte
 change numbers leaves the reference alone. Times, dates, versions and paths are left out. What is called is public: if a name
 changes, change the doors below and nothing else.
 
-Another kind of processor, or another version of numpy, rounds differently (decisions 0005 and 0006): there numbers are compared
-but for their last digits, of arrays the means, and the last line says so. Runs are chaotic, and these are so short that
-no rounding has yet become a decision.
+Another kind of processor, other kernels of BLAS, or another version of numpy round differently (decisions 0005 and 0006):
+there numbers are compared but for their last digits, of arrays the means, and the last line says so. Runs are chaotic, and
+these are so short that no rounding has yet become a decision.
 """
 
 import argparse
@@ -694,15 +694,17 @@ def rehearsal(folder: Path) -> Any:
 
 
 def machine() -> dict[str, str]:
-    """Return what the last bits depend on: the kind of processor, and the versions of what computes."""
+    """Return what the last bits depend on: the kind of processor, the kernels of BLAS, and the versions of what computes."""
     import llvmlite.binding
     import numba
-    import scipy
+    import scipy.linalg
+    from threadpoolctl import threadpool_info
 
     features = llvmlite.binding.get_host_cpu_features()
     kind = "avx512" if features.get("avx512f") else "avx2" if features.get("avx2") else "plain"
     versions = {module.__name__: module.__version__ for module in (np, numba, scipy)}
-    return {"processor": os.environ.get("NUMBA_CPU_NAME", kind), **versions}
+    blas = sorted({each.get("architecture", "") for each in threadpool_info() if each["user_api"] == "blas"})
+    return {"processor": os.environ.get("NUMBA_CPU_NAME", kind), "blas": " ".join(blas), **versions}
 
 
 def differences(found: Any, expected: Any, same: Callable[[Any, Any], bool], place: str = "") -> list[str]:
