@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -152,7 +153,8 @@ def match(
     2. Near the solution the mean composite judgments are Gaussian processes of the parameters (`Emulator`), the covariance of
        single samples about them is that of the left-out residuals.
     3. Parameters are the likelier the nearer the mean judgment predicted for them is to that of the genuine samples, in units of
-       the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it.
+       the covariance of both. Draws from this likelihood, uniform beforehand, follow every bend of it. Those of the canary test
+       the fit; for the interval the canary is held at its middle, because its lack of effect is known.
     4. The samples nearest in judgment to the agents are chosen, and all is done again; at last with these alone, within what
        the fit before, which knows samples from anywhere, does not rule out.
     5. The nearest of very many samples are too much alike to tell how judgments change with the parameters. If `farther`, as many
@@ -190,26 +192,28 @@ def match(
     near, logs, middle = _around(z, center, width), None, center
     for _ in range(ROUNDS):
         broad, logs = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, FAR)
-        points = _sample(broad, draws, rng)
+        points = _sample(broad.log_likelihood, broad.points, draws, rng)
         before, middle = middle, np.median(points, axis=0)
         near = broad.remoteness(z)
         if (np.abs(middle - before) / points.std(axis=0)).max() < 0.2:
             break
-    proposals = _sample(broad, draws, rng, PROPOSED)
+    proposals = _sample(partial(broad.log_likelihood, hopeful=True), broad.points, draws, rng, PROPOSED)
+    broadly = points
     fits: list[tuple[bool, float, int, _Local, np.ndarray, float, float]] = []
     for reach in reaches:
         local, _ = _fit(z, x, g, fold, _widened(near, size), recordings, averaged, logs, size, 0.0, reach)
         local = replace(local, region=broad)
         if not np.isfinite(local.log_likelihood(local.points)).any():  # the two fits contradict each other
             local = broad
-        points = _sample(local, draws, rng)
-        low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
-        canary, moved = float((high_z - low_z)[-1] / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
+        points = _sample(local.log_likelihood, np.r_[local.points, broadly], draws, rng)
+        low_c, high_c = np.quantile(points[:, -1], [TAIL, 1 - TAIL])
+        canary, moved = float((high_c - low_c) / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
         doubtful = moved > MOST_MOVED or canary < LEAST_CANARY
-        fits.append((doubtful, float(np.log((high_z - low_z)[:-1]).sum()), len(fits), local, points, canary, moved))
+        points = _sample(local.without_canary, points[:, :-1], draws, rng)
+        low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
+        fits.append((doubtful, float(np.log(high_z - low_z).sum()), len(fits), local, points, canary, moved))
     doubtful, _, _, local, points, canary, moved = min(fits)
     middle, (low_z, high_z) = np.median(points, axis=0), np.quantile(points, [TAIL, 1 - TAIL], axis=0)
-    middle, points, low_z, high_z = (values[..., :-1] for values in (middle, points, low_z, high_z))
     known = high_z - low_z < WHOLE
     leverage = float(local.emulator.predict(np.append(middle, 0.0)[None])[1].mean())
     distance, p_value = _distance(x, g, local, local.emulator.mean(z), _widened(near, size), leverage, averaged, rng)
@@ -266,6 +270,10 @@ class _Local:
             values -= np.log(np.diagonal(factors, axis1=1, axis2=2)).sum(axis=1)
         result[inside] = np.where(extra.mean(axis=1) <= self.trust, values, -np.inf)
         return result
+
+    def without_canary(self, z: np.ndarray) -> np.ndarray:
+        """Return the likelihood of models (S, P - 1) without the last parameter, which is known to have no effect."""
+        return self.log_likelihood(np.c_[z, np.zeros(len(z))])
 
 
 def _standardized(x: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -405,18 +413,21 @@ def _target(
     return mean, (2 * expected + few * own) / (2 + few)
 
 
-def _sample(local: _Local, count: int, rng: np.random.Generator, power: float = 1.0) -> np.ndarray:
-    """Draw points in proportion to a power of the likelihood, hopeful if below 1, uniform beforehand.
+def _sample(
+    log_likelihood: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
+    power: float = 1.0,
+) -> np.ndarray:
+    """Draw points in proportion to a power of the likelihood, uniform beforehand.
 
-    Points of the design are moved by stretches while the power of the likelihood grows.
+    Points to start from (S, P) are moved by stretches while the power of the likelihood grows. Stretches stay within what the
+    starting points span, so that there should be many.
     """
-
-    def log_likelihood(z: np.ndarray) -> np.ndarray:
-        return local.log_likelihood(z, power < 1)
-
-    values = log_likelihood(local.points)
+    values = log_likelihood(start)
     chosen = np.resize(rng.permutation(np.flatnonzero(np.isfinite(values))), count)
-    points, values, reached = local.points[chosen], values[chosen], 0.0
+    points, values, reached = start[chosen], values[chosen], 0.0
     for _ in range(10):
         points, values = _moved(log_likelihood, points, values, reached, rng)
     while reached < power:
