@@ -209,7 +209,9 @@ def match(
         low_c, high_c = np.quantile(points[:, -1], [TAIL, 1 - TAIL])
         canary, moved = float((high_c - low_c) / (2 - 4 * TAIL)), _moved_by_halves(local, points, rng)
         doubtful = moved > MOST_MOVED or canary < LEAST_CANARY
-        points = _sample(local.without_canary, points[:, :-1], draws, rng)
+        points = points[:, :-1]
+        if np.isfinite(local.without_canary(points)).any():  # else the canary has lost the middle of its range
+            points = _sample(local.without_canary, points, draws, rng)
         low_z, high_z = np.quantile(points, [TAIL, 1 - TAIL], axis=0)
         fits.append((doubtful, float(np.log(high_z - low_z).sum()), len(fits), local, points, canary, moved))
     doubtful, _, _, local, points, canary, moved = min(fits)

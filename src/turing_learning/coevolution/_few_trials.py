@@ -10,6 +10,7 @@ from threadpoolctl import threadpool_limits
 from ..arrays import array
 from ..errors import integer, require
 from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
+from ..evolution._checks import state_part
 from ..evolution._field import INDUCING
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
 from ._memory import ClassifierArchive, SampleBuffer
@@ -366,12 +367,12 @@ class FewTrials:
         self._number = int(state["number"])
         self._drawn, self._present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
         self._pooled = np.array(state["pooled"], dtype=np.float64)
-        self.buffer.restore(_part(state, "buffer/"))
+        self.buffer.restore(state_part(state, "buffer/"))
         self.buffer.pool = self._pool
-        self._classifiers.restore(_part(state, "classifiers/"))
-        self._archive.restore(_part(state, "archive/"))
-        self._design.restore(_part(state, "design/"))
-        self._density = _Density.restored(_part(state, "density/"))
+        self._classifiers.restore(state_part(state, "classifiers/"))
+        self._archive.restore(state_part(state, "archive/"))
+        self._design.restore(state_part(state, "design/"))
+        self._density = _Density.restored(state_part(state, "density/"))
         self._seen = self._seen_genuine = np.empty((0, len(self._drawn)), np.float32)
         if self._number:
             self._observe(len(self.buffer), len(self.buffer.genuine))
@@ -420,7 +421,7 @@ class _Density:
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "_Density":
-        parts = [_part(state, f"{name}/") for name in ("near", "wide")]
+        parts = [state_part(state, f"{name}/") for name in ("near", "wide")]
         near, wide = (MomentField.restored(part) if part else None for part in parts)
         return cls(near, wide, float(state["reference"]))
 
@@ -430,7 +431,3 @@ def _judged(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) ->
     trials, count, *series = samples.shape
     outputs = classifier.judge(genomes, samples.reshape(trials * count, *series))
     return outputs.reshape(len(genomes), trials, count).mean(axis=2, dtype=np.float32).T
-
-
-def _part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)}

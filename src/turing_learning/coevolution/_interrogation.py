@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..errors import integer
-from ._protocols import Classifier, InteractiveSource, Samples, SampleSource
+from ..errors import integer, require
+from ._protocols import Classifier, InteractiveSource, SampleSource
 from ._rewards import Judgments
 
 
@@ -36,13 +36,22 @@ class PassiveInterrogation:
         """Collect samples of the M models (M, P) once; return the judgments of the N classifiers (N, Q).
 
         Referees (B, Q) judge the models' samples too.
-
-        Raises
-        ------
-        ValueError
-            If the source or the classifier returns another number of samples or outputs than it was asked for.
         """
-        return _judge(self.classifier, classifiers, _collect(self.source, models, rng), referees)
+        samples = self.source.collect(models, rng)
+        rule = f"yield counterfeit samples of each of the M = {len(models)} models"
+        require(len(samples.counterfeit) == len(models), "source", rule, f"samples of {len(samples.counterfeit)}")
+        genuine = self._outputs(classifiers, samples.genuine)
+        jury = classifiers if referees is None else np.concatenate((classifiers, referees))
+        flat = samples.counterfeit.reshape(-1, *samples.counterfeit.shape[2:])
+        counterfeit = self._outputs(jury, flat).reshape(len(jury), *samples.counterfeit.shape[:2])
+        own, theirs = counterfeit[: len(classifiers)], counterfeit[len(classifiers) :]
+        return Judgments(genuine, own, theirs if len(theirs) else None)
+
+    def _outputs(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
+        outputs = self.classifier.judge(genomes, samples)
+        rule = f"return outputs of shape (N, S) = ({len(genomes)}, {len(samples)})"
+        require(outputs.shape == (len(genomes), len(samples)), "classifier.judge", rule, str(outputs.shape))
+        return outputs
 
 
 class InteractiveInterrogation:
@@ -74,11 +83,6 @@ class InteractiveInterrogation:
         """Return the judgments of the N classifiers (N, Q) on those of the M models (M, P) that they have met.
 
         Referees (B, Q) meet models, too, and no genuine samples.
-
-        Raises
-        ------
-        ValueError
-            If the source returns another number of outputs than it was asked for.
         """
         met = self._opponents(len(models), len(classifiers), rng)
         genuine, counterfeit = self._confronted(models, classifiers, met, met.shape[1], rng)
@@ -101,13 +105,9 @@ class InteractiveInterrogation:
     def _confronted(
         self, models: np.ndarray, genomes: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
-        outputs = self.source.confront(models, genomes, met, genuine, rng)
-        shapes = ((len(genomes), genuine), met.shape)
-        if (outputs[0].shape, outputs[1].shape) != shapes:
-            raise ValueError(
-                f"`source.confront` must return outputs of shapes {shapes[0]} and {shapes[1]}; got {outputs[0].shape} and "
-                f"{outputs[1].shape}."
-            )
+        outputs, wanted = self.source.confront(models, genomes, met, genuine, rng), ((len(genomes), genuine), met.shape)
+        shapes, rule = tuple(each.shape for each in outputs), f"return outputs of shapes {wanted[0]} and {wanted[1]}"
+        require(shapes == wanted, "source.confront", rule, " and ".join(map(str, shapes)))
         return outputs
 
 
@@ -117,39 +117,3 @@ def _spread(outputs: np.ndarray, met: np.ndarray, models: int) -> tuple[np.ndarr
     np.put_along_axis(spread, met, outputs, axis=1)
     np.put_along_axis(places, met, True, axis=1)
     return spread[:, :, None], None if places.all() else places
-
-
-def _collect(source: SampleSource, models: np.ndarray, rng: np.random.Generator) -> Samples:
-    samples = source.collect(models, rng)
-    if len(samples.counterfeit) != len(models):
-        raise ValueError(
-            f"`source` must yield counterfeit samples of each of the M = {len(models)} models; "
-            f"got samples of {len(samples.counterfeit)}."
-        )
-    return samples
-
-
-def _judge(
-    classifier: Classifier, genomes: np.ndarray, samples: Samples, referees: np.ndarray | None = None
-) -> Judgments:
-    genuine = _outputs(classifier, genomes, samples.genuine)
-    if referees is None or len(referees) == 0:
-        return Judgments(genuine, _judge_counterfeit(classifier, genomes, samples))
-    counterfeit = _judge_counterfeit(classifier, np.concatenate((genomes, referees)), samples)
-    return Judgments(genuine, counterfeit[: len(genomes)], counterfeit[len(genomes) :])
-
-
-def _judge_counterfeit(classifier: Classifier, genomes: np.ndarray, samples: Samples) -> np.ndarray:
-    models, count, *series = samples.counterfeit.shape
-    outputs = _outputs(classifier, genomes, samples.counterfeit.reshape(models * count, *series))
-    return outputs.reshape(len(genomes), models, count)
-
-
-def _outputs(classifier: Classifier, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-    outputs = classifier.judge(genomes, samples)
-    if outputs.shape != (len(genomes), len(samples)):
-        raise ValueError(
-            f"`classifier.judge` must return outputs of shape (N, S) = ({len(genomes)}, {len(samples)}); "
-            f"got {outputs.shape}."
-        )
-    return outputs

@@ -5,7 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from turing_learning.errors import require
 from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
+from turing_learning.evolution._checks import check_generation, state_part
 
 from ._memory import ClassifierArchive
 from ._protocols import Interrogation
@@ -91,11 +93,6 @@ class Coevolution:
     generation
         Number of completed generations.
 
-    Raises
-    ------
-    ValueError
-        If `seed` is not a non-negative integer or a sequence of them.
-
     Source
     ------
     Paper, section 3.1, algorithm 1.
@@ -137,9 +134,16 @@ class Coevolution:
             If the interrogation or a reward returns something of the wrong shape, or a reward is not finite.
         """
         models, classifiers = self._models.ask(), self._classifiers.ask()
-        referees = self._referees(classifiers)
-        judgments = self._interrogate(models, classifiers, referees)
-        _check_judgments(judgments, len(models), len(classifiers))
+        rng, referees = generation_rng(self._seed, self.generation), classifiers[:0]
+        if self._archive is None or not len(self._archive.genomes):
+            judgments = self._interrogation(models, classifiers, rng)
+        else:
+            referees = self._archive.genomes
+            judgments = self._interrogation(models, classifiers, rng, referees=referees)
+            judgments = replace(judgments, referee_specificity=self._archive.specificity)
+        received, wanted = judgments.counterfeit_outputs.shape[:2], (len(classifiers), len(models))
+        rule = f"return judgments of N = {wanted[0]} classifiers on M = {wanted[1]} models"
+        require(received == wanted, "interrogation", rule, f"{received[0]} and {received[1]}")
         model_rewards = _reward("reward_models", self._reward_models, judgments, len(models))
         classifier_rewards = _reward("reward_classifiers", self._reward_classifiers, judgments, len(classifiers))
         steps = self._models.step_sizes, self._classifiers.step_sizes
@@ -163,88 +167,33 @@ class Coevolution:
         self.generation += 1
         return generation
 
-    def _referees(self, classifiers: np.ndarray) -> np.ndarray:
-        """Return the archived classifiers (B, Q), none of them at first and without an archive."""
-        archived = classifiers[:0] if self._archive is None else self._archive.genomes
-        return archived if len(archived) else classifiers[:0]
-
-    def _interrogate(self, models: np.ndarray, classifiers: np.ndarray, referees: np.ndarray) -> Judgments:
-        rng = generation_rng(self._seed, self.generation)
-        if self._archive is None or len(referees) == 0:
-            return self._interrogation(models, classifiers, rng)
-        judgments = self._interrogation(models, classifiers, rng, referees=referees)
-        return replace(judgments, referee_specificity=self._archive.specificity)
-
     def state(self) -> dict[str, np.ndarray]:
-        """Return all that is needed to go on from here, as arrays.
+        """Return all that is needed to go on from here, as arrays; after a step that failed there is no state.
 
-        Returns
-        -------
-        dict
-            "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the
-            archive, if there is one, as "archive/...".
-
-        Raises
-        ------
-        RuntimeError
-            If the last step failed.
+        That is "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the archive,
+        if there is one, as "archive/...".
         """
-        return {
-            "generation": np.array(self.generation, dtype=np.int64),
-            **{f"models/{name}": array for name, array in self._models.state().items()},
-            **{f"classifiers/{name}": array for name, array in self._classifiers.state().items()},
-            **{f"archive/{name}": array for name, array in (self._archive.state() if self._archive else {}).items()},
-        }
+        parts: dict[str, Optimizer | ClassifierArchive] = {"models": self._models, "classifiers": self._classifiers}
+        parts |= {} if self._archive is None else {"archive": self._archive}
+        arrays = {f"{part}/{name}": array for part, each in parts.items() for name, array in each.state().items()}
+        return {"generation": np.array(self.generation, dtype=np.int64), **arrays}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state; allowed at any time, also after a step that failed.
+        """Take over what `state` returned, from a coevolution with the same settings; allowed at any time.
 
-        Parameters
-        ----------
-        state
-            What `state` returned, from a coevolution with the same settings.
-
-        Raises
-        ------
-        ValueError
-            If the state lacks an array, or does not fit the settings of the optimizers. Restore another one to go on.
+        A state that lacks an array, or does not fit the settings, is rejected; restore another one to go on.
         """
-        generation = _stored_generation(state)
-        self._models.restore(_part(state, "models/"))
-        self._classifiers.restore(_part(state, "classifiers/"))
+        generation = check_generation(state)
+        self._models.restore(state_part(state, "models/"))
+        self._classifiers.restore(state_part(state, "classifiers/"))
         if self._archive is not None:
-            self._archive.restore(_part(state, "archive/"))
+            self._archive.restore(state_part(state, "archive/"))
         self.generation = generation
 
 
 def _reward(name: str, reward: Reward, judgments: Judgments, size: int) -> np.ndarray:
     rewards = np.asarray(reward(judgments), dtype=np.float64)
-    if rewards.shape != (size,):
-        raise ValueError(f"`{name}` must return an array of shape ({size},); got {rewards.shape}.")
-    if not np.isfinite(rewards).all():
-        k = int(np.argmin(np.isfinite(rewards)))
-        raise ValueError(f"`{name}` must return finite numbers; got {rewards[k]} at {k}.")
+    require(rewards.shape == (size,), name, f"return an array of shape ({size},)", str(rewards.shape))
+    k = int(np.argmin(np.isfinite(rewards)))
+    require(np.isfinite(rewards[k]), name, "return finite numbers", f"{rewards[k]} at {k}")
     return rewards
-
-
-def _check_judgments(judgments: Judgments, models: int, classifiers: int) -> None:
-    received = judgments.counterfeit_outputs.shape[:2]
-    if received != (classifiers, models):
-        raise ValueError(
-            f"`interrogation` must return judgments of N = {classifiers} classifiers on M = {models} models; "
-            f"got {received[0]} and {received[1]}."
-        )
-
-
-def _stored_generation(state: Mapping[str, np.ndarray]) -> int:
-    generation = np.asarray(state.get("generation", np.nan), dtype=np.float64)
-    if generation.shape != () or not generation >= 0 or generation != np.floor(generation):
-        raise ValueError(
-            "`state` must hold the number of completed generations as 'generation'; "
-            f"got {state.get('generation', 'no such entry')}."
-        )
-    return int(generation)
-
-
-def _part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
-    return {name.removeprefix(prefix): array for name, array in state.items() if name.startswith(prefix)}

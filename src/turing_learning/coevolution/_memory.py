@@ -32,11 +32,6 @@ class ClassifierArchive:
         Share of genuine samples that each judged genuine in its own generation. It stays true, because the
         system does not change.
 
-    Raises
-    ------
-    ValueError
-        If `capacity` or `seed` breaks the rules above.
-
     Source
     ------
     Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random sampling with a
@@ -44,9 +39,7 @@ class ClassifierArchive:
     """
 
     def __init__(self, capacity: int, *, seed: Seed) -> None:
-        if capacity < 1:
-            raise ValueError(f"`capacity` must be 1 or more; got {capacity}.")
-        self.capacity = capacity
+        self.capacity = integer("capacity", capacity, 1)
         self.genomes = np.empty((0, 0))
         self.specificity = np.empty(0)
         self._seed = check_seed(seed)
@@ -72,26 +65,16 @@ class ClassifierArchive:
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Take over a state.
-
-        Raises
-        ------
-        ValueError
-            If the state lacks an array or holds more classifiers than the capacity.
-        """
-        if not {"genomes", "specificity", "seen"} <= set(state):
-            raise ValueError(f"`state` must hold 'genomes', 'specificity' and 'seen'; got {sorted(state)}.")
-        genomes = np.array(state["genomes"], dtype=np.float64)
-        if genomes.ndim != 2 or len(genomes) > self.capacity or not np.isfinite(genomes).all():
-            raise ValueError(
-                f"`state['genomes']` must be at most {self.capacity} finite classifiers (B, Q); got shape {genomes.shape}."
-            )
-        specificity = np.array(state["specificity"], dtype=np.float64)
-        if specificity.shape != (len(genomes),) or not ((specificity >= 0) & (specificity <= 1)).all():
-            raise ValueError(
-                f"`state['specificity']` must be {len(genomes)} shares from 0 to 1; got shape {specificity.shape}."
-            )
-        self.genomes, self.specificity, self._seen = genomes, specificity, int(state["seen"])
+        """Take over a state."""
+        names = {"genomes", "specificity", "seen"}
+        require(names <= set(state), "state", "hold 'genomes', 'specificity' and 'seen'", str(sorted(state)))
+        genomes, shares = (np.array(state[name], dtype=np.float64) for name in ("genomes", "specificity"))
+        fits = genomes.ndim == 2 and len(genomes) <= self.capacity and bool(np.isfinite(genomes).all())
+        rule = f"be at most {self.capacity} finite classifiers (B, Q)"
+        require(fits, "state['genomes']", rule, f"shape {genomes.shape}")
+        fits = shares.shape == (len(genomes),) and bool(((shares >= 0) & (shares <= 1)).all())
+        require(fits, "state['specificity']", f"be {len(genomes)} shares from 0 to 1", f"shape {shares.shape}")
+        self.genomes, self.specificity, self._seen = genomes, shares, int(state["seen"])
 
 
 class SampleBuffer:

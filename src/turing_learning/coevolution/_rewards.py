@@ -6,6 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ..errors import refuse, require
+
 THRESHOLD = 0.5
 """From this output on, a sample is judged genuine (paper, section 3.2.3)."""
 
@@ -27,10 +29,6 @@ class Judgments:
     met, referees_met : (N, M) and (B, M) bool
         Which models each has met; its other outputs are 0 and do not count. None means all.
 
-    Raises
-    ------
-    ValueError
-        If a shape is wrong or empty, the two disagree in N, or an output is NaN or not within 0 and 1.
     """
 
     genuine_outputs: np.ndarray
@@ -44,20 +42,22 @@ class Judgments:
         _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)
         _check("counterfeit_outputs", self.counterfeit_outputs, "(N, M, C)", 3)
         if self.referee_outputs is not None:
-            _check_referees(self.referee_outputs, self.counterfeit_outputs.shape[1:])
+            _check("referee_outputs", self.referee_outputs, "(B, M, C)", 3)
+            samples, shape = self.counterfeit_outputs.shape[1:], self.referee_outputs.shape
+            rule = f"be of shape (B, M, C) = (any, {samples[0]}, {samples[1]})"
+            require(shape[1:] == samples, "referee_outputs", rule, str(shape))
         for name, met, outputs in (
             ("met", self.met, self.counterfeit_outputs),
             ("referees_met", self.referees_met, self.referee_outputs),
         ):
-            if met is not None and (outputs is None or met.shape != outputs.shape[:2] or met.dtype != bool):
-                raise ValueError(f"`{name}` must be truth values (N, M), one for each output; got shape {met.shape}.")
-        if self.met is not None and not self.met.any(axis=0).all():
-            raise ValueError("`met` must hold a classifier for each model; got a model that none has met.")
-        if len(self.genuine_outputs) != len(self.counterfeit_outputs):
-            raise ValueError(
-                "`genuine_outputs` and `counterfeit_outputs` must agree in the number of classifiers N; "
-                f"got {self.genuine_outputs.shape} and {self.counterfeit_outputs.shape}."
-            )
+            if met is not None:
+                fits = outputs is not None and met.shape == outputs.shape[:2] and met.dtype == bool
+                require(fits, name, "be truth values (N, M), one for each output", f"shape {met.shape}")
+        met_by_some = self.met is None or bool(self.met.any(axis=0).all())
+        require(met_by_some, "met", "hold a classifier for each model", "a model that none has met")
+        shapes = self.genuine_outputs.shape, self.counterfeit_outputs.shape
+        rule = "have as many classifiers N as `counterfeit_outputs`"
+        require(shapes[0][0] == shapes[1][0], "genuine_outputs", rule, f"{shapes[0]} and {shapes[1]}")
 
     @cached_property
     def genuine(self) -> np.ndarray:
@@ -87,19 +87,11 @@ class Judgments:
 
 
 def _check(name: str, outputs: np.ndarray, symbols: str, dimensions: int) -> None:
-    if outputs.ndim != dimensions or outputs.size == 0:
-        raise ValueError(f"`{name}` must be of shape {symbols} and not empty; got {outputs.shape}.")
-    if not (outputs.min() >= 0 and outputs.max() <= 1):  # so that NaN, too, is refused
+    fits = outputs.ndim == dimensions and outputs.size > 0
+    require(fits, name, f"be of shape {symbols} and not empty", str(outputs.shape))
+    if not (outputs.min() >= 0 and outputs.max() <= 1):  # so that NaN, too, is rejected
         place = tuple(int(k) for k in np.argwhere(~((outputs >= 0) & (outputs <= 1)))[0])
-        raise ValueError(f"`{name}` must be from 0 to 1; got {outputs[place]} at {place} of {symbols}.")
-
-
-def _check_referees(outputs: np.ndarray, samples: tuple[int, ...]) -> None:
-    _check("referee_outputs", outputs, "(B, M, C)", 3)
-    if outputs.shape[1:] != samples:
-        raise ValueError(
-            f"`referee_outputs` must be of shape (B, M, C) = (any, {samples[0]}, {samples[1]}); got {outputs.shape}."
-        )
+        refuse(name, "be from 0 to 1", f"{outputs[place]} at {place} of {symbols}")
 
 
 Reward = Callable[[Judgments], np.ndarray]

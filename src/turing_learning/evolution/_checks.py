@@ -20,17 +20,11 @@ def check_seed(seed: Seed) -> Seed:
 
 
 def generation_rng(seed: Seed, generation: int) -> np.random.Generator:
-    """Return the random generator of one generation.
+    """Return the random generator of one generation, >= 0; see `check_seed` for seeds.
 
-    Generators of different generations, and of different seeds, are independent. Nothing of a generator has
-    to be stored: a run that is resumed makes the same one again.
-
-    Parameters
-    ----------
-    seed
-        Entropy: a non-negative integer or a sequence of them.
-    generation
-        >= 0. For optimizers, 0 is the initialization and g + 1 what follows the fitness of generation g.
+    Generators of different generations, and of different seeds, are independent. Nothing of a generator has to be
+    stored: a run that is resumed makes the same one again. For optimizers, 0 is the initialization and g + 1 what
+    follows the fitness of generation g.
     """
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(generation,)))
 
@@ -81,11 +75,6 @@ def check_range(low: np.ndarray, high: np.ndarray) -> None:
     require((low < high).all(), "initial_low", "be below `initial_high`", f"{low[k]} and {high[k]} for parameter {k}")
 
 
-def check_fitness(fitness: np.ndarray, size: int) -> np.ndarray:
-    """Return `fitness` as a float64 array if it holds one finite number for each candidate."""
-    return array("fitness", fitness, "size", size=size)
-
-
 def check_state_array(state: Mapping[str, np.ndarray], name: str, shape: tuple[int | None, ...]) -> np.ndarray:
     """Return a copy of an array of a state if it is there, finite, and of the given shape (None: any length)."""
     if name not in state:
@@ -97,6 +86,11 @@ def check_state_array(state: Mapping[str, np.ndarray], name: str, shape: tuple[i
     if not np.isfinite(given).all():
         refuse(f"state[{name!r}]", "be finite", str(given[~np.isfinite(given)].flat[0]))
     return given
+
+
+def state_part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    """Return the arrays of a state whose names begin with a prefix, without it."""
+    return {name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)}
 
 
 def check_generation(state: Mapping[str, np.ndarray]) -> int:

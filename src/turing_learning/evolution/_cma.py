@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import array
 from ..errors import integer, require
 from ._checks import (
     Seed,
     Turns,
-    check_fitness,
     check_generation,
     check_range,
     check_seed,
@@ -53,8 +53,6 @@ class CMAEvolutionStrategy:
     ------
     ImportError
         If `cma` is not installed.
-    ValueError
-        If an argument breaks the rules above.
 
     Source
     ------
@@ -92,67 +90,29 @@ class CMAEvolutionStrategy:
         return self._asked_steps.copy()
 
     def ask(self) -> np.ndarray:
-        """Return the population (size, dimension) to be scored.
-
-        Raises
-        ------
-        RuntimeError
-            If the population asked for before has not been told its fitness.
-        """
+        """Return the population (size, dimension) to be scored; see `Optimizer.ask`."""
         self._turns.ask()
         self._asked_steps = self._next_steps()
         population = self._center + self._scale * np.array(self._distribution.solutions)
         return np.clip(population, -PARAMETER_LIMIT, PARAMETER_LIMIT)
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
-        """Adapt the distribution and sample the next population.
-
-        Parameters
-        ----------
-        fitness : (size,)
-            Larger is better.
-
-        Returns
-        -------
-        (size,)
-            The fitness: what the candidates were ranked by.
-
-        Raises
-        ------
-        RuntimeError
-            If no population has been asked for since the last call.
-        ValueError
-            If `fitness` has another shape or is not finite.
-        """
+        """Adapt the distribution and sample the next population; return the fitness (size,). See `Optimizer.tell`."""
         self._turns.tell()
-        fitness = check_fitness(fitness, self.size)
+        fitness = array("fitness", fitness, "size", size=self.size)
         self._distribution.tell(fitness)
         self._turns.reset()
         return fitness.copy()
 
     def state(self) -> dict[str, np.ndarray]:
-        """Return the distribution before the next population is drawn, name -> array, and the number of generations.
-
-        Raises
-        ------
-        RuntimeError
-            If a population has been asked for and not been told its fitness.
-        """
+        """Return the distribution before the next population is drawn, name -> array, and the number of generations."""
         self._turns.pause()
         return self._distribution.state | {"generation": np.array(self._distribution.generation)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
-        """Return to a stored distribution; allowed at any time.
+        """Return to what `state` returned, from a strategy with the same settings; see `Optimizer.restore`.
 
-        Parameters
-        ----------
-        state
-            What `state` returned, from a strategy with the same settings.
-
-        Raises
-        ------
-        ValueError
-            If the state lacks an array or does not fit the settings. The strategy is then what it was before.
+        A state that lacks an array, or does not fit the settings, is rejected; the strategy is then what it was before.
         """
         generation, distribution = check_generation(state), self._new_distribution()
         inside = {name: check_state_array(state, name, old.shape) for name, old in distribution.state.items()}
@@ -183,20 +143,15 @@ class _Distribution:
         self.generation = 0
         self._seed = seed
         self._minimum = np.minimum(minimum, SPREAD_LIMIT)
-        self._strategy = _import_cma().CMAEvolutionStrategy(np.zeros(dimension), 1.0, self._options(size))
-        self._draw()
-
-    def _options(self, size: int) -> dict[str, Any]:
-        return {
+        options = {
             "popsize": size,
-            "randn": self._standard_normal,
+            "randn": lambda *shape: self._rng.standard_normal(shape),
             "seed": np.nan,  # leaves the global random state of numpy alone
             "verbose": -10,  # no print, no log file
             "signals_filename": "",  # no options from a file in the working directory
         }
-
-    def _standard_normal(self, *shape: int) -> np.ndarray:
-        return self._rng.standard_normal(shape)
+        self._strategy = _import_cma().CMAEvolutionStrategy(np.zeros(dimension), 1.0, options)
+        self._draw()
 
     def _draw(self) -> None:
         self.state = {name: np.array(getattr(part, field)) for name, part, field in self._inside()}
@@ -222,16 +177,11 @@ class _Distribution:
     def tell(self, fitness: np.ndarray) -> None:
         with np.errstate(over="ignore"):  # of a record that cma keeps of all past changes of the step size
             self._strategy.tell(self.solutions, (-fitness).tolist())  # cma minimizes
-        self._limit_spread()
+        deviations = self.standard_deviations
+        widen, narrow = (self._minimum / deviations).min(), SPREAD_LIMIT / deviations.max()
+        self._strategy.sigma *= float(min(max(1.0, widen), narrow))  # the shape stays what `cma` made it
         self.generation += 1
         self._draw()
-
-    def _limit_spread(self) -> None:
-        """Scale the whole distribution, so that its shape stays what `cma` made it."""
-        deviations = self.standard_deviations
-        widen = (self._minimum / deviations).min()
-        narrow = SPREAD_LIMIT / deviations.max()
-        self._strategy.sigma *= float(min(max(1.0, widen), narrow))
 
 
 def _import_cma() -> Any:

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..arrays import array
 from ..errors import integer, require
 from ._checks import (
     Seed,
     Turns,
-    check_fitness,
     check_generation,
     check_range,
     check_seed,
@@ -100,37 +100,18 @@ class EvolutionStrategy:
         return self._asked_steps.copy()
 
     def ask(self) -> np.ndarray:
-        """Return the population (size, dimension) to be scored: the parents, the fittest first, then the children.
-
-        Raises
-        ------
-        RuntimeError
-            If the population asked for before has not been told its fitness.
-        """
+        """Return the population (size, dimension): the parents, the fittest first, then the children; see `Optimizer.ask`."""
         self._turns.ask()
         self._asked_steps = self._steps
         return self._population.copy()
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
-        """Keep the mu fittest as parents and let them have lambda children.
+        """Keep the mu fittest as parents and let them have lambda children; see `Optimizer.tell`.
 
-        Parameters
-        ----------
-        fitness : (size,)
-            Larger is better.
-
-        Returns
-        -------
-        (size,)
-            What the population was ranked by: the fitness, or the scores of the `memory`.
-
-        Raises
-        ------
-        RuntimeError
-            If no population has been asked for since the last call.
+        Returns what the population was ranked by (size,): the fitness, or the scores of the `memory`.
         """
         self._turns.tell()
-        generation, fitness = self._generation, check_fitness(fitness, self.size)
+        generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
         best = fittest(scores, self.parents)
         if self._memory is not None:
@@ -138,10 +119,13 @@ class EvolutionStrategy:
         rng = generation_rng(self._seed, generation + 1)
         parents, steps = self._population[best], self._steps[best]
         pairs = self._mating.pair(generation, self.parents, self.offspring, rng)
-        child_steps = self._mutate_steps((steps[pairs[0]] + steps[pairs[1]]) / 2, rng)
-        children = self._mating.mix(generation, parents, pairs, rng) + child_steps * rng.standard_normal(
-            child_steps.shape
-        )
+        inherited = (steps[pairs[0]] + steps[pairs[1]]) / 2
+        common = self._common_rate * rng.standard_normal((self.offspring, 1))
+        own = self._own_rate * rng.standard_normal(inherited.shape)
+        child_steps = inherited * np.exp(common + own)
+        child_steps = np.minimum(np.maximum(child_steps, self._minimum), STEP_SIZE_LIMIT)
+        children = self._mating.mix(generation, parents, pairs, rng)
+        children = children + child_steps * rng.standard_normal(children.shape)
         children = np.minimum(np.maximum(children, -PARAMETER_LIMIT), PARAMETER_LIMIT)
         if self._jumper is not None:
             self._jumper.jump(generation, children, rng)
@@ -151,19 +135,8 @@ class EvolutionStrategy:
         self._turns.reset()
         return scores
 
-    def _mutate_steps(self, steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        common = self._common_rate * rng.standard_normal((self.offspring, 1))
-        own = self._own_rate * rng.standard_normal(steps.shape)
-        return np.minimum(np.maximum(steps * np.exp(common + own), self._minimum), STEP_SIZE_LIMIT)
-
     def state(self) -> dict[str, np.ndarray]:
-        """Return the number of completed generations, the population to be asked for next, its step sizes and its past.
-
-        Raises
-        ------
-        RuntimeError
-            If a population has been asked for and not been told its fitness.
-        """
+        """Return the number of completed generations, the population to be asked for next, its step sizes and its past."""
         self._turns.pause()
         memory = self._memory or FitnessMemory(self.size, 0.0)
         return {

@@ -25,7 +25,7 @@ class Mating(Protocol):
         ...
 
 
-class TwoParents:
+class TwoParents(Mating):
     """Two parents, drawn uniformly with replacement; each parameter comes from one of the two with equal probability."""
 
     def pair(self, generation: int, parents: int, children: int, rng: np.random.Generator) -> np.ndarray:

@@ -39,7 +39,7 @@ def test_a_restored_archive_goes_on_as_if_nothing_had_happened():
 
 
 def test_a_capacity_below_one_is_refused():
-    with pytest.raises(ValueError, match="`capacity` must be 1 or more; got 0"):
+    with pytest.raises(ValueError, match="`capacity` must be an integer of at least 1; got 0"):
         ClassifierArchive(0, seed=1)
 
 

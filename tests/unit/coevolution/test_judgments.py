@@ -51,7 +51,9 @@ def test_counterfeit_outputs_of_a_wrong_shape_are_refused():
 
 
 def test_outputs_of_different_numbers_of_classifiers_are_refused():
-    with pytest.raises(ValueError, match=r"must agree in the number of classifiers N; got \(1, 5\) and \(2, 3, 1\)"):
+    with pytest.raises(
+        ValueError, match=r"must have as many classifiers N as `counterfeit_outputs`; got \(1, 5\) and \(2, 3, 1\)"
+    ):
         Judgments(GENUINE[:1], COUNTERFEIT)
 
 

@@ -238,15 +238,23 @@ def test_a_seed_that_is_no_natural_number_is_refused(seed):
         Coevolution(Script(None), Recorder(2, 0), Recorder(3, 1), seed=seed)
 
 
-@pytest.mark.parametrize("generation", [-1, 0.5, [1, 2], np.nan])
-def test_a_state_without_a_valid_generation_is_refused(generation):
+@pytest.mark.parametrize(
+    ("generation", "rule"),
+    [
+        (-1, "be a non-negative integer; got -1.0"),
+        (0.5, "be a non-negative integer; got 0.5"),
+        ([1, 2], r"be of shape \(\); got \(2,\)"),
+        (np.nan, "be finite; got nan"),
+    ],
+)
+def test_a_state_without_a_valid_generation_is_refused(generation, rule):
     run = coevolution()
-    with pytest.raises(ValueError, match="`state` must hold the number of completed generations as 'generation'; got"):
+    with pytest.raises(ValueError, match=rf"`state\['generation'\]` must {rule}"):
         run.restore({**run.state(), "generation": np.array(generation)})
 
 
 def test_an_empty_state_is_refused():
-    with pytest.raises(ValueError, match="completed generations as 'generation'; got no such entry"):
+    with pytest.raises(ValueError, match=r"`state` must hold an array 'generation'; got \[\]"):
         coevolution().restore({})
 
 
