@@ -9,7 +9,7 @@ import json
 import logging
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -106,7 +106,6 @@ class Store:
         self.path, self.kind = in_home(path), kind
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
-        self._digests: dict[str, tuple[tuple[int, int, int], str]] = {}  # of files in their present state
         self._written: set[str] = set()  # files that have been written since the index was read, and have their names
         self._unverified = False
         self._lasting: dict[Path, bytes] = {}  # the head and what is beside it, while the folder is locked
@@ -243,16 +242,17 @@ class Store:
 
     def read_bytes(self, name: str) -> bytes:
         """Return the bytes of a file; raise DamagedError if it is missing, or not as it was written."""
-        content = b""
-
-        def digest() -> str:
-            nonlocal content
-            content = (self.path / name).read_bytes()
-            return digest_of(content)
-
-        if flaw := self._flaw(name, digest):
-            raise self.damaged(name, flaw)
-        return content
+        for look in range(_LOOKS):
+            try:
+                content = (self.path / name).read_bytes()
+            except OSError as error:
+                raise self.damaged(name, error.strerror or str(error)) from error
+            flaw = self._flaw(name, digest_of(content))
+            if not flaw:
+                return content
+            time.sleep(0.01 * look)
+            self.seals.load()
+        raise self.damaged(name, flaw)
 
     def once(
         self, name: str, compute: Callable[[], Any], *, fits: Callable[[Any], bool] = lambda found: True
@@ -307,26 +307,6 @@ class Store:
             self._seals = Seals(self.path, _identity(self._peek() or {}, self.kind))
         return self._seals
 
-    def seal(self, digests: Mapping[str, str]) -> None:
-        """Add seals of files that something else writes: name -> SHA-256, see `digest_of`; before or after they get their names."""
-        self.require_here()
-        self._adopt()
-        self.seals.append(list(digests.items()))
-
-    def verify(self, names: Iterable[str]) -> dict[str, str]:
-        """Return what is wrong with files that something else reads: name -> reason; a file that has not changed is read once."""
-        flaws = {name: self._flaw(name, partial(self._digest, name)) for name in names}
-        return {name: flaw for name, flaw in flaws.items() if flaw}
-
-    def _digest(self, name: str) -> str:
-        """Return the digest of a file, from the time that it was read in its present state."""
-        path = self.path / name
-        stat = path.stat()
-        state = (stat.st_ino, stat.st_size, stat.st_mtime_ns)
-        if name not in self._digests or self._digests[name][0] != state:
-            self._digests[name] = (state, file_digest(path))
-        return self._digests[name][1]
-
     def damaged(self, name: str, reason: str) -> DamagedError:
         """Return the error that says what is wrong with a file."""
         error = DamagedError(
@@ -335,20 +315,7 @@ class Store:
         error.reason = reason
         return error
 
-    def _flaw(self, name: str, digest: Callable[[], str]) -> str:
-        """Return what is wrong with a file, nothing if it is as it was written; look more than once, see `_LOOKS`."""
-        for look in range(_LOOKS):
-            try:
-                flaw = self._broken_seal(name, digest())
-            except OSError as error:
-                flaw = error.strerror or str(error)
-            if not flaw:
-                break
-            time.sleep(0.01 * look)
-            self.seals.load()
-        return flaw
-
-    def _broken_seal(self, name: str, digest: str) -> str:
+    def _flaw(self, name: str, digest: str) -> str:
         """Return why a file of that digest is not the one that was sealed; nothing if it is, or no seals are there."""
         seals = self.seals
         if not seals.exists:

@@ -31,6 +31,17 @@ def fresh(store):
     return Store(store.path, KIND)
 
 
+def damaged(store, names):
+    """Return the names of files that are missing, or not as they were written."""
+    found = set()
+    for name in names:
+        try:
+            store.read(name)
+        except DamagedError:
+            found.add(name)
+    return found
+
+
 def warnings(caplog):
     return [record.getMessage() for record in caplog.records if record.levelno >= logging.WARNING]
 
@@ -43,7 +54,7 @@ def test_what_is_written_is_read(store, caplog):
     np.testing.assert_array_equal(again.read("two.npy"), CONTENTS["two.npy"], strict=True)
     np.testing.assert_array_equal(again.read("arrays.npz")["x"], np.eye(2, dtype=np.float32), strict=True)
     assert again.read("three.txt") == b"three"
-    assert again.verify([*CONTENTS, "search.json"]) == {}
+    assert damaged(again, [*CONTENTS, "search.json"]) == set()
     assert warnings(caplog) == []
 
 
@@ -91,7 +102,6 @@ def test_every_damage_is_named_and_nothing_wrong_is_returned(name, damage, store
         DamagedError, match=rf"^`search` must hold {name} as it was written; got .*{name} \(.+\)\. Restore"
     ):
         fresh(store).read(name)
-    assert set(fresh(store).verify([name])) == {name}
     if name == "search.json":
         with pytest.raises(RunFolderError, match=r"search\.json"):
             fresh(store).head()
@@ -174,7 +184,7 @@ def test_every_single_damage_of_the_index_is_noticed_or_harmless(store, monkeypa
                 continue
     for end in range(len(sound)):
         path.write_bytes(sound[:end])
-        fresh(store).verify(CONTENTS)
+        damaged(fresh(store), CONTENTS)
 
 
 def test_an_index_that_was_cut_goes_on(store):
@@ -182,7 +192,7 @@ def test_an_index_that_was_cut_goes_on(store):
     path.write_bytes(path.read_bytes()[:-10])
     again = fresh(store)
     again.write("new.json", {"a": 1})
-    assert set(fresh(store).verify([*CONTENTS, "new.json"])) == {"three.txt"}
+    assert damaged(fresh(store), [*CONTENTS, "new.json"]) == {"three.txt"}
 
 
 def test_a_store_without_seals_says_so_once_and_is_sealed_when_it_is_resumed(store, caplog):
@@ -247,15 +257,6 @@ def test_the_index_does_not_grow_without_bound(store, monkeypatch):
         store.seals.append([("rounds/one.json", digest_of(str(number).encode()))])
     assert len((store.path / "seals.txt").read_text().splitlines()) < 400
     assert "two.npy" in fresh(store).seals
-
-
-def test_seals_of_files_that_something_else_writes(store):
-    (store.path / "chunk").write_bytes(b"abc")
-    store.seal({"chunk": digest_of(b"abc")})
-    again = fresh(store)
-    assert again.verify(["chunk"]) == {}
-    (store.path / "chunk").write_bytes(b"abd!")
-    assert again.verify(["chunk", "none"]) == {"chunk": "it has been changed", "none": "No such file or directory"}
 
 
 def test_a_removed_file_has_no_seal(store):
@@ -335,7 +336,7 @@ def test_a_folder_that_moves_while_it_is_written_is_noticed(move, store):
         for write in (
             lambda: store.write("after.json", {"a": 1}),
             lambda: store.once("after.json", lambda: {"a": 1}),
-            lambda: store.seal({"after": "0"}),
+            lambda: store.remove("before.json"),
         ):
             with pytest.raises(RunStorageError, match=r"^`search` must stay where it is while it is written; got "):
                 write()
