@@ -59,10 +59,11 @@ def scenario_type(scenario: Any) -> type[Scenario | CustomSystem]:
     return CustomSystem if fields >= {"parameters", "signals", "digest"} else Scenario
 
 
+TAGS = ("Scenario", "CustomSystem", "StimulatedSystem")
 AnyScenario = Annotated[
-    Annotated[Scenario, Tag("Scenario")]
-    | Annotated[CustomSystem, Tag("CustomSystem")]
-    | Annotated[StimulatedSystem, Tag("StimulatedSystem")],
+    Annotated[Scenario, Tag(TAGS[0])]
+    | Annotated[CustomSystem, Tag(TAGS[1])]
+    | Annotated[StimulatedSystem, Tag(TAGS[2])],
     Discriminator(lambda scenario: scenario_type(scenario).__name__),
 ]
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 from pathlib import Path
@@ -16,7 +17,7 @@ from turing_learning.swarm import SCENARIOS as SWARMS
 from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
-from ._configuration import Configuration, scenario_type
+from ._configuration import TAGS, Configuration, scenario_type
 from ._sections import ConfigurationError, PopulationSection
 from ._toml import UNBOUNDED, ancestors, line_of, read_toml
 
@@ -336,9 +337,7 @@ def _unwritable(value: Any) -> bool:
 def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) -> Refusal | str:
     """Return the first complaint of the sections, with the full name of the setting and its place."""
     first, known = error.errors(include_url=False)[0], set(_all_keys(Configuration))
-    location = ".".join(
-        part for part in map(str, first["loc"]) if part not in ("Scenario", "CustomSystem", "StimulatedSystem")
-    )
+    location = ".".join(str(part) for part in first["loc"] if part not in TAGS)
     key = next((name for name in ancestors(location) if name in known), location)
     if first["type"] == "value_error":
         complaint = first["ctx"]["error"]
@@ -346,7 +345,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
             return str(complaint)
         name, _, rest = complaint.refusal.name.partition(" ")
         choices = (name, f"scenario.{name}", f"{key}.{name.rpartition('.')[2]}")
-        full = next((choice for choice in choices if choice in known), key)
+        full = next((each for each in choices if each in known), key)
         return replace(complaint.refusal, name=f"{full} {rest}".rstrip(), place=origins.where(full))
     if first["type"] == "missing":
         name = str(data["scenario"].get("name"))
@@ -356,8 +355,7 @@ def _refusal(error: ValidationError, data: Mapping[str, Any], origins: Origins) 
         return Refusal(key, f"be given, as {name!r} is no known scenario", "nothing", origins.where(key), remedy)
     value = _looked_up(data, key) if key in _RULES else first["input"]
     rule = first["msg"].removeprefix("Input should be ").replace("a valid ", "a ").replace("an object", "a table")
-    for vowel in "aeiou":
-        rule = f" {rule}".replace(f" a {vowel}", f" an {vowel}").strip()
+    rule = re.sub(r"\ba (?=[aeiou])", "an ", rule)
     return Refusal(key, _RULES.get(key, f"be {rule}"), _shown(value), origins.where(key))
 
 

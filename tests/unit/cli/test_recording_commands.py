@@ -229,19 +229,27 @@ def test_headings_are_on_both_sides_or_on_none(call):
     assert not any("headings" in err for err in refused)
 
 
-def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, monkeypatch):
-    whole, _, _ = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "whole")
-    assert whole == 0
-    import turing_learning.cli._live as live
+@pytest.fixture
+def stopped(call, monkeypatch):
+    """Begin a run on the recording that somebody stops after some generations; return what it says."""
 
-    def interrupt(self, progress):
-        if progress.completed == 2:
-            os.kill(os.getpid(), signal.SIGINT)
+    def stopped(*options, after):
+        def interrupt(self, progress):
+            if progress.completed == after:
+                os.kill(os.getpid(), signal.SIGINT)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(live.RunView, "__call__", interrupt)
-        code, _, err = call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "run")
-    assert code == 130
+        with monkeypatch.context() as patch:
+            patch.setattr("turing_learning.cli._live.RunView.__call__", interrupt)
+            code, _, err = call("infer", *RECORDED, *SMALL, *options, "--out", "run")
+        assert code == 130
+        return err
+
+    return stopped
+
+
+def test_a_stopped_run_is_resumed_with_the_options_that_the_message_names(call, stopped):
+    assert call("infer", *RECORDED, *SMALL, "--generations", "4", "--out", "whole")[0] == 0
+    err = stopped("--generations", "4", after=2)
     command = err.strip().partition("resume with: turing-learning ")[2].split()
     assert command == ["resume", "run"]
     code, _, err = call("resume", "run", *OTHER_MODEL)
@@ -272,27 +280,16 @@ def test_another_family_than_that_of_the_run_is_not_checked(call):
         (["detect", "run", "--simulate", "1"], "run.history"),
     ],
 )
-def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, monkeypatch, command, message):
-    def interrupt(self, progress):
-        os.kill(os.getpid(), signal.SIGINT)
-
-    with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.cli._live.RunView.__call__", interrupt)
-        thin = ["--set", "run.history=thin", "--generations", "3", "--out", "run"]
-        assert call("infer", *RECORDED, *SMALL, *thin)[0] == 130
+def test_whatever_is_refused_of_a_run_on_a_recording_names_options(call, stopped, command, message):
+    stopped("--set", "run.history=thin", "--generations", "3", after=1)
     code, _, err = call(*command)
     assert code == 2
     assert message in err
     assert err.count("\n") == 1
 
 
-def test_detectors_of_runs_on_recordings_say_what_helps(call, monkeypatch):
-    def interrupt(self, progress):
-        os.kill(os.getpid(), signal.SIGINT)
-
-    with monkeypatch.context() as patch:
-        patch.setattr("turing_learning.cli._live.RunView.__call__", interrupt)
-        assert call("infer", *RECORDED, *SMALL, "--generations", "3", "--out", "run")[0] == 130
+def test_detectors_of_runs_on_recordings_say_what_helps(call, stopped):
+    stopped("--generations", "3", after=1)
     motion = ["detect", "run", TERMITES, "--fps", "25", "--scale", "20"]
     assert "must be given for a run that has stored no motion" in call(*motion)[2]
     assert "must be on simulated robots for individuals to be simulated" in call("detect", "run", "--simulate", "1")[2]
