@@ -11,30 +11,12 @@ def array(
     name: str, value: Any, shape: str, *, finite: bool = True, dtype: Any = np.float64, empty: bool = False,
     remedy: Text = "", place: str = "", error: type[RefusedError] = RefusedError, **sizes: int,
 ) -> np.ndarray:  # fmt: skip
-    """Return a value as an array of a shape and type; reject anything else.
+    """Return a value as an array of a shape and type, itself where it fits, else a copy; reject anything else.
 
-    Parameters
-    ----------
-    name
-        Of the argument.
-    value
-        Whatever was given. Masked values, complex numbers, text and objects are rejected, not converted.
-    shape
-        Letters for the axes, as in docs/symbols.md: "K T D"; a number fixes an axis, "..." stands for any
-        axes before the others. A letter that comes twice has one size.
-    finite
-        Whether NaN and infinity are rejected.
-    dtype
-        Of the result: floats, integers (numbers with a fraction are rejected) or bool.
-    empty
-        Whether an axis may have the size 0.
-    sizes
-        Letter -> size that the axis must have.
-
-    Returns
-    -------
-    np.ndarray
-        The array itself where it fits, else a copy.
+    Masked values, complex numbers, text and objects are rejected, not converted; so are numbers with a fraction for
+    integers, NaN and infinity unless `finite` is False, and axes of size 0 unless `empty` is True. The shape has letters
+    for the axes, as in docs/symbols.md: "K T D". A number fixes an axis, "..." stands for any axes before the others, a
+    letter that comes twice has one size, and `sizes` are those that letters must have.
     """
     axes, want = shape.split(), np.dtype(dtype)
 
