@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from turing_learning import studies, swarm
 from turing_learning.analysis import Comparison, compare
 from turing_learning.store import Kind, Store
 from turing_learning.swarm import Scenario
@@ -25,9 +26,6 @@ from ._verdicts import ClaimVerdict, Spreads, prose
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from turing_learning.studies import StudyProgress, StudyResult
-    from turing_learning.swarm import Simulation
 
 Say = Callable[[str], None]
 Stop = Callable[[], bool]
@@ -128,27 +126,26 @@ class Work:
         self.store.write(file, content)
         self._say(f"{Path(file).stem}: {stored['seconds']:.1f} s")
 
-    def study(self, name: str, scenario: str, **arguments: Any) -> "StudyResult":
+    def study(self, name: str, scenario: str, **arguments: Any) -> "studies.StudyResult":
         """Return a study of many runs, executed or resumed as far as it is not complete; see `turing_learning.study`."""
-        from turing_learning.studies import ExecutorError, is_study, load_study, study
 
-        def observe(progress: "StudyProgress") -> None:
+        def observe(progress: "studies.StudyProgress") -> None:
             if progress.finished:
                 self._say(f"{name}: {progress.done} of {progress.total} runs")
 
         path = self.store.path / name
-        written = is_study(path) and (path / "report.html").exists()  # the report comes last
-        result = load_study(path) if written else None
+        written = studies.is_study(path) and (path / "report.html").exists()  # the report comes last
+        result = studies.load_study(path) if written else None
         if result is None or not result.complete:
             arguments |= {"observer": observe, "should_stop": self.should_stop, "out": path}
             with ThreadPoolExecutor(1) as executor:
                 hands: dict[str, Any] = {"executor": executor} if self._fast else {"workers": self._workers}
-                result = study(scenario, **arguments, **hands)
+                result = studies.study(scenario, **arguments, **hands)
         if result.unfinished:
             raise Stopped(name)
         if result.failed:
             got = f"{len(result.failed)}, the first for: {result.failed[0].reason} [{path}]"
-            raise ExecutorError(
+            raise studies.ExecutorError(
                 f"`{name}` must have no runs that fail; got {got}. Give the same command again to try again."
             )
         self._seconds[name] = sum(run.seconds or 0.0 for run in result.runs)
@@ -311,10 +308,8 @@ def sensor_shares(scenario: Scenario, trials: int, seed: int) -> np.ndarray:
 
 def moved(
     scenario: Scenario, controller: np.typing.ArrayLike, trials: int, robots: int, steps: int, *, starts: Any, noise: int
-) -> "Simulation":  # fmt: skip
+) -> "swarm.Simulation":  # fmt: skip
     """Simulate trials in which all robots execute one controller; `starts` seeds initial configurations."""
-    from turing_learning.swarm import initial_poses, simulate
-
-    start = initial_poses(scenario, trials, np.random.default_rng(starts), robots=robots)
+    start = swarm.initial_poses(scenario, trials, np.random.default_rng(starts), robots=robots)
     controllers = np.broadcast_to(controller, (trials, robots, len(scenario.controller)))
-    return simulate(scenario, controllers, start, control_steps=steps, seed=noise)
+    return swarm.simulate(scenario, controllers, start, control_steps=steps, seed=noise)

@@ -4,17 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from turing_learning import results, robots, runs
 from turing_learning.analysis import dispersion, largest_cluster
 from turing_learning.purposes import ACCURACY_MODELS, VALIDATION_CAMERA, VALIDATION_NOISE, VALIDATION_STARTS
 
 from ._experiment import Sizes, Stop, Work, seeds_of
-
-if TYPE_CHECKING:
-    from turing_learning.runs import Progress
 
 REPLICAS = {"replica-1": "orange", "replica-2": "purple"}  # name and marker; as in the paper, agents wear blue
 AGENTS = 8
@@ -53,16 +51,14 @@ class LaboratoryRuns:
 
 def laboratory_file(work: Work, preset: str) -> Path:
     """Write the laboratory's file and the calibration of its camera, if they are not there; return the file's path."""
-    from turing_learning.robots import overhead_camera
-
     folder = work.store.path / f"laboratory-{preset}"
     folder.mkdir(parents=True, exist_ok=True)
-    overhead_camera().save(folder / "camera.json", force=True)
-    robots = [f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)]
+    robots.overhead_camera().save(folder / "camera.json", force=True)
+    members = [f'name = "agent-{k}"\nrole = "agent"\nmarker = "blue"\n' for k in range(1, AGENTS + 1)]
     for name, marker in REPLICAS.items():
-        robots.append(f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n')
+        members.append(f'name = "{name}"\nrole = "replica"\nmarker = "{marker}"\naddress = "{name}"\n')
     text = f'preset = "{preset}"\n\n[camera]\ncalibration = "camera.json"\n\n'
-    text += "\n".join(f"[[robots]]\n{robot}" for robot in robots)
+    text += "\n".join(f"[[robots]]\n{robot}" for robot in members)
     path = folder / "lab.toml"
     path.write_text(f"{text}\n[evaluation]\nrepeats = {work.sizes['runs']['repeats']}\n", encoding="utf-8")
     return path
@@ -101,17 +97,14 @@ def _emulated(
     should_stop: Stop, path: Path, out: Path, overrides: dict[str, Any], kept: list[int]
 ) -> dict[str, np.ndarray] | None:
     """Begin a run, or resume it. A laboratory that is opened again meets other noise than the first time."""
-    from turing_learning import results, runs
-    from turing_learning.robots import load_laboratory, rehearse
-
-    laboratory = load_laboratory(path, overrides)
+    laboratory = robots.load_laboratory(path, overrides)
     how: dict[str, Any] = {"should_stop": should_stop}
     if not runs.is_laboratory_run(out):
-        result = runs.start_laboratory(laboratory, out, equipment=rehearse(laboratory), force=True, **how)
+        result = runs.start_laboratory(laboratory, out, equipment=robots.rehearse(laboratory), force=True, **how)
     else:
         begun = results.stored_generations(results.RunFolder(out).checkpoints_path)
         seed = int(np.random.SeedSequence((laboratory.configuration.run.seed, 1 + begun)).generate_state(1)[0])
-        result = runs.resume_laboratory(out, equipment=rehearse(laboratory, seed), **how)
+        result = runs.resume_laboratory(out, equipment=robots.rehearse(laboratory, seed), **how)
     evaluation = runs.read_post_evaluation(out)
     if evaluation is None or not evaluation.complete:
         return None
@@ -128,13 +121,10 @@ def _emulated(
 def _simulated(
     should_stop: Stop, path: Path, overrides: dict[str, Any], kept: list[int], repeats: int
 ) -> dict[str, np.ndarray] | None:
-    from turing_learning.robots import load_laboratory
-    from turing_learning.runs import simulate_laboratory
-
     names = ("models", "fitness", "classifiers", "classifier_fitness")
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
 
-    def keep(progress: "Progress") -> None:
+    def keep(progress: "runs.Progress") -> None:
         generation = progress.generation
         found["models"].append(generation.models)
         found["fitness"].append(generation.model_fitness)
@@ -142,8 +132,8 @@ def _simulated(
             found["classifiers"].append(generation.classifiers.astype(np.float32))
             found["classifier_fitness"].append(generation.classifier_fitness)
 
-    laboratory = load_laboratory(path, {**overrides, "run.history": "full"})
-    run = simulate_laboratory(laboratory.configuration, repeats, observer=keep, should_stop=should_stop)
+    laboratory = robots.load_laboratory(path, {**overrides, "run.history": "full"})
+    run = runs.simulate_laboratory(laboratory.configuration, repeats, observer=keep, should_stop=should_stop)
     if run is None:
         return None
     return {name: np.stack(arrays) for name, arrays in found.items()} | {"again": run.fitness}
@@ -171,18 +161,18 @@ class Gathering:
 
 def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
-    from turing_learning.robots import LABORATORY
-
     sizes, found = work.sizes["validation"], []
     given = {
         f"validation-{kind}-trial{trial:02d}": (sizes, controller, trial, number)
-        for number, (kind, controller) in enumerate(zip(KINDS, (np.array(LABORATORY.controller), model), strict=True))
+        for number, (kind, controller) in enumerate(
+            zip(KINDS, (np.array(robots.LABORATORY.controller), model), strict=True)
+        )
         for trial in range(1, sizes["trials"] + 1)
     }
     pieces = list(work.all_arrays(_filmed, given).values())
     for part in (pieces[: sizes["trials"]], pieces[sizes["trials"] :]):
         seen, complete, poses = (np.stack([one[name] for one in part]) for name in ("seen", "complete", "poses"))
-        found.append(Gathering(seen, complete, poses, LABORATORY.robot.radius_cm))
+        found.append(Gathering(seen, complete, poses, robots.LABORATORY.robot.radius_cm))
     return found[0], found[1]
 
 
@@ -206,31 +196,30 @@ def _filmed(
     should_stop: Stop, sizes: Sizes, controller: np.ndarray, trial: int, kind: int
 ) -> dict[str, np.ndarray] | None:
     """Run a trial before the emulated camera; find the robots' round markers in its images."""
-    from turing_learning.robots import LABORATORY, EmulatedCamera, RoundMarkers, Tracker, overhead_camera
     from turing_learning.robots.emulation._arena import move_alone
 
     def drawn(purpose: int) -> int:
         return int(np.random.SeedSequence((purpose, sizes["seed"], trial, kind)).generate_state(1)[0])
 
-    arena, robots = LABORATORY.arena, sizes["robots"]
-    sides = float(arena.width_cm or 0), float(arena.height_cm or 0)
+    scenario, count = robots.LABORATORY, sizes["robots"]
+    sides = float(scenario.arena.width_cm or 0), float(scenario.arena.height_cm or 0)
     rng = np.random.default_rng((VALIDATION_STARTS, sizes["seed"], trial))
-    start = places_apart(robots, sides, LABORATORY.robot.radius_cm, rng)
-    calibration, markers, labels = overhead_camera(*sides), RoundMarkers(), (MARKER,) * robots
-    camera = EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=drawn(VALIDATION_CAMERA))
-    tracker = Tracker(markers, calibration, labels)
-    every = round(sizes["every_s"] / LABORATORY.trial.control_interval_s)
+    start = places_apart(count, sides, scenario.robot.radius_cm, rng)
+    calibration, markers, labels = robots.overhead_camera(*sides), robots.RoundMarkers(), (MARKER,) * count
+    camera = robots.EmulatedCamera(calibration, markers, labels, arena_cm=sides, seed=drawn(VALIDATION_CAMERA))
+    tracker = robots.Tracker(markers, calibration, labels)
+    every = round(sizes["every_s"] / scenario.trial.control_interval_s)
     cycles = every * (len(times_of(sizes)) - 1)
     seen: list[np.ndarray] = []
     poses, complete = [], []
-    moments = move_alone(LABORATORY, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
+    moments = move_alone(scenario, controller, start, cycles=cycles, seed=drawn(VALIDATION_NOISE))
     for cycle, now in enumerate(moments):
         if cycle % every:
             continue
         if should_stop():
             return None
         found = tracker.detect(camera.render(now)).positions
-        complete.append(len(found) == robots)
+        complete.append(len(found) == count)
         seen.append(found if complete[-1] else seen[-1] if seen else now[:, :2])
         poses.append(now)
     return {"seen": np.array(seen), "complete": np.array(complete), "poses": np.array(poses)}
@@ -238,12 +227,10 @@ def _filmed(
 
 def random_models(path: Path, sizes: Sizes) -> dict[str, Any]:
     """Observe each random model once, with all of the chain: links, robots, camera, tracker."""
-    from turing_learning.robots import LaboratorySource, load_laboratory, rehearse
-
-    laboratory = load_laboratory(path)
+    laboratory = robots.load_laboratory(path)
     setup, configuration = laboratory.setup, laboratory.configuration
     rng = np.random.default_rng((ACCURACY_MODELS, sizes["seed"]))
     models = rng.uniform(-1, 1, (sizes["models"], len(configuration.parameter_names)))
-    with LaboratorySource(setup, configuration.swarm, rehearse(laboratory, sizes["seed"])) as source:
+    with robots.LaboratorySource(setup, configuration.swarm, robots.rehearse(laboratory, sizes["seed"])) as source:
         samples = source.observe(models, "random-models")
     return {"models": models, "agents": samples.genuine, "replicas": samples.counterfeit[:, 0]}

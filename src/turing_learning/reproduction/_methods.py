@@ -313,14 +313,10 @@ def infer_by_npe(
 ) -> Inferred | None:  # fmt: skip
     """Infer a behavior by neural posterior estimation as `sbi` does it by default: a flow on standardized summaries.
 
-    With several rounds, each but the first draws its models from the part of the prior in which the posterior
-    of the round before has its mass (truncated sequential estimation), and all rounds train the network. At
-    least 20 groups are simulated in a round. None if it was stopped.
-
-    Source
-    ------
-    Greenberg, Nonnenmacher, Macke, Automatic posterior transformation for likelihood-free inference, 2019; Deistler,
-    Goncalves, Macke, Truncated proposals for scalable and hassle-free simulation-based inference, 2022.
+    With several rounds, each but the first draws its models from the part of the prior in which the posterior of the
+    round before has its mass, and all rounds train the network. At least 20 groups are simulated in a round. None if it
+    was stopped. Greenberg and others, Automatic posterior transformation for likelihood-free inference, 2019; Deistler
+    and others, Truncated proposals for scalable and hassle-free simulation-based inference, 2022.
     """
     enough = rounds >= 1 and evaluations >= 20 * rounds
     require(enough, "evaluations", "be at least 20 in each of 1 or more rounds", f"{evaluations} in {rounds}")

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 from turing_learning._files import in_home, write_atomically, write_json
 from turing_learning.errors import refuse, require
 from turing_learning.figures import save_figure
-from turing_learning.results._folder import refuse_target
+from turing_learning.results._folder import new_manifest, refuse_target
 from turing_learning.store import LOCK, SEALS, RunFolderError, Store, refuse_format
 
 from ._experiment import PIECES, Experiment, Findings, Shown
@@ -68,8 +68,6 @@ class ExperimentFolder:
 
     def write(self, findings: Findings, *, fast: bool, seconds: float) -> None:
         """Write tables, figures, and the results, in this order; the pieces of work took so many seconds."""
-        from turing_learning.results._folder import new_manifest
-
         for name in ("tables", "figures"):
             (self.path / name).mkdir(exist_ok=True)
         for _, shown, frame in findings.tables:  # six digits are more than any of the quantities has

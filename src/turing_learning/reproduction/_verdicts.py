@@ -118,11 +118,7 @@ class Spreads:
         return self.standard_deviation / math.sqrt(self.runs)
 
     def not_worse(self, printed: "Spreads") -> bool:
-        """Apply the rule "absolute errors".
-
-        The observed deviation does not enter: with it, a few runs that fail altogether would widen the limit that
-        they are held against.
-        """
+        """Apply the rule "absolute errors". With the observed deviation, runs that fail would widen their own limit."""
         error = printed.standard_deviation * math.hypot(self.runs**-0.5, printed.runs**-0.5)
         return bool((self.mean - printed.mean <= 2 * error + ROUNDING).all())
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from turing_learning.analysis import Comparison, compare, dispersion, interval, largest_cluster, least_dispersion
+from turing_learning.analysis._errors import median_place
 from turing_learning.figures import box_figure
 from turing_learning.figures._many_runs import convergence_figure, dispersion_figure
 from turing_learning.figures._swarms import snapshots_figure
@@ -61,7 +62,7 @@ def _simulated(scenario: Scenario, robots: int, times_s: list[int], later_s: lis
     poses = moved(scenario, scenario.controller, trials, robots, steps[-1], starts=seed, noise=seed).poses[:, steps]
     positions, radius = _gathered(scenario, poses, robots)
     spread = dispersion(positions, radius)
-    shown = int(np.argsort(spread[:, last], kind="stable")[(trials - 1) // 2])
+    shown = median_place(spread[:, last])
     return {
         "dispersion": spread.tolist(),
         "largest_cluster": largest_cluster(positions, radius).tolist(),

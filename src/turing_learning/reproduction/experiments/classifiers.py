@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from turing_learning import detection
 from turing_learning.config import Configuration, classifier_of, load_configuration
 from turing_learning.figures._many_runs import error_groups_figure
 from turing_learning.figures._one_run import accuracy_figure
@@ -125,10 +126,8 @@ def _conducted(work: Work, configuration: Configuration, chosen: list[int]) -> d
 
 def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
     """Return preset -> accuracies of the populations (R, G, N) and of what was archived, R of (U,), all in the same trials."""
-    from turing_learning.detection import PostEvaluation, count_agents, grid_models
-
     sizes = work.sizes
-    models = grid_models(AGGREGATION, sizes["points"])
+    models = detection.grid_models(AGGREGATION, sizes["points"])
     groups: list[np.ndarray] = []
     for one in populations.values():
         groups += [one.classifiers.reshape(-1, one.classifiers.shape[-1]), *one.archived]
@@ -139,11 +138,11 @@ def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str,
 
     def counted(part: int) -> dict[str, np.ndarray] | None:
         chosen = slice(bounds[part], bounds[part + 1])
-        counts = count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
+        counts = detection.count_agents(classifier, genomes, AGGREGATION, models, part=chosen, **how)
         return None if counts is None else {"agents": counts.astype(np.uint32)}
 
     parts = [work.arrays(f"grid-part{k + 1:02d}", partial(counted, k))["agents"] for k in range(sizes["parts"])]
-    accuracy = PostEvaluation.of_counts(np.asarray(sum(parts)), AGGREGATION, len(models)).accuracy
+    accuracy = detection.PostEvaluation.of_counts(np.asarray(sum(parts)), AGGREGATION, len(models)).accuracy
     split = iter(np.split(accuracy, np.cumsum([len(group) for group in groups])[:-1]))
     return {
         preset: (next(split).reshape(one.fitness.shape), [next(split) for _ in one.archived])

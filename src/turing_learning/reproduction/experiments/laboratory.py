@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from turing_learning import analysis
+from turing_learning import analysis, robots
 from turing_learning.analysis import Comparison, absolute_error, mean_absolute_error
+from turing_learning.analysis._errors import median_place
+from turing_learning.coevolution import THRESHOLD
+from turing_learning.config import classifier_of
 from turing_learning.figures import box_figure
 from turing_learning.figures._many_runs import convergence_panels_figure, error_panels_figure
 from turing_learning.figures._one_run import accuracy_figure
@@ -66,9 +69,7 @@ class Validation:
 
 def conduct(work: Work, findings: Findings) -> None:
     """Conduct the runs in the emulated laboratory and in simulation; validate the median model; judge random models."""
-    from turing_learning.robots import LABORATORY
-
-    sizes, truth = work.sizes, np.array(LABORATORY.controller)
+    sizes, truth = work.sizes, np.array(robots.LABORATORY.controller)
     emulated, simulated = trials.emulated_runs(work), trials.simulated_runs(work, "default")
     outcomes = {EMULATED: emulated, SIMULATED: simulated}
     outcomes[f"{SIMULATED}, preset paper"] = trials.simulated_runs(work, "paper")
@@ -92,13 +93,9 @@ def conduct(work: Work, findings: Findings) -> None:
 
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
     """Let the classifiers of all runs and stored generations judge the same trials of random models (paper, section 5.5)."""
-    from turing_learning.coevolution import THRESHOLD
-    from turing_learning.config import classifier_of
-    from turing_learning.robots import load_laboratory
-
     sizes, path = work.sizes["runs"], trials.laboratory_file(work, "default")
     samples = work.arrays("random-models", partial(trials.random_models, path, work.sizes["random_models"]))
-    classifier = classifier_of(load_laboratory(path, sizes["settings"]).configuration)
+    classifier = classifier_of(robots.load_laboratory(path, sizes["settings"]).configuration)
     genomes = runs.classifiers.reshape(-1, runs.classifiers.shape[-1]).astype(np.float64)
     agents, replicas = (classifier.judge(genomes, samples[name]) >= THRESHOLD for name in ("agents", "replicas"))
     accuracy = analysis.decision_accuracy(agents[..., None], replicas[..., None]).reshape(runs.classifier_fitness.shape)
@@ -212,7 +209,7 @@ def _show_validation(findings: Findings, validation: Validation, sizes: Sizes) -
     }
     limits = dict(zip(curves, (1.0, analysis.least_dispersion(sizes["robots"])), strict=True))
     moments = [int(np.argmin(np.abs(validation.times_s - time))) for time in sizes["shown_s"]]
-    trial = int(np.argsort(replicas.dispersion[:, -1], kind="stable")[(sizes["trials"] - 1) // 2])
+    trial = median_place(replicas.dispersion[:, -1])
     look: dict[str, Any] = {"robots": sizes["robots"], "robot_radius_cm": replicas.radius_cm, "columns": 4}
     snapshots = snapshots_figure(replicas.poses[trial, moments], times_s=sizes["shown_s"], **look)
     gathering, words = gathering_figure(validation.times_s, curves, limits=limits), {"robots": sizes["robots"]}

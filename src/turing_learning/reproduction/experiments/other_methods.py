@@ -117,7 +117,6 @@ def _predictions(findings: Findings, one: Baseline, work: Work) -> pd.DataFrame:
     return frame
 
 
-PACKAGES = ("pyabc", "sbi", "sklearn")
 TURING_LEARNING, ABC_SMC, NPE_IN_ROUNDS, MIXTURE = "Turing Learning", "ABC-SMC", "NPE in rounds", "mixture"
 METHODS = {
     "turing-learning": TURING_LEARNING,
@@ -135,7 +134,7 @@ def conduct_comparison(work: Work, findings: Findings) -> None:
     seeds = range(first, first + sizes["seeds"])
     fits = all(trials % sizes["group"] == 0 == trials % sizes["population"] for trials in sizes["trials"])
     require(fits, "trials", f"be multiples of {sizes['group']} and {sizes['population']}", str(sizes["trials"]))
-    for package in PACKAGES:
+    for package in ("pyabc", "sbi", "sklearn"):  # what the import takes is not the time of a method
         methods.baseline(package)
     panels: dict[str, dict[str, dict[int, np.ndarray]]] = {}
     for scenario in (AGGREGATION, OBJECT_CLUSTERING):
