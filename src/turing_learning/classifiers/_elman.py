@@ -103,17 +103,12 @@ class ElmanClassifier:
         first: dict[bytes, int] = {}  # of the networks that are equal
         same = [first.setdefault(network.tobytes(), n) for n, network in enumerate(weights)]
         chosen = np.array(list(first.values()), dtype=np.int64)
-        if len(chosen) == len(weights):
-            return self._judge(weights, samples)
-        return self._judge(weights[chosen], samples)[np.searchsorted(chosen, same)]
-
-    def _judge(self, weights: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        outputs = np.empty((len(weights), len(samples)), np.float32)
+        outputs = np.empty((len(chosen), len(samples)), np.float32)
         if outputs.size:
             kernels = load_elman(int(self.inputs), int(self.hidden))
             blocks = self._pack(kernels, samples)
-            run_range(kernels.judge, len(blocks) * len(weights), self.threads, blocks, weights, outputs)
-        return outputs
+            run_range(kernels.judge, len(blocks) * len(chosen), self.threads, blocks, weights[chosen], outputs)
+        return outputs if len(chosen) == len(weights) else outputs[np.searchsorted(chosen, same)]
 
     def _pack(self, kernels: ElmanKernels, samples: np.ndarray) -> np.ndarray:
         count, steps, signals = samples.shape

@@ -32,6 +32,7 @@ BEHAVIORS: dict[str, Step] = {
 }
 _OBSERVED = 200  # trials that the scale of what is observed is found in
 _NOT_FOR_STIMULI = ("length", "held_out", "samples_per_generation", "vectorized", "batches", "workers", "timeout_s")
+_NOT_FINITE = "an answer was not finite"
 _TOLD_APART = 20  # models with another value of a parameter, by which an interrogator is chosen for a report
 
 
@@ -143,8 +144,7 @@ class StimulatedSystem(CustomSystem):
         """Return true parameters, given by name, in their order."""
         rule, remedy = f"name the parameters {', '.join(parameters)}", "Or be a function (state, stimulus, rng)."
         require(set(values) == set(parameters), "genuine", rule, brief(list(values)), remedy)
-        found = array("genuine", [values[name] for name in parameters], "P")
-        return tuple(found.tolist())
+        return tuple(array("genuine", [values[name] for name in parameters], "P").tolist())
 
     def open(self, given: Given) -> "StimulatedSource":
         """Return its trials."""
@@ -170,7 +170,7 @@ class StimulatedSource(FallibleSource):
         """Return what lets classifiers choose stimuli, or watch; no model is accepted whose answers are not finite."""
         if self.system.stimulus.passive:
             return super().interrogation(classifier)
-        self._interrogator = classifier
+        self._interrogator = cast(Interrogator, classifier)
         return InteractiveInterrogation(self, self.system.opponents)
 
     def confront(
@@ -179,30 +179,31 @@ class StimulatedSource(FallibleSource):
         """Return outputs (N, genuine) and (N, k) of classifiers that choose stimuli; see `coevolution.InteractiveSource`."""
         count, known = len(classifiers), self.system.to_units(models)
         trials = _Trials(self, count * genuine, known[met].reshape(-1, known.shape[1]), rng)
-        talk = self._dialogue(classifiers, genuine + met.shape[1])
+        talk = Dialogue(self._interrogator, classifiers, genuine + met.shape[1])
         for _ in range(self.system.steps):
             talk.observe(trials.answer(talk.stimuli))
-        outputs, failed = talk.outputs, trials.failed
-        self._note(known, met, failed)
-        counterfeit = np.where(np.isin(met, np.unique(met[failed])), 0, outputs[:, genuine:])
-        return outputs[:, :genuine], counterfeit
+        outputs, failed = talk.outputs, np.unique(met[trials.failed])
+        self.note(known, dict.fromkeys(failed.tolist(), _NOT_FINITE))
+        return outputs[:, :genuine], np.where(np.isin(met, failed), 0, outputs[:, genuine:])
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return samples (K, T, D) of the system and (M, C, T, D) of models, watched under stimuli that nobody chooses."""
         count, known = self.system.opponents, self.system.to_units(models)
-        samples, failed = self._watched(len(models) * count, np.repeat(known, count, axis=0), rng)
-        self._note(known, np.repeat(np.arange(len(models)), count)[:, None], failed[:, None])
-        split, shape = len(models) * count, (len(models), count, *samples.shape[1:])
-        return Samples(samples[:split], samples[split:].reshape(shape))
+        split = len(models) * count
+        samples, failed = self._watched(split, np.repeat(known, count, axis=0), rng)
+        places = np.flatnonzero(failed.reshape(-1, count).any(axis=1))
+        self.note(known, dict.fromkeys(places.tolist(), _NOT_FINITE))
+        return Samples(samples[:split], samples[split:].reshape(len(models), count, *samples.shape[1:]))
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (at most M, 1, T, D) of models with parameters (M, P), without those that fail."""
         samples, failed = self._watched(0, parameters, rng)
-        return self._as_observed(samples[~failed])[:, None]
+        return samples[~failed, None] + np.asarray(self.system.center)
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return samples (count, T, D) of the system under stimuli that nobody chooses."""
-        return self._as_observed(self._watched(count, np.empty((0, len(self.system.parameters))), rng)[0])
+        samples, _ = self._watched(count, np.empty((0, len(self.system.parameters))), rng)
+        return samples + np.asarray(self.system.center)
 
     def dialogues(
         self, classifiers: np.ndarray, estimate: np.ndarray, rng: np.random.Generator
@@ -228,7 +229,7 @@ class StimulatedSource(FallibleSource):
             n, chosen, found["accuracy"] = count, classifiers[right.argmax(axis=0)], right.max(axis=0)
         trials = _Trials(self, n, np.tile(estimate, (n, 1)), rng)
         given = system.stimulus.drawn(n, system.steps, rng)[:, None].repeat(2, axis=1)
-        talk = None if passive else self._dialogue(chosen, 2)
+        talk = None if passive else Dialogue(self._interrogator, chosen, 2)
         stimuli, answers = [], []
         for t in range(system.steps):
             stimuli.append(given[:, :, t] if talk is None else talk.stimuli)
@@ -238,11 +239,6 @@ class StimulatedSource(FallibleSource):
         found["stimuli"] = np.stack(stimuli, axis=2)
         found["answers"] = np.stack(answers, axis=2) + np.array(system.center[: system.own])
         return found | ({} if talk is None else {"outputs": talk.outputs})
-
-    def _dialogue(self, classifiers: np.ndarray, count: int) -> Dialogue:
-        network = self._interrogator
-        assert isinstance(network, Interrogator)
-        return Dialogue(network, classifiers, count)
 
     def _watched(self, genuine: int, parameters: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
         """Return centered samples of the system, then of models (n, P), and which models failed."""
@@ -254,15 +250,6 @@ class StimulatedSource(FallibleSource):
             samples[:, t, : system.own] = trials.answer(stimuli[:, t][None])[0]
         samples[:, :, system.own :] = stimuli - system.stimulus.center
         return samples, trials.failed.ravel()
-
-    def _as_observed(self, samples: np.ndarray) -> np.ndarray:
-        return samples + np.asarray(self.system.center)
-
-    def _note(self, parameters: np.ndarray, met: np.ndarray, failed: np.ndarray) -> None:
-        """Note which models (M, P) failed in one of the trials that met them (N, k)."""
-        self.note(
-            parameters, dict.fromkeys(np.unique(met[failed.reshape(met.shape)]).tolist(), "an answer was not finite")
-        )
 
 
 class _Trials:
@@ -299,28 +286,22 @@ class _Trials:
         parts = np.split(stimuli, [self._genuine // self._rows], axis=1)
         given = np.concatenate([part.reshape(-1, stimuli.shape[2]) for part in parts])
         observed: np.ndarray = np.empty((self._count, len(self._center)))
-        start = 0
+        start, place = 0, f"[step {self._number}, generation {self._generation}]"
         for name, step, parameters, count in self._answering:
-            rule = f"return the next state, and observations (n, D) = ({count}, {len(self._center)})"
-            place = f"[step {self._number}, generation {self._generation}]"
+            rule = f"`{name}` must return the next state, and observations (n, D) = ({count}, {len(self._center)})"
+            part = slice(start, start := start + count)
             try:
-                self._states[name], seen = step(
-                    self._states[name], *parameters, given[start : start + count], self._rng
-                )
+                self._states[name], seen = step(self._states[name], *parameters, given[part], self._rng)
                 seen = np.asarray(seen, dtype=np.float64)
             except Exception as error:
-                got = f"it raised {type(error).__name__}: {error}"
-                raise CustomSystemError(f"`{name}` must {rule}; {got} {place}.") from error
+                raise CustomSystemError(f"{rule}; it raised {type(error).__name__}: {error} {place}.") from error
             if seen.shape != (count, len(self._center)):
-                raise CustomSystemError(f"`{name}` must {rule}; got shape {seen.shape} {place}. Repair it.")
-            observed[start : start + count] = seen
-            start += count
+                raise CustomSystemError(f"{rule}; got shape {seen.shape} {place}. Repair it.")
+            observed[part] = seen
         bad = ~np.isfinite(observed).all(axis=1)
         if bad[: self._genuine].any():
-            place = f"[step {self._number}, generation {self._generation}]"
-            raise CustomSystemError(
-                f"`genuine` must return finite observations; got one that is not {place}. Repair it."
-            )
+            rule = "`genuine` must return finite observations"
+            raise CustomSystemError(f"{rule}; got one that is not {place}. Repair it.")
         observed[bad] = self._center
         self._failed |= bad
         self._number += 1

@@ -12,9 +12,8 @@
     Black boxes: networks from the sensor reading to the wheel speeds, described by what they put out.
 """
 
-from ._elman import ElmanModel
 from ._parameters import Parameter
-from ._representation import FULL_VIEW, Behavior, Jumps, MorphologyModel, ReactiveModel, Representation
+from ._representation import FULL_VIEW, Behavior, ElmanModel, Jumps, MorphologyModel, ReactiveModel, Representation
 
 __all__ = [
     "FULL_VIEW", "Behavior", "ElmanModel", "Jumps", "MorphologyModel", "Parameter", "ReactiveModel",

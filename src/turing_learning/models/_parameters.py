@@ -98,17 +98,17 @@ class Parameter:
 
     def to_units(self, numbers: np.ndarray) -> np.ndarray:
         """Return the values, in the user's units, of an optimizer's numbers of any shape."""
-        low, high = (self._axis(side) for side in self._initial)
-        values = self._folded((low + high) / 2 + (high - low) / 2 * numbers)
+        middle, half = self._middle_and_half()
+        values = self._folded(middle + half * numbers)
         if self.scale == "log":
             values = 10.0 ** np.clip(values, -LARGEST_DECADE, LARGEST_DECADE)
         return np.clip(values, self.low, self.high)  # what rounding has pushed over a bound
 
     def to_numbers(self, values: np.ndarray) -> np.ndarray:
         """Return the optimizer's numbers of values within the bounds, of any shape: the inverse of `to_units`."""
-        low, high = (self._axis(side) for side in self._initial)
+        middle, half = self._middle_and_half()
         places = np.log10(values) if self.scale == "log" else np.asarray(values, dtype=np.float64)
-        return (places - (low + high) / 2) / ((high - low) / 2)
+        return (places - middle) / half
 
     def bound_at(self, value: float) -> str:
         """Return the bound, with its unit, that a value is at: within `AT` of the initial range; empty if it is at none."""
@@ -117,10 +117,11 @@ class Parameter:
                 return f"{end:g} {self.unit}".rstrip()
         return ""
 
-    @property
-    def _initial(self) -> tuple[float, float]:
+    def _middle_and_half(self) -> tuple[float, float]:
+        """Return the middle of the initial range, and half of its width, on the scale of the parameter."""
         assert self.initial is not None
-        return self.initial
+        low, high = map(self._axis, self.initial)
+        return (low + high) / 2, (high - low) / 2
 
     def _axis(self, value: float) -> float:
         return math.log10(value) if self.scale == "log" else value

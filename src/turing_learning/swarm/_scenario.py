@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 from ..errors import brief, choice, integer, number, refuse, require
-from ..models import FULL_VIEW
-from ..models._representation import REPRESENTATIONS, AgentsRepresentation
+from ..models import FULL_VIEW, ReactiveModel
+from ..models._representation import REPRESENTATIONS
 
 ITEM_KINDS = ("background", "robot", "object")
 
@@ -324,7 +324,7 @@ class Scenario:
         return self.agents + self.replicas
 
     @property
-    def model(self) -> AgentsRepresentation:
+    def model(self) -> ReactiveModel:
         """What agents and models are: their parameters, and what a robot with them executes."""
         return REPRESENTATIONS[self.representation](self.sensor.states)
 

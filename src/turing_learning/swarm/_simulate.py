@@ -195,14 +195,9 @@ def simulate(
 
 
 def observe(
-    scenario: Scenario,
-    controllers: np.ndarray,
-    poses: np.ndarray,
-    keys: np.ndarray,
-    threads: int | None,
-    fields_of_view: np.ndarray | None = None,
-    drivers: Drivers | None = None,
-) -> np.ndarray:
+    scenario: Scenario, controllers: np.ndarray, poses: np.ndarray, keys: np.ndarray, threads: int | None,
+    fields_of_view: np.ndarray | None = None, drivers: Drivers | None = None,
+) -> np.ndarray:  # fmt: skip
     """Return the speeds (R, A, T, 2) alone, of trials of the scenario's duration; arguments are taken as they are."""
     trials, robots = controllers.shape[:2]
     speeds = _new_speeds(trials, robots, scenario.control_steps)
