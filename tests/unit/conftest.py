@@ -8,7 +8,15 @@ from matplotlib.figure import Figure
 from turing_learning.cli import main
 from turing_learning.config import load_configuration
 
-BLANK = ("cli", "robots", "test_check.py", "test_notebooks.py", "test_pool.py", "test_recorded_replay.py")
+BLANK = (
+    "cli",
+    "interaction",
+    "robots",
+    "test_check.py",
+    "test_notebooks.py",
+    "test_pool.py",
+    "test_recorded_replay.py",
+)
 """Rooms and files whose tests end many runs and look at no picture, where drawing would be two thirds of the time."""
 
 LOOKED_AT = ("test_detect_recording_command.py",)

@@ -5,11 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.text import Text
 from stimulated import PARAMETERS, STIMULATED, TRUTH, eye, living_eye
 
 import turing_learning as tl
 from turing_learning.config import ConfigurationError, load_configuration, to_toml
 from turing_learning.errors import RefusedError
+from turing_learning.figures._one_run import dialogues_figure
 from turing_learning.identifiability import Effort
 from turing_learning.interaction import STIMULATED as BUILT_IN
 from turing_learning.interaction import describe_stimulated
@@ -50,9 +52,7 @@ def test_a_run_that_was_stopped_and_resumed_is_the_run_that_never_was(name, tmp_
     assert resumed.complete
     assert untimed(tmp_path / "cut") == untimed(tmp_path / "whole")
     np.testing.assert_array_equal(resumed.history["classifier"], whole.history["classifier"])
-    page = (tmp_path / "cut" / "report.html").read_text()
-    assert "Stimulus and answer" in page
-    assert "right; output" in page
+    assert "Stimulus and answer" in (tmp_path / "cut" / "report.html").read_text()
     held = dict(np.load(tmp_path / "cut" / "dialogues.npz"))
     rows, width, own = {"light": (5, 1, 1), "senso": (6, 2, 3)}[name[:5]]
     assert held["stimuli"].shape == (rows, 2, 100, width)
@@ -100,10 +100,11 @@ def test_a_system_may_be_a_function_without_parameters(tmp_path):
     assert tl.resume(tmp_path / "run").complete
 
 
-def test_one_of_several_levels_is_chosen():
-    found = custom(levels=3, settings=SMALL)
-    page_values = np.unique(found.origin.spoken["stimuli"])
-    assert set(page_values) <= {0.0, 0.5, 1.0}
+def test_one_of_several_levels_is_chosen_and_the_picture_says_how_often_the_classifier_was_right():
+    dialogues = custom(levels=3, settings=SMALL).origin.spoken
+    assert set(np.unique(dialogues["stimuli"])) <= {0.0, 0.5, 1.0}
+    figure = dialogues_figure(dialogues, names=("speed", "light"), rows=("rate", "gain"), interval_s=0.1)
+    assert "right; output" in " ".join(text.get_text() for text in figure.findobj(Text))
 
 
 def test_studies_run_systems_with_stimuli(tmp_path):

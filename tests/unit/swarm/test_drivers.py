@@ -5,7 +5,7 @@ import pytest
 
 import turing_learning as tl
 from turing_learning.models import ElmanModel
-from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Arena, Drivers, MixedSwarm
+from turing_learning.swarm import AGGREGATION, OBJECT_CLUSTERING, Arena, Drivers
 
 HIDDEN = 3
 MODEL = ElmanModel(hidden=HIDDEN)
@@ -104,36 +104,10 @@ def test_the_memory_is_reset_before_every_trial():
     np.testing.assert_array_equal(result.speeds, np.broadcast_to(result.speeds[:1], result.speeds.shape))
 
 
-def test_samples_of_black_box_models_depend_on_the_generator_alone_not_on_threads():
-    models = networks(70)
-    first, second = (
-        MixedSwarm(AGGREGATION, threads, MODEL).collect(models, np.random.default_rng(5)) for threads in (1, 3)
-    )
-    np.testing.assert_array_equal(first.genuine, second.genuine)
-    np.testing.assert_array_equal(first.counterfeit, second.counterfeit)
-    assert first.counterfeit.shape == (70, 1, 100, 2)
-
-
-def test_a_replica_of_a_black_box_model_executes_it_among_agents():
-    standing = np.zeros((1, len(MODEL.parameter_names)))
-    samples = MixedSwarm(AGGREGATION, 1, MODEL).collect(standing, np.random.default_rng(0))
-    np.testing.assert_array_equal(samples.counterfeit[..., 1], 0.0)
-    assert np.median(samples.genuine[..., 0]) == pytest.approx(-0.85 * 12.8, rel=0.01)
-
-
-def test_models_with_another_number_of_weights_are_refused():
-    with pytest.raises(ValueError, match=r"`models` must be of shape \(M, P\) = \(any, 23\); got \(2, 4\)"):
-        MixedSwarm(AGGREGATION, 1, MODEL).collect(np.zeros((2, 4)), np.random.default_rng(0))
-
-
 @pytest.mark.parametrize(
     ("weights", "driver", "message"),
     [
-        (
-            np.zeros((1, 7)),
-            [[0]],
-            r"`weights` must be of shape \(K, Q\) = \(any, 23\); got \(1, 7\)",
-        ),
+        (np.zeros((1, 7)), [[0]], r"`weights` must be of shape \(K, Q\) = \(any, 23\); got \(1, 7\)"),
         (np.full((1, 23), np.nan), [[0]], "`weights` must be finite; got nan"),
         (np.zeros((2, 23)), [[0, 2]], r"`driver` must hold numbers of 2 networks .* got 0 to 2"),
         (np.zeros((2, 23)), [[-2, 0]], r"`driver` must hold .* or -1 for none; got -2 to 0"),

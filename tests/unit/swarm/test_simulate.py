@@ -106,14 +106,8 @@ def test_walls_keep_everything_inside():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            {"controllers": np.zeros((2, 11, 3))},
-            r"`controllers` must be of shape .*4\); got \(2, 11, 3\)",
-        ),
-        (
-            {"initial_poses": np.zeros((3, 11, 3))},
-            r"`initial_poses` must be of shape .*\(2, any, 3\); got \(3, 11, 3\)",
-        ),
+        ({"controllers": np.zeros((2, 11, 3))}, r"`controllers` must be of shape .*4\); got \(2, 11, 3\)"),
+        ({"initial_poses": np.zeros((3, 11, 3))}, r"`initial_poses` must be .*\(2, any, 3\); got \(3, 11, 3\)"),
         ({"controllers": np.full((2, 11, 4), np.nan)}, r"`controllers` must be finite; got nan at \(0, 0, 0\)"),
         ({"initial_poses": np.zeros((2, 10, 3))}, "`initial_poses` must hold a pose of each of the 11 robots.*got 10"),
         ({"control_steps": 0}, "`control_steps` must be an integer from 1 to .*; got 0"),
