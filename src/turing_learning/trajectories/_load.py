@@ -33,7 +33,7 @@ _ALL = (
     _tables.TOXTRAC_FORMAT,
     _tables.TRACKTOR_FORMAT,
     _trackers.SLEAP_FORMAT,
-    _poses.CSV_FORMAT,
+    _tables.DEEPLABCUT_FORMAT,
     _poses.H5_FORMAT,
     _poses.MOVEMENT_FORMAT,
     _tables.TIDY_FORMAT,

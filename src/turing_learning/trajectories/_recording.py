@@ -108,18 +108,19 @@ def natural(name: str) -> tuple:
 def check_positions(positions: np.ndarray, place: Place, whole: object) -> None:
     """Refuse positions (rows, 2) of which half is missing, absurd ones, and none at all; `whole` is the place of all."""
     missing = np.isnan(positions)
-    _refuse_first(missing[:, 0] != missing[:, 1], place, "have both x and y or neither", positions)
-    _refuse_first(np.isinf(positions).any(axis=1), place, "have finite positions or NaN", positions)
+    refuse_first(missing[:, 0] != missing[:, 1], place, "have both x and y or neither", positions)
+    refuse_first(np.isinf(positions).any(axis=1), place, "have finite positions or NaN", positions)
     absurd = (np.abs(positions) > LARGEST).any(axis=1)
-    _refuse_first(absurd, place, f"have coordinates within +-{LARGEST:.0e}", positions)
+    refuse_first(absurd, place, f"have coordinates within +-{LARGEST:.0e}", positions)
     if missing.all():
         raise refusal("hold at least one position", "none", whole)
 
 
-def _refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray) -> None:
-    if bad.any():
-        row = int(np.argmax(bad))
-        raise refusal(rule, np.asarray(values[row]).tolist(), place(row))
+def refuse_first(bad: np.ndarray, place: Place, rule: str, values: np.ndarray | str, remedy: Text = "") -> None:
+    """Refuse the first row that is bad, with its value."""
+    for row in np.flatnonzero(bad)[:1].tolist():
+        received = values if isinstance(values, str) else np.asarray(values[row]).tolist()
+        raise refusal(rule, received, place(row), remedy)
 
 
 def assemble(
@@ -132,9 +133,9 @@ def assemble(
     says where in the file a row is, `twice` what to do where rows contradict each other. Odd frame numbers are refused, too.
     """
     whole = (frames >= 0) & (frames <= LARGEST) & (frames == np.floor(frames))
-    _refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)
+    refuse_first(~whole, place, f"have frame numbers that are whole, from 0 to {LARGEST:.0e}", frames)
     labels = np.asarray(names, dtype=object)
-    _refuse_first(labels == "", place, "name the individual in each row", labels)
+    refuse_first(labels == "", place, "name the individual in each row", labels)
     check_positions(positions, place, place(0))
     individuals = sorted(set(names), key=natural)
     numbers, order_of = frames.astype(np.int64), {name: k for k, name in enumerate(individuals)}
@@ -161,6 +162,15 @@ def assemble(
     dense[numbers - first, who] = values
     found: dict[str, Any] = {name: dense[..., 2 + k] for k, name in enumerate(extras)}
     return Recording(dense[..., :2], tuple(individuals), first, remarks=remarks, **found, **stated)
+
+
+def from_array(positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any) -> Recording:
+    """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
+    count = positions.shape[1]
+    at = place if callable(place) else lambda frame: f"{place}, frame {frame}"
+    whole = place(0) if callable(place) else place
+    check_positions(positions.reshape(-1, 2), lambda row: at(row // count), whole)
+    return Recording(positions, names, **stated)
 
 
 JUMP_FACTOR = 20.0

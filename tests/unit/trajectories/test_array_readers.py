@@ -56,7 +56,10 @@ def test_a_damaged_hdf5_file_is_refused(name, tmp_path):
 def test_without_h5py_the_user_hears_what_to_install(tmp_path, monkeypatch):
     path = sleap(tmp_path, walk())
     monkeypatch.setitem(sys.modules, "h5py", None)
-    with pytest.raises(ImportError, match=r"h5py is needed to read .*: pip install 'turing-learning\[tracking\]'"):
+    with pytest.raises(
+        ImportError,
+        match=r"h5py, to read .*analysis\.h5, must be installed; .* Run: pip install 'turing-learning\[tracking\]'",
+    ):
         load_trajectories(path, **SAID["sleap"])
 
 

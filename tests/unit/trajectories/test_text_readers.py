@@ -53,7 +53,7 @@ def load(tmp_path, content, **said):
         ),
         (
             "time,id,x,y\n0,a,1,1\n0.1,a,1,1\n0.35,a,1,1\n",
-            r"have times that are whole frames apart, at .*; got 0.\d+ s \[.*\]\. Correct `fps`, or number the frames",
+            r"have times \(s\) that are whole frames apart, at .*; got 0.\d+ \[.*\]\. Correct `fps`, or number the frames",
         ),
         (
             "frame,bird,x,y\n0,a,1,1\n0,b,3,3\n",
@@ -81,7 +81,10 @@ def load(tmp_path, content, **said):
         ),
         (DLC + "img0.png,1,2,1\n", r"have finite numbers or NaN; got 'img0.png' \[.*file.txt:4\]"),
         ("time,x1,y1\n0,1,2\n0,1,2\n", r"have times that grow from row to row; got 0.0 \[.*file.txt:3\]"),
-        ("time,x1,y1\n0,1,2\n1,1,2\n2,1,2\n5,1,2\n", r"have evenly spaced times; got a step of 3 s \[.*file.txt:5\]"),
+        (
+            "time,x1,y1\n0,1,2\n1,1,2\n2,1,2\n5,1,2\n",
+            r"have evenly spaced times, with steps of 1 s; got 3.0 \[.*file.txt:5\]",
+        ),
         ("time,x1,y1\n-1e308,1,2\n1,1,2\n", r"have times within \+-1e\+09 s; got -1e\+308 \[.*file.txt:2\]"),
         ("time,x1,y1\n,1,2\n1,1,2\n", r"have times within \+-1e\+09 s; got nan \[.*file.txt:2\]"),
         (

@@ -1,92 +1,21 @@
-"""Files of DeepLabCut and of the movement package, with several points of each body."""
+"""HDF5 of DeepLabCut, and files and datasets of the movement package, with several points of each body."""
 
+import io
 import math
-from functools import partial
+import pickle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from turing_learning.errors import brief, refuse, require
-from turing_learning.trajectories._recording import Format, Glance, Options, Recording, YAxis, assemble, refusal
 
-from ._shared import (
-    MOST_NUMBERS,
-    RATE_DIGITS,
-    Sheet,
-    Table,
-    check_rate,
-    check_unpacked,
-    choose,
-    from_array,
-    header,
-    member,
-    open_hdf5,
-    plain_pickle,
-    read_table,
-    text,
-    texts,
-)
+from .._recording import Format, Options, Recording, YAxis, from_array, refusal
+from ._shared import Sheet, check_rate, check_unpacked, choose, member, open_hdf5, rounded, text, texts, whole
+from ._tables import Labels, read_points
 
 if TYPE_CHECKING:
     import xarray as xr
-
-SINGLE = ["scorer", "bodyparts", "coords"]
-SEVERAL = ["scorer", "individuals", "bodyparts", "coords"]
-COORDS = ("x", "y", "likelihood")
-
-Labels = list[tuple[str, ...]]
-"""Of each column: scorer, perhaps individual, body part and coordinate."""
-
-
-def _is_csv(glance: Glance) -> bool:
-    first = [line.split(",")[0] for line in glance.lines[:4]]
-    return first == SEVERAL or first[:3] == SINGLE
-
-
-def read_csv(path: Path, options: Options) -> Recording:
-    """Read x, y (pixels) and likelihood of one key point of each animal; the first column numbers the frames.
-
-    Source: Mathis et al. 2018, Lauer et al. 2022, DeepLabCut, Nature Neuroscience 21, Nature Methods 19.
-    """
-    rows = header(path, 4, ",")
-    several = [row[0] for row in rows] == SEVERAL
-    if not several and [row[0] for row in rows[:3]] != SINGLE:
-        raise refusal("begin with the header lines scorer, (individuals,) bodyparts, coords", rows[0][0], f"{path}:1")
-    skip = 4 if several else 3
-    lengths = [len(row) for row in rows[:skip]]
-    if len(set(lengths)) > 1:
-        raise refusal("have header lines of the same length", lengths, f"{path}:1")
-    labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
-    read = partial(read_table, path, ",", lengths[0], skip=skip)
-    return read_points(labels, Sheet(["frame"], read, f"{path}:1"), options)
-
-
-def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
-    """Read one key point of each animal from columns with labels, after one that numbers the frames."""
-    labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
-    points = list(dict.fromkeys(label[2] for label in labels))
-    point = choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place)
-    animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
-    columns = []
-    for wanted in ((animal, point, what) for animal in animals for what in COORDS):
-        found = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
-        if len(found) != 1:
-            got = f"{len(found)} columns {wanted}"
-            raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
-        columns += found
-    table = sheet.read(numbers=[0, *columns])
-    count, frames = len(animals), table.numbers[:, 0]
-    values = table.numbers[:, 1:].reshape(-1, 3)
-    left_out = len({label[1] for label in labels}) - count
-    return assemble(
-        np.repeat(frames, count),
-        animals * len(frames),
-        values[:, :2],
-        lambda row: table.place(row // count),
-        extras={"confidence": values[:, 2]},
-        remarks=(f"{left_out} of the individuals have no key point {point!r}",) if left_out else (),
-    )
 
 
 def read_h5(path: Path, options: Options) -> Recording:
@@ -105,20 +34,23 @@ def read_h5(path: Path, options: Options) -> Recording:
     if not (sound and frames.dtype.kind in "iu" and values.dtype.kind == "f"):
         raise refusal("name scorer, (individual,) body part and coordinate of each column", "others", place)
     values = np.column_stack([frames, values])
+    sheet = Sheet([], lambda numbers: (values[:, numbers], []), place, lambda row: f"{place}, row {row}")
+    return read_points(labels, sheet, options)
 
-    def read(numbers: list[int]) -> Table:
-        return Table(values[:, numbers], (), lambda row: f"{place}, row {row}")
 
-    return read_points(labels, Sheet([], read, place), options)
+class _Plain(pickle.Unpickler):
+    """Opens pickles of lists, tuples and texts, in which pandas names columns, and none that calls anything."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        raise pickle.UnpicklingError(f"a pickle that calls {module}.{name}")
 
 
 def _appendable(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
     """Return frames, labels and values of a table to which rows can be appended, as DeepLabCut writes it."""
     rows = member(group, "table", path)
     blocks = [name for name in rows.dtype.names or () if name.startswith("values_block_")]
-    labels: Labels = []
-    for name in blocks:
-        labels += [tuple(map(str, label)) for label in plain_pickle(bytes(rows.attrs[f"{name}_kind"]))]
+    kinds = [_Plain(io.BytesIO(bytes(rows.attrs[f"{name}_kind"]))).load() for name in blocks]
+    labels = [tuple(map(str, label)) for kind in kinds for label in kind]
     table = rows[()]
     return table["index"], labels, np.concatenate([table[name].reshape(len(table), -1) for name in blocks], axis=1)
 
@@ -134,15 +66,12 @@ def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
             columns.append([names[k] for k in member(group, f"block{block}_items_label{level}", path)[()]])
         labels += list(zip(*columns, strict=True))
         blocks.append(member(group, f"block{block}_values", path)[()])
-    check_unpacked(sum(block.nbytes for block in blocks), path)
     return member(group, "axis1", path)[()], labels, np.concatenate(blocks, axis=1)
 
 
-CSV_FORMAT = Format("deeplabcut", _is_csv, read_csv, has_keypoints=True)
 H5_FORMAT = Format("deeplabcut-h5", lambda glance: glance.holds("pandas_type"), read_h5, has_keypoints=True)
 
 
-DAMAGED = "The file may be cut off or damaged."
 VARIABLES = ("position", "confidence", "heading")
 
 
@@ -157,14 +86,10 @@ def read_movement(path: Path, options: Options) -> Recording:
 def _netcdf3(path: Path) -> "xr.Dataset":
     import xarray as xr
 
-    try:
-        with xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
-            most = max(each.size for each in opened.variables.values())
-            if most <= MOST_NUMBERS:
-                return opened.load()
-    except Exception as error:  # a damaged file can raise anything
-        raise refusal("be a whole NetCDF file", str(error)[:120], path, DAMAGED) from None
-    raise refusal(f"hold at most {MOST_NUMBERS} numbers", most, path)
+    with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
+        most = max(each.size for each in opened.variables.values())
+        check_unpacked(8 * most, path)
+        return opened.load()
 
 
 def _netcdf4(path: Path) -> "xr.Dataset":
@@ -264,7 +189,7 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
     if unit == "frames" or "time" not in dataset.coords or (unit is None and bool((steps == 1).all())):
         return rate, round(float(times[0]))
     if len(times) > 1:
-        by_times = float(f"{(len(times) - 1) / float(times[-1] - times[0]):.{RATE_DIGITS}g}")
+        by_times = rounded((len(times) - 1) / float(times[-1] - times[0]))
         close = rate is not None and math.isclose(rate, by_times, rel_tol=1e-3)
         if rate is not None and not close and fps is None:
             rule = f"have the same frame rate in its times, {by_times:g}, and in its attribute fps"

@@ -2,8 +2,6 @@
 
 import codecs
 import csv
-import io
-import pickle
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -14,24 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from turing_learning.errors import brief, refuse
-from turing_learning.trajectories._recording import LARGEST, Place, Recording, check_positions, refusal
+from turing_learning.errors import RefusedError, brief, optional, require
 
-RATE_DIGITS = 5
-"""Of a frame rate that times state: 29.97, or 0.0016667 with a frame every ten minutes."""
+from .._recording import LARGEST, Place, refusal, refuse_first
+
 MOST_NUMBERS = 1 << 28
 FREE_BYTES = 1 << 26
 MOST_TIMES = 200
 """A file may unpack to `FREE_BYTES`, or to so many times its own size: recordings do not compress by more, and bombs do."""
 
 
-def from_array(positions: np.ndarray, names: tuple[str, ...], place: str | Place, **stated: Any) -> Recording:
-    """Return the recording of positions (F, A, 2), NaN where missing; `place` is that of all, or says where a frame is."""
-    count = positions.shape[1]
-    at = place if callable(place) else lambda frame: f"{place}, frame {frame}"
-    whole = place(0) if callable(place) else place
-    check_positions(positions.reshape(-1, 2), lambda row: at(row // count), whole)
-    return Recording(positions, names, **stated)
+def rounded(rate: float) -> float:
+    """Return a frame rate that times state with five digits: 29.97, or 0.0016667 with a frame every ten minutes."""
+    return float(f"{rate:.5g}")
 
 
 def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
@@ -45,7 +38,7 @@ def stated_rate(seconds: np.ndarray, frames: np.ndarray) -> float | None:
         return None
     fps = float((frames[-1] - frames[0]) / span)
     late = (seconds - seconds[0]) * fps - (frames - frames[0])
-    return float(f"{fps:.{RATE_DIGITS}g}") if np.abs(late).max() < 0.1 else None
+    return rounded(fps) if np.abs(late).max() < 0.1 else None
 
 
 def check_rate(value: object, path: object) -> float:
@@ -64,24 +57,24 @@ def check_unpacked(size: int, path: Path, most: int = 8 * MOST_NUMBERS) -> None:
         raise refusal(f"unpack to at most {most} bytes", size, path)
 
 
-_DAMAGE = (OSError, RuntimeError, LookupError, TypeError, AttributeError, ValueError, OverflowError, MemoryError)
-"""What HDF5 raises on damaged files."""
+@contextmanager
+def whole(kind: str, path: Path) -> Iterator[None]:
+    """Refuse a file as damaged, whatever a library raises over it; a reader's own refusal passes."""
+    try:
+        yield
+    except RefusedError:
+        raise
+    except Exception as error:  # a damaged file can raise anything
+        rule, remedy = f"be a whole {kind} file", "The file may be cut off or damaged."
+        raise refusal(rule, str(error)[:120], path, remedy) from None
 
 
 @contextmanager
 def open_hdf5(path: Path) -> Iterator[Any]:
     """Open a file; whatever HDF5 cannot read is an error that names the file."""
-    try:
-        import h5py  # type: ignore[import-untyped, unused-ignore]
-    except ImportError:
-        raise ImportError(f"h5py is needed to read {path}: pip install 'turing-learning[tracking]'") from None
-    try:
-        with h5py.File(path, "r") as file:
-            yield file
-    except _DAMAGE as error:
-        if str(path) in str(error) and isinstance(error, ValueError):  # a reader's own refusal
-            raise
-        raise refusal("be a whole HDF5 file", str(error)[:120], path, "The file may be cut off or damaged.") from None
+    h5py = optional("h5py", f"h5py, to read {path},", "tracking")
+    with whole("HDF5", path), h5py.File(path, "r") as file:
+        yield file
 
 
 def names_in(path: Path) -> frozenset[str]:
@@ -135,27 +128,13 @@ def text(value: Any) -> str:
     return value.decode("utf-8", errors="replace") if isinstance(value, bytes) else str(value)
 
 
-def plain_pickle(content: bytes) -> Any:
-    """Return lists, tuples and texts from a pickle, in which pandas names columns; one that calls anything is refused."""
-
-    class Plain(pickle.Unpickler):
-        def find_class(self, module: str, name: str) -> Any:
-            raise pickle.UnpicklingError(f"a pickle that calls {module}.{name}")
-
-    try:
-        return Plain(io.BytesIO(content)).load()
-    except Exception as error:  # a damaged pickle can raise anything
-        raise ValueError(str(error)) from None
-
-
 def choose(keypoint: str | None, names: Sequence[str], place: object) -> str:
     """Return the key point asked for, or the only one there is."""
     if keypoint is None and len(names) == 1:
         return names[0]
-    if keypoint is None or keypoint not in names:
-        remedy = "Say which point of the body stands for the animal."
-        refuse("keypoint", f"be one of {', '.join(names)}", brief(keypoint), remedy, place=str(place))
-    return keypoint
+    remedy = "Say which point of the body stands for the animal."
+    require(keypoint in names, "keypoint", f"be one of {', '.join(names)}", brief(keypoint), remedy, place=str(place))
+    return str(keypoint)
 
 
 LONGEST_LINE = 1 << 22
@@ -164,22 +143,23 @@ BLOCK = 1 << 24  # bytes that are looked at together
 ROWS = 1 << 14  # rows that are turned into numbers together
 
 
-@dataclass(frozen=True, eq=False)
-class Table:
-    """Columns of a table: numbers (rows, columns), not a number where a cell is empty or says so; texts; and where a row is."""
-
-    numbers: np.ndarray
-    texts: tuple[list[str], ...]
-    place: Place
-
-
 @dataclass(frozen=True)
 class Sheet:
-    """A table by the names of its columns, which are at `place`; `read` is called with the places of `numbers` and `texts`."""
+    """A table by the names of its columns, which are at `place`; `at` says where a row is.
 
-    names: list[str]
-    read: Callable[..., Table]
+    `read` is called with the places of columns of `numbers` and of `texts`. It returns an array (rows, numbers), not a number where
+    a cell is empty or says so, and lists of texts.
+    """
+
+    names: Sequence[str]
+    read: Callable[..., tuple[np.ndarray, list[list[str]]]]
     place: str
+    at: Place
+
+
+def check_times(seconds: np.ndarray, sheet: Sheet) -> None:
+    """Refuse absurd times (rows,) of a table."""
+    refuse_first(~(np.abs(seconds) <= LARGEST), sheet.at, f"have times within +-{LARGEST:.0e} s", seconds)
 
 
 def read_lines(path: Path) -> Iterator[tuple[int, str]]:
@@ -256,35 +236,28 @@ def header(path: Path, lines: int, separator: str) -> list[list[str]]:
     return rows
 
 
-def read_sheet(path: Path, separator: str) -> Sheet:
-    """Return a text file whose first line names its columns."""
-    names = header(path, 1, separator)[0]
+def text_sheet(path: Path, separator: str, names: Sequence[str], *, skip: int = 1) -> Sheet:
+    """Return a text file with these columns after `skip` header lines; whatever is wrong is refused with its line."""
+    width = len(names)
 
-    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
-        return read_table(path, separator, len(names), skip=1, numbers=numbers, texts=texts)
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> tuple[np.ndarray, list[list[str]]]:
+        found: list[np.ndarray] = []
+        words: list[list[str]] = [[] for _ in texts]
+        lines = islice(read_lines(path), skip, None)
+        while block := list(islice(lines, ROWS)):
+            cells = list(chain.from_iterable(_cells(line, separator, path, number, width) for number, line in block))
+            found.append(np.column_stack([_numbers(cells[k::width]) for k in numbers]))
+            for row, column in np.argwhere(np.isinf(found[-1])):
+                cell = cells[row * width + numbers[column]].strip()
+                remedy = "Write decimals with a point." if "," in cell else ""
+                raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
+            for column, k in zip(words, texts, strict=True):
+                column += map(str.strip, cells[k::width])
+        if not found:
+            raise refusal("have at least one row", "none", path)
+        return np.concatenate(found), words
 
-    return Sheet(names, read, f"{path}:1")
-
-
-def read_table(
-    path: Path, separator: str, width: int, *, skip: int, numbers: Sequence[int], texts: Sequence[int] = ()
-) -> Table:
-    """Read columns of a text file, by their places, after `skip` header lines; whatever is wrong is refused with its line."""
-    found: list[np.ndarray] = []
-    names: tuple[list[str], ...] = tuple([] for _ in texts)
-    lines = islice(read_lines(path), skip, None)
-    while block := list(islice(lines, ROWS)):
-        cells = list(chain.from_iterable(_cells(line, separator, path, number, width) for number, line in block))
-        found.append(np.column_stack([_numbers(cells[k::width]) for k in numbers]))
-        for row, column in np.argwhere(np.isinf(found[-1])):
-            cell = cells[row * width + numbers[column]].strip()
-            remedy = "Write decimals with a point." if "," in cell else ""
-            raise refusal("have finite numbers or NaN", repr(cell[:40]), f"{path}:{block[row][0]}", remedy)
-        for column, k in zip(names, texts, strict=True):
-            column += map(str.strip, cells[k::width])
-    if not found:
-        raise refusal("have at least one row", "none", path)
-    return Table(np.concatenate(found), names, lambda row: f"{path}:{skip + 1 + int(row)}")
+    return Sheet(names, read, f"{path}:1", lambda row: f"{path}:{skip + 1 + row}")
 
 
 def _numbers(cells: list[str]) -> np.ndarray:

@@ -10,21 +10,9 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from turing_learning.errors import Setting, brief, refuse, require
-from turing_learning.trajectories._recording import (
-    LARGEST,
-    Format,
-    Glance,
-    Options,
-    Place,
-    Recording,
-    YAxis,
-    assemble,
-    natural,
-    refusal,
-)
 
-from ._poses import read_points
-from ._shared import RATE_DIGITS, Sheet, Table, check_rate, from_array, read_sheet, read_table, stated_rate
+from .._recording import Format, Glance, Options, Recording, assemble, from_array, natural, refusal, refuse_first
+from ._shared import Sheet, check_rate, check_times, choose, header, rounded, stated_rate, text_sheet
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,10 +57,14 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
 
 def _sheet(path: Path) -> Sheet:
     with path.open("rb") as file:
-        return read_sheet(path, _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace")))
+        return _named(path, _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace")))
 
 
-def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", *, y_axis: YAxis | None = None) -> Recording:
+def _named(path: Path, separator: str) -> Sheet:
+    return text_sheet(path, separator, header(path, 1, separator)[0])
+
+
+def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y") -> Recording:
     """Read a table with a row for each individual and frame; names of columns are in any case."""
     names = [name.lower() for name in sheet.names]
     when = "frame" if "frame" in names else next((name for name in TIME if name in names), "frame")
@@ -82,37 +74,35 @@ def read_long(sheet: Sheet, options: Options, x: str = "x", y: str = "y", *, y_a
     who = ["id"] if "id" in names else [name for name in WHO if name in names]
     if len(who) > 1:
         raise refusal("name the column of its individuals id", f"{' and '.join(who)}", sheet.place, "Rename one.")
-    extra = [name for name in EXTRAS if name in names and y_axis is None]
+    extra = [name for name in EXTRAS if name in names and x == "x"]
     wanted = [when, x, y, *extra]
     twice = [name for name in (*wanted, *who) if names.count(name) > 1]
     if twice:
         raise refusal("name each column once", f"{twice[0]!r} twice", sheet.place)
-    table = sheet.read(numbers=[names.index(name) for name in wanted], texts=[names.index(name) for name in who])
-    (frames, *columns), fps = table.numbers.T, None
+    numbers, texts = sheet.read([names.index(name) for name in wanted], [names.index(name) for name in who])
+    (frames, *columns), fps = numbers.T, None
     if when != "frame":
-        frames, fps = frames_at(frames, options.fps, table.place)
+        frames, fps = frames_at(frames, options.fps, sheet)
     for name, values in zip(extra, columns[2:], strict=True):
         unknown = np.isnan(values) & ~np.isnan(columns[0])
-        if unknown.any():
-            raise refusal(f"give `{name}` wherever it gives x and y", "none", table.place(int(np.argmax(unknown))))
+        refuse_first(unknown, sheet.at, f"give `{name}` wherever it gives x and y", "none")
     unread = ", ".join(name for name in sheet.names if name and name.lower() not in wanted) if not who else ""
     return assemble(
         frames,
-        table.texts[0] if who else ["1"] * len(frames),
+        texts[0] if who else ["1"] * len(frames),
         np.column_stack(columns[:2]),
-        table.place,
+        sheet.at,
         extras=dict(zip((EXTRAS[name] for name in extra), columns[2:], strict=True)),
         fps=fps,
-        y_axis=y_axis,
+        y_axis=None if x == "x" else "down",
         remarks=(f"without a column id all rows are of one individual; columns not read: {unread}",) if unread else (),
         twice=f"If a column that is not read names the individuals, call it id: {unread}." if unread else "",
     )
 
 
-def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.ndarray, float | None]:
+def frames_at(seconds: np.ndarray, fps: float | None, sheet: Sheet) -> tuple[np.ndarray, float | None]:
     """Return frame numbers (rows,) at times (s), and the frame rate that the times state unless it is given as `fps`."""
-    for row in np.flatnonzero(~(np.abs(seconds) <= LARGEST))[:1]:
-        raise refusal(f"have times within +-{LARGEST:.0e} s", seconds[row], place(row))
+    check_times(seconds, sheet)
     known = np.unique(seconds)
     since, span = seconds - known[0], float(known[-1] - known[0])
     rates = [fps or 1.0]
@@ -121,18 +111,17 @@ def frames_at(seconds: np.ndarray, fps: float | None, place: Place) -> tuple[np.
         rates = [max(1, round(span / step)) / span for step in (span / len(steps), np.median(steps), steps.min())]
     off = [np.abs(since * rate - np.round(since * rate)) for rate in rates]
     rate, away = next((pair for pair in zip(rates, off, strict=True) if pair[1].max() <= LATE), (rates[0], off[0]))
-    for row in np.flatnonzero(away > LATE)[:1]:
-        rule = f"have times that are whole frames apart, at {rate:.6g} per second"
-        remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
-        raise refusal(rule, f"{seconds[row]:.10g} s", place(row), remedy)
-    stated = float(f"{rate:.{RATE_DIGITS}g}") if fps is None and span > 0 else None
+    rule = f"have times (s) that are whole frames apart, at {rate:.6g} per second"
+    remedy = ("Correct " if fps else "Give ", Setting("fps"), ", or number the frames.")
+    refuse_first(away > LATE, sheet.at, rule, seconds, remedy)
+    stated = rounded(rate) if fps is None and span > 0 else None
     return np.round(since * rate) + max(0, round(float(known[0]) * rate)), stated
 
 
 TRACKTOR_FORMAT = Format(  # Sridhar, Roche and Gingins 2019, Methods in Ecology and Evolution 10; in pixels
     "tracktor",
     lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance),
-    lambda path, options: read_long(_sheet(path), options, "pos_x", "pos_y", y_axis="down"),
+    lambda path, options: read_long(_sheet(path), options, "pos_x", "pos_y"),
 )
 TIDY_FORMAT = Format("tidy", _is_tidy, read_tidy)
 
@@ -153,7 +142,7 @@ def read_idtracker(path: Path, options: Options) -> Recording:
 
     Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
     """
-    return read_wide(read_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
+    return read_wide(_named(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -161,7 +150,7 @@ def read_csv(path: Path, options: Options) -> Recording:
 
     The frame rate is that of attributes.json beside the file, or follows from the times.
     """
-    return read_wide(read_sheet(path, ","), "x1, y1, x2, y2, ... after the time", fps=_attribute(path))
+    return read_wide(_named(path, ","), "x1, y1, x2, y2, ... after the time", fps=_attribute(path))
 
 
 def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
@@ -191,18 +180,18 @@ def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: flo
         refuse_column(sheet.names[-1])
     individuals = sorted(found, key=natural)
     wanted = [found[who][kind] for who in individuals for kind in range(width)]
-    table = sheet.read(numbers=[*([] if when is None else [when]), *wanted])
-    values = table.numbers[:, when is not None :].reshape(len(table.numbers), len(individuals), width)
+    numbers, _ = sheet.read([*([] if when is None else [when]), *wanted])
+    values = numbers[:, when is not None :].reshape(len(numbers), len(individuals), width)
     first, rate = 0, fps
     if when is not None:
-        first, rate = _timed(table.numbers[:, 0], sheet.names[when].lower() == "frame", table.place, fps)
+        first, rate = _timed(numbers[:, 0], sheet.names[when].lower() == "frame", sheet, fps)
     sure = values[..., 2] if width > 2 else np.zeros(())
     estimated = int((sure < 0).sum())
     complete = width > 2 and bool((sure >= 0).all(where=~np.isnan(values[..., 0])))
     return from_array(
         values[..., :2],
         tuple(individuals),
-        table.place,
+        sheet.at,
         confidence=sure if complete else None,
         fps=rate,
         first_frame=first,
@@ -211,23 +200,23 @@ def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: flo
     )
 
 
-def _timed(times: np.ndarray, frames: bool, place: Place, fps: float | None) -> tuple[int, float | None]:
+def _timed(times: np.ndarray, frames: bool, sheet: Sheet, fps: float | None) -> tuple[int, float | None]:
     """Return first frame and frame rate of rows at times (s), or with frame numbers, that follow without a break."""
 
-    def check(bad: np.ndarray, rule: str, got: str) -> None:
-        for row in np.flatnonzero(bad)[:1]:
-            raise refusal(rule, got.format(times[row], times[row] - times[row - 1]), place(row))
+    def after(row: int) -> str:
+        return sheet.at(row + 1)
 
-    check(~(np.abs(times) <= LARGEST), f"have times within +-{LARGEST:.0e} s", "{0}")
-    check(np.concatenate([[False], np.diff(times) <= 0]), "have times that grow from row to row", "{0}")
     steps = np.diff(times)
+    check_times(times, sheet)
+    refuse_first(steps <= 0, after, "have times that grow from row to row", times[1:])
     if frames:
-        check(times != times[0] + np.arange(len(times)), "have frame numbers that follow without a break", "{0}")
-        check(times != np.floor(times), "have frame numbers that are whole", "{0}")
+        refuse_first(steps != 1, after, "have frame numbers that follow without a break", times[1:])
+        refuse_first(times != np.floor(times), sheet.at, "have frame numbers that are whole", times)
         return int(times[0]), fps
     if len(steps):
-        uneven = np.abs(steps / np.median(steps) - 1) > 0.5
-        check(np.concatenate([[False], uneven]), "have evenly spaced times", "a step of {1:.6g} s")
+        typical = np.median(steps)
+        uneven = np.abs(steps / typical - 1) > 0.5
+        refuse_first(uneven, after, f"have evenly spaced times, with steps of {typical:.6g} s", steps)
     return 0, fps or stated_rate(times, np.arange(len(times)))
 
 
@@ -265,20 +254,83 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
 
     Source: Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9.
     """
-    table = read_table(path, "\t", 6, skip=0, numbers=range(6))
-    frames, arena, track, x, y, label = table.numbers.T
-    whole = table.numbers[:, [1, 2, 5]]
-    for row in np.flatnonzero(~(np.floor(whole) == whole).all(axis=1))[:1]:
-        rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
-        raise refusal(rule, whole[row].tolist(), table.place(row))
+    sheet = text_sheet(path, "\t", ("frame", "arena", "track", "x", "y", "label"), skip=0)
+    numbers, _ = sheet.read(range(6))
+    frames, arena, track, x, y, label = numbers.T
+    whole = numbers[:, [1, 2, 5]]
+    odd, rule = (
+        (np.floor(whole) != whole).any(axis=1),
+        "have whole numbers for arena, track and label (columns 2, 3, 6)",
+    )
+    refuse_first(odd, sheet.at, rule, whole)
     several = len(np.unique(arena)) > 1
     names = [f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)]
     unlabeled = int((label == 0).sum())
     remarks = (f"{unlabeled} rows have the label 0",) if unlabeled else ()
-    return assemble(frames, names, np.column_stack([x, y]), table.place, remarks=remarks)
+    return assemble(frames, names, np.column_stack([x, y]), sheet.at, remarks=remarks)
 
 
 TOXTRAC_FORMAT = Format("toxtrac", _is_toxtrac, read_toxtrac)
+
+
+SINGLE = ["scorer", "bodyparts", "coords"]
+SEVERAL = ["scorer", "individuals", "bodyparts", "coords"]
+COORDS = ("x", "y", "likelihood")
+
+Labels = list[tuple[str, ...]]
+"""Of each column: scorer, perhaps individual, body part and coordinate."""
+
+
+def _is_deeplabcut(glance: Glance) -> bool:
+    first = [line.split(",")[0] for line in glance.lines[:4]]
+    return first == SEVERAL or first[:3] == SINGLE
+
+
+def read_deeplabcut(path: Path, options: Options) -> Recording:
+    """Read x, y (pixels) and likelihood of one key point of each animal; the first column numbers the frames.
+
+    Source: Mathis et al. 2018, Lauer et al. 2022, DeepLabCut, Nature Neuroscience 21, Nature Methods 19.
+    """
+    rows = header(path, 4, ",")
+    several = [row[0] for row in rows] == SEVERAL
+    if not several and [row[0] for row in rows[:3]] != SINGLE:
+        raise refusal("begin with the header lines scorer, (individuals,) bodyparts, coords", rows[0][0], f"{path}:1")
+    skip = 4 if several else 3
+    lengths = [len(row) for row in rows[:skip]]
+    if len(set(lengths)) > 1:
+        raise refusal("have header lines of the same length", lengths, f"{path}:1")
+    labels = list(zip(*(row[1:] for row in rows[:skip]), strict=True))
+    return read_points(labels, text_sheet(path, ",", rows[0], skip=skip), options)
+
+
+def read_points(labels: Labels, sheet: Sheet, options: Options) -> Recording:
+    """Read one key point of each animal from columns with labels, after one that numbers the frames."""
+    labels = [label if len(label) > 3 else (label[0], "1", *label[1:]) for label in labels]
+    points = list(dict.fromkeys(label[2] for label in labels))
+    point = choose(options.keypoint, points, sheet.place.rpartition(":")[0] or sheet.place)
+    animals = list(dict.fromkeys(label[1] for label in labels if label[2] == point))
+    columns = []
+    for wanted in ((animal, point, what) for animal in animals for what in COORDS):
+        found = [k for k, label in enumerate(labels, start=1) if label[1:] == wanted]
+        if len(found) != 1:
+            got = f"{len(found)} columns {wanted}"
+            raise refusal("have x, y and likelihood once for each body part", got, sheet.place)
+        columns += found
+    numbers, _ = sheet.read(numbers=[0, *columns])
+    count, frames = len(animals), numbers[:, 0]
+    values = numbers[:, 1:].reshape(-1, 3)
+    left_out = len({label[1] for label in labels}) - count
+    return assemble(
+        np.repeat(frames, count),
+        animals * len(frames),
+        values[:, :2],
+        lambda row: sheet.at(row // count),
+        extras={"confidence": values[:, 2]},
+        remarks=(f"{left_out} of the individuals have no key point {point!r}",) if left_out else (),
+    )
+
+
+DEEPLABCUT_FORMAT = Format("deeplabcut", _is_deeplabcut, read_deeplabcut, has_keypoints=True)
 
 
 def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
@@ -313,21 +365,19 @@ def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
 def _frame_sheet(frame: "pd.DataFrame") -> Sheet:
     import pandas as pd
 
-    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> Table:
-        found = np.empty((len(frame), len(numbers)))
+    def read(numbers: Sequence[int], texts: Sequence[int] = ()) -> tuple[np.ndarray, list[list[str]]]:
+        found = np.full((len(frame), len(numbers)), np.nan)
         for k, column in enumerate(numbers):
             series = frame.iloc[:, column]
             if series.dtype.kind in "fiuO":
                 found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-            else:
-                found[:, k] = np.nan
             bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
             for row in np.flatnonzero(bad)[:1]:
-                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), place(row))
-        names = tuple(["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts)
-        return Table(found, names, place)
+                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), at(row))
+        return found, [["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts]
 
-    def place(row: int) -> str:
+    def at(row: int) -> str:
         return f"DataFrame, row {row}"
 
-    return Sheet([str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns], read, "DataFrame")
+    names = [str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns]
+    return Sheet(names, read, "DataFrame", at)

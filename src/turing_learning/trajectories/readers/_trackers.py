@@ -1,18 +1,14 @@
 """Files of SLEAP, idtracker.ai and TRex: HDF5, npy, and npz."""
 
 import json
-import struct
 import zipfile
-import zlib
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from turing_learning.trajectories._recording import Format, Options, Recording, assemble, natural, refusal
-
-from ._shared import check_rate, check_unpacked, choose, dataset, from_array, member, open_hdf5, stated_rate, texts
+from .._recording import Format, Options, Recording, assemble, from_array, natural, refusal
+from ._shared import check_rate, check_unpacked, choose, dataset, member, open_hdf5, stated_rate, texts, whole
 
 DIMENSIONS = ["track", "xy", "node", "frame"]
 
@@ -69,11 +65,9 @@ def read_npy(path: Path, options: Options) -> Recording:
     if not options.allow_pickle:
         remedy = "Opening it can run any code it holds. Let idtracker.ai write h5 or csv; allow_pickle=True in Python opens it."
         raise refusal("not be a pickle", "an npy file", path, remedy)
-    try:
+    with whole("npy", path):
         content = np.load(path, allow_pickle=True)
         content = content.item() if content.shape == () else {}
-    except Exception as error:  # a damaged pickle can raise anything
-        raise refusal("be a whole npy file", str(error)[:120], path, "The file may be cut off or damaged.") from None
     positions = content.get("trajectories") if isinstance(content, dict) else None
     if not isinstance(positions, np.ndarray) or positions.ndim != 3 or positions.dtype.kind not in "fiu":
         raise refusal("hold a dictionary with the array `trajectories` (F, A, 2)", type(content).__name__, path)
@@ -97,11 +91,6 @@ MOST_BYTES = 1 << 32
 CENTROID = "wcentroid"
 HEAD = "head"
 _WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
-_DAMAGE = (
-    OSError, EOFError, LookupError, ValueError, OverflowError, MemoryError, NotImplementedError, RuntimeError,
-    AttributeError, struct.error, zipfile.BadZipFile, zlib.error,
-)  # fmt: skip
-"""What zipfile and numpy raise on damaged files."""
 
 
 def _key(axis: str, point: str) -> str:
@@ -168,17 +157,9 @@ def files_of(folder: Path) -> list[Path]:
     return sorted(file for file in folder.glob("*.npz") if file.is_file())
 
 
-@contextmanager
-def _opening(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except _DAMAGE as error:
-        raise refusal("be a whole npz file", str(error)[:120], path, "The file may be cut off or damaged.") from None
-
-
 def array_sizes(path: Path) -> dict[str, int]:
     """Return name -> size of the arrays in an npz file; names are those of its directory and their own, and none is damage."""
-    with _opening(path), zipfile.ZipFile(path) as archive:
+    with whole("npz", path), zipfile.ZipFile(path) as archive:
         for item in archive.infolist():
             archive.open(item).close()
         sizes = {item.filename.removesuffix(".npy"): item.file_size for item in archive.infolist()}
@@ -190,7 +171,7 @@ def array_sizes(path: Path) -> dict[str, int]:
 def _arrays(path: Path) -> dict[str, np.ndarray]:
     """Return the arrays that make a track from an npz file; no pickle is read."""
     check_unpacked(sum(array_sizes(path).values()), path, MOST_BYTES)
-    with _opening(path), np.load(path, allow_pickle=False) as archive:
+    with whole("npz", path), np.load(path, allow_pickle=False) as archive:
         return {name: archive[name] for name in archive.files if name.partition("#")[0] in _WANTED}
 
 
