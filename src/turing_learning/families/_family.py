@@ -107,8 +107,10 @@ class Family(ABC):
             The signals of the first C individuals, measured as those of recorded motion, by `compute_signals`.
         """
         positions, headings = self._paths(self._checked(parameters), rng)
-        companions = with_nearest if NEIGHBOR & set(self.signals) else alone
-        seen = companions(positions, self.observed)
+        if NEIGHBOR & set(self.signals):
+            seen = with_nearest(positions, self.observed)
+        else:
+            seen = positions[:, :, : self.observed].swapaxes(1, 2)[..., None, :]
         if headings is not None:
             headings = np.broadcast_to(headings[..., : self.observed].swapaxes(1, 2)[..., None], seen.shape[:-1])
         found = compute_signals(seen, fps=self.fps, names=self.signals, headings=headings)
@@ -178,11 +180,6 @@ class Family(ABC):
     def _check_above_zero(self, *names: str) -> None:
         for name in names:
             number(name, getattr(self, name), above=0)
-
-
-def alone(positions: np.ndarray, observed: int) -> np.ndarray:
-    """Return the first C individuals of positions (M, F, A, 2), each for itself, as (M, C, F, 1, 2)."""
-    return positions[:, :, :observed].swapaxes(1, 2)[..., None, :]
 
 
 def with_nearest(positions: np.ndarray, observed: int) -> np.ndarray:

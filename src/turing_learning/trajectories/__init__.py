@@ -20,16 +20,6 @@ from ._trajectories import Trajectories, pooled_windows
 from ._windows import Windows, join_windows
 
 __all__ = [
-    "DIRECTED",
-    "FORMATS",
-    "SIGNALS",
-    "Problems",
-    "Signals",
-    "Trajectories",
-    "Windows",
-    "compute_signals",
-    "from_xarray",
-    "join_windows",
-    "load_trajectories",
-    "pooled_windows",
-]
+    "DIRECTED", "FORMATS", "SIGNALS", "Problems", "Signals", "Trajectories", "Windows", "compute_signals", "from_xarray",
+    "join_windows", "load_trajectories", "pooled_windows",
+]  # fmt: skip

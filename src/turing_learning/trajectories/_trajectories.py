@@ -188,28 +188,15 @@ class Trajectories:
         return self.signals(("speed", "turn"), smooth_frames=smooth_frames)
 
     def signals(self, names: Sequence[str] = ("speed", "turn"), *, smooth_frames: int = 1) -> Signals:
-        """Compute signals of each individual at each step; see `compute_signals`.
-
-        Parameters
-        ----------
-        names
-            From `SIGNALS`, D of them; "speed" and "turn" by default.
-        smooth_frames
-            As in `compute_signals`; 1, the default, smooths nothing.
+        """Compute D signals of each individual at each step; see `compute_signals`, also for `names` and `smooth_frames`.
 
         Returns
         -------
         Signals
             `values` (F - 1, A, D) in the units that `SIGNALS` names; with px instead of cm where the scale is unknown.
         """
-        return compute_signals(
-            self.positions,
-            fps=self.fps,
-            names=names,
-            present=self.present,
-            headings=self.headings,
-            smooth_frames=smooth_frames,
-        )
+        known = {"present": self.present, "headings": self.headings}
+        return compute_signals(self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known)
 
     def windows(
         self,
@@ -287,15 +274,17 @@ class Trajectories:
             apart=tuple(self._place(name) for name in apart),
         )
         usable = self.signals(signals, smooth_frames=smooth_frames)
-        jumps = None
-        if jump_factor is not None:
-            jumps = np.zeros_like(usable.valid)
-            for jump in self.check(jump_factor).jumps:
-                jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
+        jumps = np.zeros_like(usable.valid)
+        for jump in () if jump_factor is None else self.check(jump_factor).jumps:
+            jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         first = slice(int(EXCERPT_S * self.fps) + 1)
-        excerpt = np.where(self.present[first, :, None], self.positions[first], np.nan)
-        found = cut_windows(usable, cut, chosen, self.fps, jumps, headings=self.headings is not None)
-        return replace(found, excerpt=excerpt, smooth_frames=smooth_frames)
+        measured = {
+            "interval_s": 1 / self.fps,
+            "headings": self.headings is not None,
+            "excerpt": np.where(self.present[first, :, None], self.positions[first], np.nan),
+            "smooth_frames": smooth_frames,
+        }
+        return cut_windows(usable, cut, chosen, jumps, **measured)
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.

@@ -2,10 +2,11 @@
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from turing_learning.errors import integer, is_integer, refuse, require
+from turing_learning.errors import integer, is_integer, require
 
 from ._signals import Signals
 
@@ -28,10 +29,8 @@ class Cut:
     apart: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.stride is not None:
-            integer("stride", self.stride, 1)
-        if not 0 <= self.hold_out <= 0.9:
-            refuse("hold_out", "be from 0 to 0.9", str(self.hold_out))
+        integer("stride", 1 if self.stride is None else self.stride, 1)
+        require(0 <= self.hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(self.hold_out))
         integer("gap", self.gap)
 
     @property
@@ -110,17 +109,17 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     The parts `hold_out`, from 0, are for testing alone, the others for learning alone then.
     """
     first = parts[0]
-    for k, part in enumerate(parts):
-        for name, one, other in (
-            ("steps", first.learning.shape[1], part.learning.shape[1]),
-            ("signals", first.names, part.names),
-            ("headings", first.headings, part.headings),
-            ("smooth_frames", first.smooth_frames, part.smooth_frames),
-            ("fps", f"{1 / first.interval_s:.6g}", f"{1 / part.interval_s:.6g}"),
-        ):
-            require(
-                one == other, name, "be the same in all recordings", f"{one} and {other}", place=f"recording {k + 1}"
-            )
+    measured = [
+        {
+            "steps": part.learning.shape[1], "signals": part.names, "headings": part.headings,
+            "smooth_frames": part.smooth_frames, "fps": f"{1 / part.interval_s:.6g}",
+        }
+        for part in parts
+    ]  # fmt: skip
+    for k, how in enumerate(measured, start=1):
+        for name, one in measured[0].items():
+            got = f"{one} and {how[name]}"
+            require(one == how[name], name, "be the same in all recordings", got, place=f"recording {k}")
     if hold_out:
         fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(set(hold_out)) < len(parts)
         rule = f"be some of 0 to {len(parts) - 1}, but not all"
@@ -130,14 +129,13 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     firsts = starts[np.cumsum([0, *(len(part.recordings) for part in parts[:-1])])]
     sides: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {side: [] for side in SIDES}
     blocks: list[tuple[int, int, str]] = []
-    for k, (part, first_of) in enumerate(zip(parts, firsts, strict=True)):
-        of_sides = ((part.learning, part.learning_index), (part.held_out, part.held_out_index))
-        only = None if not hold_out else SIDES[k in hold_out]
-        for side, (samples, index) in zip(SIDES, of_sides, strict=True):
-            sides[only or side].append((samples, index + first_of))
-        blocks += [(begin + first_of[1], end + first_of[1], only or side) for begin, end, side in part.blocks]
+    for k, (part, start) in enumerate(zip(parts, firsts, strict=True)):
+        only = SIDES[k in hold_out] if hold_out else None
+        sides[only or SIDES[0]].append((part.learning, part.learning_index + start))
+        sides[only or SIDES[1]].append((part.held_out, part.held_out_index + start))
+        blocks += [(begin + start[1], end + start[1], only or side) for begin, end, side in part.blocks]
     (learning, learning_index), (held_out, held_out_index) = (
-        tuple(np.concatenate(each) for each in zip(*sides[side], strict=True)) for side in SIDES
+        tuple(map(np.concatenate, zip(*sides[side], strict=True))) for side in SIDES
     )
     return replace(
         first,
@@ -152,33 +150,33 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     )
 
 
-def cut_windows(
-    signals: Signals, cut: Cut, individuals: Sequence[int], fps: float, jumps: np.ndarray | None, *, headings: bool
-) -> Windows:
-    """Cut windows of some individuals out of signals (F - 1, A, D)."""
-    valid = signals.valid if jumps is None else signals.valid & ~_widened(jumps, cut)
-    blocks = cut_blocks(len(valid) + 1, cut)
-    learners = [who for who in individuals if who not in cut.apart]
-    found = {}
-    for side, whose in zip(SIDES, (learners, cut.apart or individuals), strict=True):
-        chosen = [who for who in individuals if who in whose]
-        found[side] = _starts(valid, cut, chosen, [block for block in blocks if block[2] in (side, BOTH)])
-        rule = f"leave at least one window {'for learning' if side == 'learning' else 'held out'}"
+def cut_windows(signals: Signals, cut: Cut, individuals: Sequence[int], jumps: np.ndarray, **measured: Any) -> Windows:
+    """Cut windows of some individuals out of signals (F - 1, A, D); `measured` says how these are."""
+    valid = signals.valid.copy()
+    for step, who in np.argwhere(jumps):  # enters later signals by the lead, and those around it by smoothing
+        valid[max(0, step - cut.half) : step + cut.half + cut.lead + 1, who] = False
+    blocks, places = cut_blocks(len(valid) + 1, cut), []
+    for side, apart in zip(SIDES, (False, True), strict=True):
+        chosen = [who for who in individuals if not cut.apart or (who in cut.apart) == apart]
+        places.append(_starts(valid, cut, chosen, [block for block in blocks if block[2] in (side, BOTH)]))
+        rule = f"leave at least one window {'held out' if apart else 'for learning'}"
         got = f"{cut.steps} steps in {len(valid) + 1} frames with hold_out {cut.hold_out}, gap {cut.gap}"
-        needed = side == "learning" or cut.hold_out or cut.apart
-        require(len(found[side]) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
+        needed = not apart or cut.hold_out or cut.apart
+        require(len(places[-1]) or not needed, "steps", rule, got, "Take shorter windows, or bridge gaps.")
+    learning, held_out = (
+        signals.values[index[:, 1, None] + np.arange(cut.steps), index[:, 0, None]] for index in places
+    )
     return Windows(
-        learning=_gather(signals.values, found["learning"], cut.steps),
-        held_out=_gather(signals.values, found["held out"], cut.steps),
-        learning_index=found["learning"],
-        held_out_index=found["held out"],
+        learning=learning,
+        held_out=held_out,
+        learning_index=places[0],
+        held_out_index=places[1],
         names=signals.names,
-        interval_s=1 / fps,
-        headings=headings,
         steps_without_signal=int((~signals.valid[:, individuals]).sum()),
-        steps_with_jump=0 if jumps is None else int(jumps[:, individuals].sum()),
+        steps_with_jump=int(jumps[:, individuals].sum()),
         blocks=blocks,
         recordings=np.array([[valid.shape[1], len(valid) + 1]]),
+        **measured,
     )
 
 
@@ -200,14 +198,6 @@ def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
     return tuple(block for block in blocks if block[0] < block[1])
 
 
-def _widened(jumps: np.ndarray, cut: Cut) -> np.ndarray:
-    """Return steps (F - 1, A) whose signals a jump enters: later ones by the lead, around it by smoothing."""
-    wide = jumps.copy()
-    for step, who in np.argwhere(jumps):
-        wide[max(0, step - cut.half) : step + cut.half + cut.lead + 1, who] = True
-    return wide
-
-
 def _starts(
     valid: np.ndarray, cut: Cut, individuals: Sequence[int], blocks: Sequence[tuple[int, int, str]]
 ) -> np.ndarray:
@@ -221,8 +211,3 @@ def _starts(
                 found += [(who, k) for k in range(start, int(broken) - cut.steps + 1, stride)]
                 start = int(broken) + 1
     return np.array(sorted(found, key=lambda window: window[::-1]), dtype=np.int64).reshape(-1, 2)
-
-
-def _gather(values: np.ndarray, index: np.ndarray, steps: int) -> np.ndarray:
-    """Return the windows (K, T, D)."""
-    return values[index[:, 1, None] + np.arange(steps), index[:, 0, None]]
