@@ -10,7 +10,6 @@ import os
 import pickle
 import queue
 import signal
-import struct
 import subprocess
 import sys
 import threading
@@ -26,7 +25,6 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VEC
 _PROGRAM = "from turing_learning.workers import serve; serve()"
 _HELLO = b"a worker of turing-learning\n"
 _STOP = b""
-_LENGTH = struct.Struct("<Q")
 _SCRIPT = ("sys_argv", "init_main_from_name", "init_main_from_path")
 _stopping = threading.Event()  # in a worker
 _loading = False  # in a worker that imports the calling script
@@ -274,7 +272,7 @@ class _Slot:
             if process is None:
                 raise BrokenPipeError
             pipe = cast(BinaryIO, process.stdin)
-            pipe.write(_LENGTH.pack(len(content)) + content)
+            pickle.dump(content, pipe)
             pipe.flush()
 
     def stop(self) -> None:
@@ -362,18 +360,13 @@ def _answer(answers: BinaryIO, good: bool, found: Any) -> None:
     except Exception as error:
         what = found if isinstance(found, BaseException) else error
         content = pickle.dumps((False, RuntimeError(f"{type(what).__name__}: {what}")))
-    answers.write(_LENGTH.pack(len(content)) + content)
+    pickle.dump(content, answers)
     answers.flush()
 
 
 def _received(stream: BinaryIO) -> bytes | None:
     """Return what was sent at once, None at the end of the stream."""
     try:
-        head = stream.read(_LENGTH.size)
-        if len(head) < _LENGTH.size:
-            return None
-        length = _LENGTH.unpack(head)[0]
-        content = stream.read(length)
-    except (OSError, ValueError):  # closed meanwhile
+        return cast(bytes, pickle.load(stream))  # noqa: S301 - from a process of our own
+    except (EOFError, pickle.UnpicklingError, OSError, ValueError):  # it ended in between, or was closed meanwhile
         return None
-    return content if len(content) == length else None
