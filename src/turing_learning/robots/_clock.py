@@ -27,29 +27,23 @@ class RealClock:
         self.speed = number("speed", speed, above=0)
 
     def now(self) -> float:
-        """Return the time (s)."""
         return self.speed * time.monotonic()
 
     def sleep(self, seconds: float) -> None:
-        """Wait."""
         if seconds > 0:
             time.sleep(seconds / self.speed)
 
 
 class VirtualClock:
-    """A clock that advances only while somebody waits on it. Waiting runs the actions that are due, in order.
-
-    Schedule actions with `call_at`. Actions due at the same time run in the order in which they were scheduled.
+    """A clock that advances only while somebody waits on it. Waiting runs the actions that are due, by their times, and
+    among the same times in that in which they were scheduled.
     """
 
     def __init__(self) -> None:
-        self._now = 0.0
+        self._now, self._number, self._busy = 0.0, count(), False
         self._due: list[tuple[float, int, Callable[[], None]]] = []
-        self._number = count()
-        self._busy = False
 
     def now(self) -> float:
-        """Return the time (s), 0 at first."""
         return self._now
 
     def call_at(self, time_s: float, action: Callable[[], None]) -> None:

@@ -124,14 +124,10 @@ class Link(AbstractContextManager["Link"]):
 
     Parameters
     ----------
-    port
-        A serial device ("/dev/rfcomm0", "COM3") or "socket://host:port".
-    baud
-        Of a serial line; the e-puck's is 115200.
-    clock
-        For deadlines and pauses; the computer's by default.
-    connect
-        Opens the near end; by default that of the port.
+    port, baud
+        A serial device ("/dev/rfcomm0", "COM3"), and its baud rate, the e-puck's by default; or "socket://host:port".
+    clock, connect
+        For deadlines and pauses, the computer's by default; opens the near end, by default that of the port.
     alive_s
         How often a thread says to a replica that the PC is there, so that it does not move when this process is dead; 0 for never.
     """

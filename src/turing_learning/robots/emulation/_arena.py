@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.arrays import array
 from turing_learning.errors import number, require
 from turing_learning.robots._clock import VirtualClock
-from turing_learning.robots.tracking._camera import Calibration, CameraError, Lens, vision
+from turing_learning.robots.tracking._camera import Calibration, CameraError, Lens, cv2
 from turing_learning.robots.tracking._markers import Markers, Shapes
 from turing_learning.swarm import AGGREGATION, Arena, Robot, Scenario, Trial, simulate
 
@@ -131,18 +131,12 @@ class EmulatedCamera:
     ----------
     calibration
         Where the camera really is; the tracker may assume another one.
-    markers
-        What the robots wear.
-    labels
-        For each robot, its marker's label.
-    arena_cm
-        Width (x) and height (y) of the arena.
-    wall_cm, body_radius_cm
-        Height of the walls; radius of the robots with their black skirts.
-    optics
-        Blur, noise and light.
-    seed
-        Of the floor's stains and the noise.
+    markers, labels
+        What the robots wear: the kind of marker, and for each robot its label.
+    arena_cm, wall_cm, body_radius_cm
+        Width (x) and height (y) of the arena; height of the walls; radius of the robots with their black skirts.
+    optics, seed
+        Blur, noise and light; seed of the floor's stains and the noise.
     """
 
     def __init__(
@@ -187,14 +181,13 @@ class EmulatedCamera:
         return self._add_noise(image)
 
     def _add_noise(self, image: np.ndarray) -> np.ndarray:
-        cv2, (width, height) = vision(), self.image_size
+        width, height = self.image_size
         down, right = (int(value) for value in self._rng.integers(0, 257, 2))
         more, less = (part[down : down + height, right : right + width] for part in self._noise)
         return np.asarray(cv2.subtract(cv2.add(image, more), less))
 
     def _draw(self, canvas: np.ndarray, pose: np.ndarray, top: Shapes) -> tuple[slice, slice]:
         """Draw a robot, finely, and return the rows and columns that it changes once blurred."""
-        cv2 = vision()
         turn = np.array([[math.cos(pose[2]), math.sin(pose[2])], [-math.sin(pose[2]), math.cos(pose[2])]])
         flat = np.concatenate([self._body, self._body, *(outline for outline, _ in top)]) @ turn + pose[:2]
         pixels = self._project(flat, np.where(np.arange(len(flat)) < len(self._body), 0.0, self._height))
@@ -225,13 +218,13 @@ class EmulatedCamera:
             return canvas[rows, columns]
         above, before, side = max(top - margin, 0), max(left - margin, 0), 2 * margin + 1
         wide = canvas[above : bottom + margin, before : right + margin]
-        blurred = vision().GaussianBlur(wide, (side, side), self._optics.blur_px)
+        blurred = cv2.GaussianBlur(wide, (side, side), self._optics.blur_px)
         inner = blurred[top - above : bottom - above, left - before : right - before]
         return np.rint(inner * self._light[rows, columns, None]).astype(np.uint8)
 
     def _paint_ground(self, arena_cm: tuple[float, float], wall_cm: float) -> np.ndarray:
         """Return floor, walls and what is beyond them (H, W, 3), in even light."""
-        cv2, (columns, rows), (width, height) = vision(), self.image_size, arena_cm
+        (columns, rows), (width, height) = self.image_size, arena_cm
         large = np.full((2 * rows, 2 * columns, 3), _BEYOND, np.uint8)
         corners = np.array([(0, 0), (width, 0), (width, height), (0, height), (0, 0)], dtype=np.float64)
         steps = np.linspace(0, 1, 40)[:, None]
@@ -316,7 +309,6 @@ class ArenaCamera:
         return self.snapshot(self.due_s(self._number))
 
     def due_s(self, number: int) -> float:
-        """Return when an image is due."""
         return self._lag_s + number * self._interval_s
 
     def snapshot(self, at_s: float | None = None) -> np.ndarray:

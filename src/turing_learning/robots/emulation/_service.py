@@ -12,7 +12,7 @@ import numpy as np
 from turing_learning._files import whole
 from turing_learning.config._toml import toml_table
 from turing_learning.errors import choice, number
-from turing_learning.robots.tracking._camera import refuse_taken, vision
+from turing_learning.robots.tracking._camera import cv2, refuse_taken
 from turing_learning.swarm import Scenario
 
 from ._arena import LABORATORY, Conditions
@@ -184,6 +184,5 @@ class _Handler(BaseHTTPRequestHandler):
 
 def encode(image: np.ndarray) -> bytes:
     """Return an image (H, W, 3) as JPEG with full color resolution, which distinguishes the markers."""
-    cv2 = vision()
     full = [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444]
     return bytes(cv2.imencode(".jpg", image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY, *full])[1].tobytes())

@@ -23,7 +23,7 @@ from turing_learning.robots.tracking._camera import (
     Capture,
     LiveCapture,
     aruco_centers,
-    vision,
+    cv2,
 )
 from turing_learning.robots.tracking._markers import ArucoMarkers, Detections, Markers, TriangleMarkers
 from turing_learning.robots.tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
@@ -155,21 +155,19 @@ class Equipment:
     operator: Operator  #: Helps when asked
 
 
-class CameraPoses:
+class CameraPoses(PoseSource):
     """A tracker with its camera: a `PoseSource` that rejects images that come late, or not at all."""
 
     def __init__(self, camera: Camera, tracker: Tracker, clock: Clock) -> None:
         self.camera, self.tracker, self.clock = camera, tracker, clock
 
     def track(self, begin_s: float, images: int) -> Track:
-        """Return the track of a trial; see `PoseSource`."""
         punctual = PunctualImages(self.camera, self.clock, begin_s, images, self.tracker.interval_s)
         track = self.tracker.track(punctual)
         irregular = [Fault(0, IRREGULAR, punctual.fault)] if punctual.fault else []
         return replace(track, faults=(*irregular, *track.faults))
 
     def close(self) -> None:
-        """Release the camera."""
         self.camera.close()
 
 
@@ -268,10 +266,8 @@ def inspect(
 
     Parameters
     ----------
-    setup, scenario
-        The laboratory, and its arena.
-    equipment
-        Its devices; what is opened is closed again.
+    setup, scenario, equipment
+        The laboratory, its arena, and its devices; what is opened is closed again.
     picture
         File for an image from the camera, in which the markers that were found are circled.
     """
@@ -383,7 +379,7 @@ def _disks(seen: Detections, tracker: Tracker) -> list[list[float]]:
 
 def _picture(image: np.ndarray, seen: Detections, tracker: Tracker, path: Path) -> str:
     """Write an image with a circle around each marker, and its label."""
-    cv2, drawn, black = vision(), image.copy(), (0, 0, 0)
+    drawn, black = image.copy(), (0, 0, 0)
     for label, (x, y, width) in zip(seen.labels, _disks(seen, tracker), strict=True):
         cv2.circle(drawn, (round(x), round(y)), round(0.7 * width), black, 2)
         at = (round(x) + round(width), round(y))

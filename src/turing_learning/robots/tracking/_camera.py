@@ -4,11 +4,11 @@ import json
 import threading
 from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +32,14 @@ class CameraError(ConnectionError):
     """A camera gives no images."""
 
 
-def vision() -> ModuleType:
-    """Return OpenCV; raise `MissingExtraError` if it is not installed."""
-    return optional("cv2", "OpenCV", "vision")
+class _Vision:
+    """OpenCV, imported when it is first used; `MissingExtraError` says that it is not installed."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(optional("cv2", "OpenCV", "vision"), name)
+
+
+cv2 = _Vision()
 
 
 def require_image(name: str, image: np.ndarray, size: tuple[int, int] | None = None) -> None:
@@ -47,11 +52,10 @@ def require_image(name: str, image: np.ndarray, size: tuple[int, int] | None = N
 
 def gray(image: np.ndarray) -> np.ndarray:
     """Return the brightness (H, W) of an image (H, W, 3) in blue, green, red."""
-    cv2 = vision()
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY))
 
 
-class Capture:
+class Capture(AbstractContextManager["Capture"]):
     """Take images from a camera or a video. A context manager; iterating gives the remaining images of a video.
 
     Parameters
@@ -83,7 +87,6 @@ class Capture:
             self._remedy = "Check that it is served." if served else "Check that it plays elsewhere."
             if not served and not Path(source).is_file():
                 raise FileNotFoundError(f"`source` must be a camera's number, a video file or a URL; got {self._name}.")
-        cv2 = vision()
         self._device = cv2.VideoCapture(source)
         if not self._device.isOpened():
             raise CameraError(f"`source` must be a camera or a video that opens; got {self._name}. {self._remedy}")
@@ -100,38 +103,32 @@ class Capture:
             got["fourcc"] = code.to_bytes(4, "little", signed=True).decode("latin-1").strip("\0")
         self.granted = ", ".join(f"{name} {value}" for name, value in got.items())
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
     def __iter__(self) -> Iterator[np.ndarray]:
-        while True:
-            taken, image = self._device.read()
-            if not taken:
-                return
-            yield np.asarray(image)
+        while (image := self._next()) is not None:
+            yield image
 
     def take(self) -> np.ndarray:
-        """Return the next image (H, W, 3), blue, green, red; raise `CameraError` if there is none."""
-        taken, image = self._device.read()
-        if not taken:
-            raise self._failed()
-        return np.asarray(image)
+        """Return the next image (H, W, 3), blue, green, red, that was not taken yet; raise `CameraError` if there is none."""
+        image = self._next()
+        if image is None:
+            raise CameraError(f"`source` must give images; got none more from {self._name}. {self._remedy}")
+        return image
+
+    def _next(self) -> np.ndarray | None:
+        return self._device.read()[1]
 
     def require_rate(self, fps: float) -> None:
         """Reject a video whose frame rate is another one, by more than 1 %; one that names none is taken."""
-        rate = float(self._device.get(vision().CAP_PROP_FPS))
+        rate = float(self._device.get(cv2.CAP_PROP_FPS))
         fits = not rate > 0 or abs(fps / rate - 1) <= 0.01
         require(fits, "camera.fps", f"be the frame rate of the video, {rate:g}", f"{fps:g}")
 
     def close(self) -> None:
         """Release the camera."""
         self._device.release()
-
-    def _failed(self) -> CameraError:
-        return CameraError(f"`source` must give images; got none more from {self._name}. {self._remedy}")
 
 
 class LiveCapture(Capture):
@@ -141,10 +138,8 @@ class LiveCapture(Capture):
 
     Parameters
     ----------
-    source, settings
-        See `Capture`.
-    clock
-        For the time stamps; the computer's by default.
+    source, settings, clock
+        See `Capture`; the clock is for the time stamps, the computer's by default.
 
     Attributes
     ----------
@@ -167,19 +162,17 @@ class LiveCapture(Capture):
         while True:
             yield self.take()
 
-    def take(self) -> np.ndarray:
-        """Return the next image (H, W, 3) that was not taken yet; raise `CameraError` if none comes."""
+    def _next(self) -> np.ndarray | None:
         with self._news:
             self._wanted_until = self._clock.now() + _WANTED_S
             self._news.wait_for(lambda: self._images or self._done, PATIENCE_S)
             if not self._images:
-                raise self._failed()
+                return None
             self._wanted_until = self._clock.now() + _WANTED_S
             self.taken_s, image = self._images.popleft()
         return image
 
     def close(self) -> None:
-        """Release the camera."""
         self._done = True
         self._thread.join(PATIENCE_S)
         if not self._thread.is_alive():  # one that a driver does not let go must not lose its device
@@ -223,7 +216,7 @@ class Board:
 
     @cached_property
     def _charuco(self) -> Any:
-        aruco = vision().aruco
+        aruco = cv2.aruco
         dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_50)
         return aruco.CharucoBoard((self.columns, self.rows), self.square_cm, 0.75 * self.square_cm, dictionary)
 
@@ -234,7 +227,7 @@ class Board:
 
     def find(self, image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the inner corners in sight: on the board (n, 3) in cm, and in the image (n, 2) in pixels."""
-        corners, identities, _, _ = vision().aruco.CharucoDetector(self._charuco).detectBoard(gray(image))
+        corners, identities, _, _ = cv2.aruco.CharucoDetector(self._charuco).detectBoard(gray(image))
         if identities is None:
             return np.empty((0, 3)), np.empty((0, 2))
         on_board = np.asarray(self._charuco.getChessboardCorners(), dtype=np.float64)[np.ravel(identities)]
@@ -252,7 +245,6 @@ class Lens:
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
         """Return where the lines of sight of pixels (n, 2) cross the plane at distance 1, (n, 2)."""
-        cv2 = vision()
         points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
         stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 12, 1e-9)
         straight = cv2.undistortPoints(points, self.camera_matrix, self.distortion, criteria=stop)
@@ -276,7 +268,6 @@ class Calibration:
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Return the pixels (n, 2) at which points (n, 3) of the arena (cm) appear."""
-        cv2 = vision()
         vector, _ = cv2.Rodrigues(self.rotation)
         points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
         pixels, _ = cv2.projectPoints(points, vector, self.translation, self.lens.camera_matrix, self.lens.distortion)
@@ -297,9 +288,8 @@ class Calibration:
     def map_pixels(self, height_cm: float) -> np.ndarray:
         """Return x, y (H, W, 2) in cm, float32, of every pixel's line of sight at a height."""
         width, height = self.lens.image_size
-        columns, rows = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
-        places = self.locate(np.column_stack([columns.ravel(), rows.ravel()]), height_cm)
-        return places.reshape(height, width, 2).astype(np.float32)
+        pixels = np.indices((height, width), np.float64)[::-1].reshape(2, -1).T
+        return self.locate(pixels, height_cm).reshape(height, width, 2).astype(np.float32)
 
     def save(self, path: str | Path, *, force: bool = False) -> None:
         """Write plain JSON, atomically; raise FileExistsError for a file that exists, unless `force`."""
@@ -366,7 +356,7 @@ def calibrate_lens(images: Sequence[np.ndarray], board: Board) -> Lens:
     size = (images[0].shape[1], images[0].shape[0])
     points = [view[0].astype(np.float32).reshape(-1, 1, 3) for view in views]
     pixels = [view[1].astype(np.float32).reshape(-1, 1, 2) for view in views]
-    error, matrix, distortion, _, _ = vision().calibrateCamera(points, pixels, size, None, None)
+    error, matrix, distortion, _, _ = cv2.calibrateCamera(points, pixels, size, None, None)
     _require_fit("images", float(error), "Hold the board flat and still, and print it without scaling.")
     return Lens(size, np.asarray(matrix), np.asarray(distortion).ravel()[:5], float(error))
 
@@ -381,16 +371,14 @@ def place_camera(lens: Lens, image: np.ndarray, landmarks: Mapping[int, tuple[fl
 
     Parameters
     ----------
-    lens
-        Of the camera.
-    image : (H, W, 3)
-        The arena, its landmarks in sight.
+    lens, image : (H, W, 3)
+        Of the camera; the arena, its landmarks in sight.
     landmarks
         The centre of each marker (cm, in the arena's axes) by its identity in `DICT_4X4_50`; four or more.
         Far apart is best: the corners and the middles of the walls.
     """
     require_image("image", image, lens.image_size)
-    cv2, seen = vision(), aruco_centers(image)
+    seen = aruco_centers(image)
     known = sorted(seen.keys() & landmarks.keys())
     require(len(known) >= 4, "image", f"show 4 or more of the landmarks {sorted(landmarks)}", known)
     points = np.array([(*landmarks[identity], 0.0) for identity in known])
@@ -418,7 +406,7 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
 
 def aruco_detector(dictionary: str, **settings: float) -> Any:
     """Return OpenCV's detector of square markers, with its settings over the usual ones."""
-    aruco = vision().aruco
+    aruco = cv2.aruco
     parameters = aruco.DetectorParameters()
     for name, value in ({"cornerRefinementMethod": aruco.CORNER_REFINE_SUBPIX} | settings).items():
         setattr(parameters, name, value)

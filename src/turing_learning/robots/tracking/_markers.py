@@ -10,7 +10,7 @@ import numpy as np
 from turing_learning.errors import choice, require
 from turing_learning.trajectories._signals import wrap
 
-from ._camera import aruco_detector, find_squares, vision
+from ._camera import aruco_detector, cv2, find_squares
 
 HUES = {"blue": 220.0, "orange": 28.0, "purple": 290.0, "green": 130.0, "red": 0.0}
 """Hue (degrees) of each color that a marker may have."""
@@ -79,7 +79,6 @@ def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: 
     floor and walls are gray. Spots are found at half the resolution, where there is less noise, and measured
     at the full one: pixels weighted by their chroma give places much finer than a pixel.
     """
-    cv2 = vision()
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     colored = cv2.threshold(_chroma(half), chroma, 255, cv2.THRESH_BINARY)[1]
     _, _, boxes, _ = cv2.connectedComponentsWithStats(colored, connectivity=8)
@@ -92,7 +91,6 @@ def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: 
 
 
 def _chroma(image: np.ndarray) -> np.ndarray:
-    cv2 = vision()
     blue, green, red = cv2.split(image)
     return np.asarray(cv2.subtract(cv2.max(cv2.max(blue, green), red), cv2.min(cv2.min(blue, green), red)))
 
@@ -122,7 +120,7 @@ def _measure(image: np.ndarray, places: np.ndarray, area_cm2: float, least: floa
     return _Spot(center, label, angle if third > 0 else angle + math.pi, abs(third), elongation)
 
 
-class _ColoredMarkers:
+class _ColoredMarkers(Markers):
     def check_label(self, label: str) -> None:
         choice("label", label, HUES)
 
@@ -148,12 +146,10 @@ class TriangleMarkers(_ColoredMarkers):
         require(0 < 1.1 * width <= length, "markers", rule, f"{length} cm by {width} cm")
 
     def shapes(self, label: str) -> Shapes:
-        """Return one triangle; see `Markers`."""
         corners = [(-self.tip_cm, 0.0), (self.base_cm, -self.half_width_cm), (self.base_cm, self.half_width_cm)]
         return [(np.array(corners), _PAINTS[label])]
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
-        """Find all triangles in an image (H, W, 3); see `Markers`."""
         length, width = self.tip_cm + self.base_cm, 2 * self.half_width_cm
         # variance along over that across of a triangle, whose skewness is 0.57; blur and noise reduce both. What a cable or a hand
         # leaves of one, and other colored things, have others
@@ -181,19 +177,17 @@ class RoundMarkers(_ColoredMarkers):
     has_heading = False
 
     def shapes(self, label: str) -> Shapes:
-        """Return one disk; see `Markers`."""
         angles = np.linspace(0, 2 * math.pi, 32, endpoint=False)
         return [(self.radius_cm * np.column_stack([np.cos(angles), np.sin(angles)]), _PAINTS[label])]
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
-        """Find all disks in an image (H, W, 3); see `Markers`."""
         spots = _find_spots(image, places, math.pi * self.radius_cm**2, self.chroma)
         centers = np.array([spot.center for spot in spots]).reshape(-1, 2)
         return Detections(centers, None, tuple(spot.label for spot in spots))
 
 
 @dataclass(frozen=True)
-class ArucoMarkers:
+class ArucoMarkers(Markers):
     """Square markers of an OpenCV dictionary, ArUco's or AprilTag's, each with an identity; the upper edge is the front."""
 
     side_cm: float = 4.8  #: Side of the black square
@@ -203,20 +197,18 @@ class ArucoMarkers:
     has_heading = True
 
     def check_label(self, label: str) -> None:
-        """Reject what is not an identity of the dictionary."""
         most = len(self._words.bytesList) - 1
         fits = label.isdecimal() and int(label) <= most
         require(fits, "label", f"be an identity of the dictionary {self.dictionary}, 0 to {most}", repr(label))
 
     @cached_property
     def _words(self) -> Any:
-        aruco = vision().aruco
+        aruco = cv2.aruco
         known = [name.removeprefix("DICT_") for name in dir(aruco) if name.startswith("DICT_")]
         name = choice("camera.dictionary", self.dictionary, known, noun="dictionary")
         return aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{name}"))
 
     def shapes(self, label: str) -> Shapes:
-        """Return the black square and its white cells; see `Markers`."""
         count = self._words.markerSize + 2  # cells along a side, with the black edge
         cells = self._words.generateImageMarker(int(label), count)
         square = self.side_cm * np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
@@ -242,8 +234,7 @@ class ArucoMarkers:
         )
 
     def detect(self, image: np.ndarray, places: np.ndarray) -> Detections:
-        """Find all ArUco markers in an image (H, W, 3); see `Markers`."""
-        cv2, (identities, corners) = vision(), find_squares(self._detector, image)
+        identities, corners = find_squares(self._detector, image)
         if len(corners):
             at = corners.astype(np.float32).reshape(-1, 1, 2)  # x, y between the pixels of `places`
             corners = cv2.remap(places, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float64)

@@ -94,9 +94,8 @@ class Track:
         require(self.has_headings, "markers", "show headings for speeds to be signed", "positions alone")
         if not self.complete:
             frame, who = (int(k) for k in np.argwhere(~self.present)[0])
-            refuse(
-                "track", "be complete", f"no sight of {_named(self.labels)[who]} at frame {frame}", "Repeat the trial."
-            )
+            gap = f"no sight of {_named(self.labels)[who]} at frame {frame}"
+            refuse("track", "be complete", gap, "Repeat the trial.")
         return signed_speeds(self.bridged().poses, self.interval_s)
 
 
@@ -189,16 +188,12 @@ class Tracker:
 
     Parameters
     ----------
-    markers
-        The kind of marker.
-    calibration
-        Of the camera.
+    markers, calibration
+        The kind of marker; the camera.
     labels
         Label of each individual: agents first, then replicas.
-    interval_s
-        Time between images.
-    maximum_speed_cm_s, maximum_turn_rad_s
-        Of the robots.
+    interval_s, maximum_speed_cm_s, maximum_turn_rad_s
+        Time between images; of the robots.
     maximum_gap
         Number of images for which an individual may be out of sight and be recognized afterwards.
     """
