@@ -136,7 +136,7 @@ def laboratory(tmp_path, monkeypatch):
         role = name.partition("-")[0]
         text += f'[[robots]]\nname = "{name}"\nrole = "{role}"\nmarker = "{name}"\naddress = "{served.robot(name).line.port}"\n'
     text += f"[scenario.robot]\nmaximum_speed_cm_s = {12.8 * SPEED}\n[scenario.trial]\nduration_s = {1 / SPEED}\n"
-    text += "[models]\npopulation = 4\n[classifiers]\npopulation = 8\n[run]\ngenerations = 2\nthreads = 1\n"
+    text += "[models]\npopulation = 2\n[classifiers]\npopulation = 8\n[run]\ngenerations = 2\nthreads = 1\n"
     (tmp_path / "lab.toml").write_text(text)
     yield served, tmp_path / "lab.toml"
     done.set()
@@ -161,22 +161,8 @@ def test_robots_that_speak_json_are_started_observed_halted_and_resumed_like_epu
     assert read_post_evaluation(out).complete
     assert not [event for event in read_events(out) if event["asked"]]
     trials = read_trials(out, "generation-0001")
-    assert trials.poses.shape == (2, 11, 4, 3)
+    assert trials.poses.shape == (1, 11, 4, 3)
     assert np.ptp(trials.poses[:, :, :2, 2], axis=1).min() > 0.2  # agents turn
-
-
-def test_functions_that_have_no_name_are_asked_for_when_the_run_is_resumed(laboratory, tmp_path, monkeypatch):
-    from any_robot import JsonRobot
-
-    _, file = laboratory
-    out = tmp_path / "run"
-    start_laboratory(
-        load_laboratory(file), out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True
-    )
-    monkeypatch.setattr("turing_learning.config._configuration._objects", {})  # as in another process
-    with pytest.raises(ConfigurationError, match="`open_replica` must be given again"):
-        resume_laboratory(out)
-    resume_laboratory(out, open_replica=lambda address: JsonRobot(address), should_stop=lambda: True)
 
 
 @pytest.mark.parametrize(
@@ -270,29 +256,28 @@ def test_a_dictionary_that_does_not_exist_is_named():
         ArucoMarkers(dictionary="4X4_5").check_label("1")
 
 
-def test_an_installed_package_gives_its_parts_names(laboratory, tmp_path, monkeypatch):
-    _, file = laboratory
-    (tmp_path / "my_parts-1.0.dist-info").mkdir()
-    (tmp_path / "my_parts-1.0.dist-info" / "METADATA").write_text(
-        "Metadata-Version: 2.1\nName: my-parts\nVersion: 1.0\n"
-    )
-    (tmp_path / "my_parts-1.0.dist-info" / "entry_points.txt").write_text(
-        "[turing_learning.robots]\njson-robot = my_laboratory:JsonRobot\nudp-poses = my_laboratory:open_poses\n"
-    )
-    text = (
-        file.read_text()
-        .replace("my_laboratory:JsonRobot", "json-robot")
-        .replace("my_laboratory:open_poses", "udp-poses")
-    )
-    file.write_text(text)
-    loaded, out = load_laboratory(file), tmp_path / "run"
+def test_parts_have_names_in_an_installed_package_or_none_at_all(laboratory, tmp_path, monkeypatch):
     from any_robot import JsonRobot
 
+    _, file = laboratory
+    package, out = tmp_path / "my_parts-1.0.dist-info", tmp_path / "run"
+    package.mkdir()
+    (package / "METADATA").write_text("Metadata-Version: 2.1\nName: my-parts\nVersion: 1.0\n")
+    (package / "entry_points.txt").write_text(
+        "[turing_learning.robots]\njson-robot = my_laboratory:JsonRobot\nudp-poses = my_laboratory:open_poses\n"
+    )
+    text = file.read_text().replace("my_laboratory:JsonRobot", "json-robot")
+    file.write_text(text.replace("my_laboratory:open_poses", "udp-poses"))
+    loaded = load_laboratory(file)
     assert real_equipment(loaded).open_replica is JsonRobot
-    assert start_laboratory(loaded, out, should_stop=lambda: True).generations == 1
+    nameless = {"open_replica": lambda address: JsonRobot(address)}
+    assert start_laboratory(loaded, out, **nameless, should_stop=lambda: True).generations == 1
     assert json.loads((out / "laboratory.json").read_text())["tracker"] == "udp-poses"
-    assert resume_laboratory(out, should_stop=lambda: True).generations == 2
+    monkeypatch.setattr("turing_learning.config._configuration._objects", {})  # as in another process
+    with pytest.raises(ConfigurationError, match="`open_replica` must be given again"):
+        resume_laboratory(out)
+    assert resume_laboratory(out, **nameless, should_stop=lambda: True).generations == 2
     assert not [event for event in read_events(out) if event["asked"]]
-    (tmp_path / "my_parts-1.0.dist-info" / "entry_points.txt").write_text("")
+    (package / "entry_points.txt").write_text("")
     with pytest.raises(ConfigurationError, match=r"`open_replica` must .*json-robot"):
         real_equipment(loaded)
