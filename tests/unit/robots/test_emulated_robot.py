@@ -130,6 +130,13 @@ def test_a_speed_that_cannot_be_read_leaves_the_old_one(robot):
     assert robot.wheels == (7, 200)
 
 
+@pytest.mark.parametrize("size", ["300,40,40", "1,-7,40", "0,70000,1000"])
+def test_an_image_of_a_size_that_cannot_be_has_some_size(robot, size):
+    assert answers(robot, f"J,{size},8\r".encode()) == ["j"]
+    assert robot.receive(bytes([256 - ord("I"), 0]))[:3] == bytes(int(number) & 255 for number in size.split(","))
+    assert answers(robot, b"E\r") == ["e,0,0"]
+
+
 def test_stop_stops_the_wheels_and_the_lights(robot):
     robot.receive(b"D,5,5\rL,0,1\rS\r")
     assert robot.wheels == (0, 0)

@@ -1,5 +1,6 @@
 """The emulated robot: the protocol's other side."""
 
+import math
 import struct
 import threading
 import time
@@ -37,21 +38,11 @@ class Body(Protocol):
 
 
 class EmulatedRobot:
-    """Answer bytes as an e-puck with the public protocol does, and take models as a replica.
+    """Answer bytes as an e-puck, or e-puck2, with the public protocol does, and take models as a replica.
 
-    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a
-    binary request that ends with a zero; after an end of line whatever comes next begins a text. `selector` is the
-    position of the robot's switch, 0 to 15; a `kind` "e-puck2" answers some commands otherwise than an "e-puck".
-
-    Attributes
-    ----------
-    state, executing, called
-        State of the replica's program, "R0" before it begins, see `enter`; the model that it executes; whether the
-        PC wants it to begin.
-    wheels
-        The wheel speeds that the PC wants (steps per second, -1000 to 1000).
-    lights
-        State of each of the lights 0 to 7, 8 (body) and 9 (front): 0 off, 1 on.
+    It reads byte by byte, as the firmware does, so that noise has the same effect: a byte above 127 begins a binary request that
+    ends with a zero; after an end of line whatever comes next begins a text. The PC wants the speeds `wheels` (steps per second),
+    and the loop to begin where `called`. `lights` are 0 to 7, 8 (body) and 9 (front), 0 off, 1 on; `selector` is a switch, 0 to 15.
     """
 
     def __init__(
@@ -81,11 +72,11 @@ class EmulatedRobot:
             self.executing: Model | None = None
             self._waiting: Model | None = None
             self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
-            self._alive_at: float | None = None  # when a PC that keeps itself known was heard
-            self._asked_at: float | None = None  # when the PC sent anything else
+            self._alive_at = self._asked_at = (
+                math.inf
+            )  # when the PC was heard that says that it is there; when it asked anything
 
     def receive(self, data: bytes) -> bytes:
-        """Read bytes and return the answers."""
         with self._lock:
             for byte in data:
                 self._listener.send(byte)
@@ -102,13 +93,13 @@ class EmulatedRobot:
 
     @property
     def alone_s(self) -> float:
-        """Time since a PC that says that it is there was heard; 0 if none has said so."""
-        return 0.0 if self._alive_at is None else self._clock() - self._alive_at
+        """Time since a PC that says that it is there was heard; negative if none has said so."""
+        return self._clock() - self._alive_at
 
     @property
     def unasked_s(self) -> float:
-        """Time since the PC asked or commanded something; 0 if it never has."""
-        return 0.0 if self._asked_at is None else self._clock() - self._asked_at
+        """Time since the PC asked or commanded something; negative if it never has."""
+        return self._clock() - self._asked_at
 
     def signal(self, kind: str) -> bytes:
         """Return the signal that a trial starts or has stopped; each start begins another trial."""
@@ -152,7 +143,7 @@ class EmulatedRobot:
             case "A":
                 return struct.pack("<3f", 812.0, 37.0, 1.0)
             case "I":
-                return bytes(self._image[:3]) + bytes(self._size)
+                return bytes(value & 255 for value in self._image[:3]) + bytes(self._size & 65535)
             case "U":
                 return b"" if self._second else bytes(601)
             case "t":
@@ -270,7 +261,7 @@ class EmulatedRobot:
             self._alive_at = now
             return ""
         self._asked_at = now
-        if self._alive_at is not None:
+        if self._alive_at < math.inf:
             self._alive_at = now
         match kind, _whole_numbers(rest):
             case "H", []:

@@ -64,7 +64,6 @@ class Line(AbstractContextManager["Line"]):
         self._send(self.robot.signal(kind))
 
     def close(self) -> None:
-        """End the service."""
         self.drop()
 
 

@@ -3,9 +3,10 @@
 import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
@@ -28,24 +29,20 @@ QUALITY = 92
 _FRAME_POLL_S = 0.002
 
 
-class ArenaService:
+class ArenaService(AbstractContextManager["ArenaService"]):
     """Serve a laboratory until closed. A context manager.
 
     Parameters
     ----------
     scenario, conditions, seed
         As of `EmulatedLaboratory`; the latency is that of the lines.
-    lines
-        "terminal" for pseudo-terminals, "tcp" for TCP ports.
-    speed
-        Seconds of the laboratory in one second.
+    lines, speed
+        "terminal" for pseudo-terminals, "tcp" for TCP ports; seconds of the laboratory in one second.
 
     Attributes
     ----------
-    laboratory
-        What is served; use it under its `lock`.
-    camera_url
-        Address of the images.
+    laboratory, camera_url
+        What is served, to be used under its `lock`; the address of the images.
     """
 
     def __init__(
@@ -63,9 +60,6 @@ class ArenaService:
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
-    def __enter__(self) -> Self:
-        return self
-
     def __exit__(self, *_: object) -> None:
         self.close()
 
@@ -82,12 +76,8 @@ class ArenaService:
         self.laboratory.close()
 
     def describe(self) -> str:
-        """Return the laboratory's file for the PC program, to be written beside the calibration.
-
-        A laboratory that is faster than real time is described as one of faster robots, which is what the PC sees.
-        """
-        laboratory, speed = self.laboratory, self._speed
-        scenario = laboratory.scenario
+        """Return the laboratory's file for the PC program; one that is faster than real time has faster robots, as is seen."""
+        laboratory, speed, scenario = self.laboratory, self._speed, self.laboratory.scenario
         camera = {"source": self.camera_url, "fps": speed / laboratory.interval_s, "calibration": CALIBRATION_FILE}
         timing = {"wait_s": LOOP["R1"] / speed, "disperse_s": LOOP["R2"] / speed, "execute_s": LOOP["R5"] / speed}
         sections: list[tuple[str, dict[str, Any]]] = [("camera", camera), ("timing", timing)]
@@ -101,9 +91,8 @@ class ArenaService:
         return "\n".join(line for name, content in sections for line in toml_table(name, content))
 
     def write(self, folder: Path, *, force: bool = False) -> Path:
-        """Write the laboratory's file and its camera's calibration into a folder; return the file's path.
-
-        Raise FileExistsError if one exists already, unless `force` is given.
+        """Write the laboratory's file and its camera's calibration into a folder; return the file's path, or raise FileExistsError
+        if one exists already, unless `force` is given.
         """
         path, calibration = folder / LABORATORY_FILE, folder / CALIBRATION_FILE
         for each in (path, calibration):
@@ -146,7 +135,6 @@ class CameraStream(ThreadingHTTPServer):
         threading.Thread(target=self.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True).start()
 
     def close(self) -> None:
-        """End the service."""
         self.closed.set()
         self.shutdown()
         self.server_close()

@@ -46,6 +46,7 @@ class Camera(Protocol):
         """Release the camera."""
 
 
+@dataclass
 class PunctualImages:
     """Images (H, W, 3) that a camera takes at a regular interval, the first not before `begin_s`, by the clock.
 
@@ -53,14 +54,16 @@ class PunctualImages:
     last of `count` images, `fault` says if others were left out, or they came too fast; it is empty otherwise.
     """
 
-    def __init__(self, camera: Camera, clock: Clock, begin_s: float, count: int, interval_s: float) -> None:
-        self._camera, self._clock, self._begin_s, self._count = camera, clock, begin_s, count
-        self._interval_s = interval_s
-        self.fault = ""
+    camera: Camera
+    clock: Clock
+    begin_s: float
+    count: int
+    interval_s: float
+    fault: str = ""
 
     def __iter__(self) -> Iterator[np.ndarray | None]:
-        interval_s, camera, clock = self._interval_s, self._camera, self._clock
-        clock.sleep(self._begin_s - interval_s - clock.now())
+        camera, clock, count, interval_s = self.camera, self.clock, self.count, self.interval_s
+        clock.sleep(self.begin_s - interval_s - clock.now())
         begun = drop_old_images(camera, clock, interval_s)
         delays: list[float] = []  # of each image after the time at which a regular camera takes it
         ahead: deque[tuple[np.ndarray, float]] = deque()
@@ -69,19 +72,19 @@ class PunctualImages:
         def late(stamp_s: float) -> float:
             return stamp_s - begun - frame * interval_s
 
-        while frame < self._count:
+        while frame < count:
             image, stamp_s = ahead.popleft() if ahead else take_stamped(camera, clock)
             most = late(stamp_s) - delays[-1] if delays and hasattr(camera, "taken_s") else 0.0
-            if 0.75 < most / interval_s < 1.5 and frame < self._count - 1 and lost < _MOST_LOST * self._count:
+            if 0.75 < most / interval_s < 1.5 and frame < count - 1 and lost < _MOST_LOST * count:
                 ahead.append(take_stamped(camera, clock))
                 if late(ahead[0][1]) - delays[-1] > 1.75 * interval_s:
                     yield None
                     frame, lost = frame + 1, lost + 1
             delays.append(late(stamp_s))
             frame += 1
-            if frame <= self._count:
+            if frame <= count:
                 yield image
-        while delays[-1] - min(delays) > interval_s / 2 and len(delays) < self._count + _MOST_MORE:
+        while delays[-1] - min(delays) > interval_s / 2 and len(delays) < count + _MOST_MORE:
             delays.append(late(take_stamped(camera, clock)[1]))
             frame += 1
         late_s, third, found = np.array(delays), max(len(delays) // 3, 1), ""
@@ -134,11 +137,10 @@ class Operator(Protocol):
         """Return when it is done."""
 
 
-class TerminalOperator:
-    """A human at the terminal, who presses Enter when it is done."""
+class TerminalOperator(Operator):
+    """A human at the terminal, who presses Enter when it is done; `LaboratoryError` if nobody can answer."""
 
     def ask(self, what_to_do: str) -> None:
-        """Print and wait for Enter; raise `LaboratoryError` if nobody can answer."""
         try:
             input(f"\a\n{what_to_do}\nPress Enter when it is done: ")
         except EOFError as error:
