@@ -247,11 +247,8 @@ LEAST_CHARGE = 15  #: Percent
 _WHOLE = r", *(-?\d+) *"  # a number in an answer
 _SIGNAL = re.compile(rf"x,({'|'.join(SIGNALS)}){2 * _WHOLE}")
 RESYNCHRONIZE = b"\0" * 36 + b"\rS\r"
-"""Ends any unfinished command: 35 bytes of arguments, of the RGB panel, and the end of a binary request, or the end of a line.
-
-Whatever the robot made of it, it stops; and the line makes it wait for a command of either kind: after an end
-of line alone it would take a binary request for text.
-"""
+"""Ends any unfinished command: 35 bytes of arguments and the end of a binary request, or of a line. Whatever the robot made of it,
+it stops, and waits for a command of either kind: after an end of line alone it would take a binary request for text."""
 
 
 class EPuck(Replica):

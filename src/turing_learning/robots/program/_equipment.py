@@ -176,10 +176,7 @@ class CameraPoses(PoseSource):
 def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> Equipment:
     """Return the equipment that a laboratory's file names; nothing is opened yet.
 
-    Raises
-    ------
-    ConfigurationError
-        If an `open_replica` or a `tracker` of the file cannot be imported.
+    Raise ConfigurationError if an `open_replica` or a `tracker` of the file cannot be imported.
     """
     setup, clock = laboratory.setup, RealClock()
     alive_s = setup.timing.loop_s / 36  # a replica stands after a ninth of a loop, 2 s of 18 s
@@ -207,10 +204,7 @@ def real_equipment(laboratory: Laboratory, operator: Operator | None = None) -> 
 
 
 def laboratory_tracker(setup: LaboratorySetup, robot: Robot) -> Tracker:
-    """Return a tracker of all robots, agents first, which move and turn no faster than the configured robot.
-
-    Raise ConfigurationError if the calibration cannot be read, or a robot cannot wear its marker.
-    """
+    """Return a tracker of all robots, agents first; raise ConfigurationError for a calibration or a marker that it cannot use."""
     camera = setup.camera
     with refusing_as(ConfigurationError):
         height, share = camera.marker_height_cm, (camera.marker_cm or 4.5) / 4.5  # of the usual triangle

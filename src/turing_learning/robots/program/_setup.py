@@ -35,13 +35,8 @@ _BASE = {
     "scenario.robot.clamp_wheel_speeds": True,
     "scenario.trial.duration_s": 5.0,
 }
-"""The paper's setup (sections 5.1 and 5.3), for what the file leaves out; a generation takes minutes, so each one is saved.
-
-No jumps (decision 0025): they are drawn from the initial range, which the hyperbolic tangent makes -0.76 to
-0.76 of the largest speed, and 100 generations of 20 models cannot afford them.
-"""
-TRIALS = 300
-"""Of a run that nothing is said of: an afternoon with robots (decision 0028)."""
+"""The paper's setup (sections 5.1 and 5.3), for what the file leaves out; no jumps (decision 0025); each generation is saved."""
+TRIALS = 300  #: Of a run that nothing is said of: an afternoon with robots (decision 0028)
 _SIZES = {"models.population", "models.parents", "models.offspring"}
 
 _OF_GENERATIONS = ("run.generations", "models", "coevolution")
@@ -229,7 +224,7 @@ class _File(Origins):
 def load_laboratory(
     path: str | Path, overrides: Mapping[str, Any] | None = None, labels: Mapping[str, str] | None = None
 ) -> Laboratory:
-    """Read a laboratory's file.
+    """Read a laboratory's file (paper, section 5); a ConfigurationError says what is rejected, where, the value and what to do.
 
     Parameters
     ----------
@@ -242,13 +237,6 @@ def load_laboratory(
         Dotted key -> value, settings of the run.
     labels
         Dotted key -> where an override comes from, for messages.
-
-    Raises
-    ------
-    ConfigurationError
-        If anything is rejected; one message that says what, where, the value and what to do.
-
-    Source: paper, section 5.
     """
     path = Path(path)
     text, document = read_toml(path)

@@ -16,8 +16,7 @@ from ._states import BEGIN, REMOTE, Disturbance, ObservedTrial, PcProgram
 
 LARGEST = -1.0, 1.0  # wheel speeds, as fractions of the largest
 TRIALS_OF_A_GENERATION = 10  # of the paper: in how many batteries lose what one generation costs them
-PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0
-"""Before links are reopened, twice as long each time; the longest pause."""
+PAUSE_S, LONGEST_PAUSE_S = 2.0, 8.0  # before links are reopened, twice as long each time; the longest pause
 _LOGGER = logging.getLogger(__name__)
 
 
@@ -80,9 +79,8 @@ class LaboratorySource(Source):
         self._program = PcProgram(setup, scenario, equipment, self._follow)
 
     def close(self) -> None:
-        """Halt the replicas, if they were to be reached in this session, and close links and camera.
-
-        The log, and an event, name replicas that do not answer: they may still be moving.
+        """Halt the replicas, if they were to be reached in this session, and close links and camera. The log, and an event, name
+        those that do not answer: they may still be moving.
         """
         try:
             self._program.halt()

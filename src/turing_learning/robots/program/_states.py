@@ -20,11 +20,9 @@ from ._setup import LaboratorySetup
 BEGIN = "P0"  #: Before the states P1 to P5: connecting
 STUCK = "stuck"  #: Kind of fault of a robot that does not move although it should
 TURN_RAD = 0.1
-SURE_TURN_RAD = 0.5
-"""A model that must turn a robot so far in the time of the track, in every sensor state, cannot stand."""
+SURE_TURN_RAD = 0.5  #: A model that must turn a robot so far in the track, in every sensor state, cannot stand
 ALONE = 2  #: How often the program tries again alone after a missed signal, or where the camera gives no images
-IMAGES_ALONE = 10
-"""How often a trial of which an image was lost is repeated: of 51 images, 1 % lost, two trials in five have a gap."""
+IMAGES_ALONE = 10  #: How often after lost images: of 51 images, 1 % lost, two trials in five have a gap
 RECONNECT_S = 30.0  #: How long a lost link is retried: as long as Bluetooth needs to reconnect
 MOST = 0.6  #: Share of the robots that do not jump all at once: the camera has
 _POLL_S = 0.05

@@ -58,6 +58,8 @@ def gray(image: np.ndarray) -> np.ndarray:
 class Capture(AbstractContextManager["Capture"]):
     """Take images from a camera or a video. A context manager; iterating gives the remaining images of a video.
 
+    Raises FileNotFoundError if there is no such file, `CameraError` if the camera or the video cannot be opened.
+
     Parameters
     ----------
     source
@@ -70,13 +72,6 @@ class Capture(AbstractContextManager["Capture"]):
     ----------
     granted
         What a camera with settings has granted, in words; empty without settings.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    CameraError
-        If the camera or the video cannot be opened.
     """
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
@@ -216,9 +211,8 @@ class Board:
 
     @cached_property
     def _charuco(self) -> Any:
-        aruco = cv2.aruco
-        dictionary = aruco.getPredefinedDictionary(aruco.DICT_4X4_50)
-        return aruco.CharucoBoard((self.columns, self.rows), self.square_cm, 0.75 * self.square_cm, dictionary)
+        dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+        return cv2.aruco.CharucoBoard((self.columns, self.rows), self.square_cm, 0.75 * self.square_cm, dictionary)
 
     def image(self, pixels_per_square: int = 60) -> np.ndarray:
         """Return the board (rows * pixels, columns * pixels), in gray, to be printed without scaling."""
@@ -406,11 +400,10 @@ def aruco_centers(image: np.ndarray) -> dict[int, np.ndarray]:
 
 def aruco_detector(dictionary: str, **settings: float) -> Any:
     """Return OpenCV's detector of square markers, with its settings over the usual ones."""
-    aruco = cv2.aruco
-    parameters = aruco.DetectorParameters()
-    for name, value in ({"cornerRefinementMethod": aruco.CORNER_REFINE_SUBPIX} | settings).items():
+    parameters, words = cv2.aruco.DetectorParameters(), getattr(cv2.aruco, f"DICT_{dictionary}")
+    for name, value in ({"cornerRefinementMethod": cv2.aruco.CORNER_REFINE_SUBPIX} | settings).items():
         setattr(parameters, name, value)
-    return aruco.ArucoDetector(aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{dictionary}")), parameters)
+    return cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(words), parameters)
 
 
 def find_squares(detector: Any, image: np.ndarray) -> tuple[list[int], np.ndarray]:

@@ -59,25 +59,20 @@ class Markers(Protocol):
 
 @dataclass(frozen=True)
 class _Spot:
-    """A colored spot: its weighted mean (2,), its color's name, and its shape.
+    """A colored spot."""
 
-    `direction` (rad) is that in which it tapers off, the axis of largest variance on the side of the third moment: a triangle's
-    long tail is its tip. `skewness` is that way, `elongation` the variance along over that across.
-    """
-
-    center: np.ndarray
-    label: str
-    direction: float
-    skewness: float
-    elongation: float
+    center: np.ndarray  # (2,), weighted mean
+    label: str  # its color
+    direction: float  # (rad) in which it tapers off: the axis of largest variance, on the side of the third moment
+    skewness: float  # that way: a triangle's long tail is its tip
+    elongation: float  # variance along over that across
 
 
 def _find_spots(image: np.ndarray, places: np.ndarray, area_cm2: float, chroma: float) -> list[_Spot]:
-    """Return the colored spots of about the expected area.
+    """Return the spots of about the expected area whose chroma, largest minus smallest channel, is high: that of colored paper.
 
-    A pixel's chroma, its largest minus its smallest channel, is high on colored paper alone: skirts, disks,
-    floor and walls are gray. Spots are found at half the resolution, where there is less noise, and measured
-    at the full one: pixels weighted by their chroma give places much finer than a pixel.
+    They are found at half the resolution, where there is less noise, and measured at the full one: pixels weighted by their chroma
+    give places much finer than a pixel.
     """
     half = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     colored = cv2.threshold(_chroma(half), chroma, 255, cv2.THRESH_BINARY)[1]
@@ -203,10 +198,9 @@ class ArucoMarkers(Markers):
 
     @cached_property
     def _words(self) -> Any:
-        aruco = cv2.aruco
-        known = [name.removeprefix("DICT_") for name in dir(aruco) if name.startswith("DICT_")]
-        name = choice("camera.dictionary", self.dictionary, known, noun="dictionary")
-        return aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{name}"))
+        known = [name.removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_")]
+        choice("camera.dictionary", self.dictionary, known, noun="dictionary")
+        return self._detector.getDictionary()
 
     def shapes(self, label: str) -> Shapes:
         count = self._words.markerSize + 2  # cells along a side, with the black edge
