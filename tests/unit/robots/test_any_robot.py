@@ -114,6 +114,7 @@ def laboratory(tmp_path, monkeypatch):
         f"from any_robot import JsonRobot, UdpPoses\ndef open_poses(setup):\n    return UdpPoses(setup, {port})\n"
     )
     served = EmulatedLaboratory(replace(LABORATORY, agents=2), seed=3, make_line=lambda robot, _: JsonLine(robot))
+    served.clock.sleep(0.1)  # compiles, before anybody waits for poses
 
     def go():
         ahead = -SPEED * time.monotonic()

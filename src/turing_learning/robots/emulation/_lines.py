@@ -36,9 +36,10 @@ class Line(AbstractContextManager["Line"]):
     """The robot's end of a line; it is reached at `port`. A context manager."""
 
     port: str
+    spoil: Spoil
 
-    def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
-        self.robot, self.spoil = robot, spoil
+    def __init__(self, robot: EmulatedRobot) -> None:
+        self.robot, self.spoil = robot, whole
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -148,8 +149,8 @@ class _Server(Line):
     _read: Callable[[], bytes]  # what has arrived, nothing after a short while
     _write: Callable[[bytes], None]  # sends, if anybody listens
 
-    def __init__(self, robot: EmulatedRobot, spoil: Spoil = whole) -> None:
-        super().__init__(robot, spoil)
+    def __init__(self, robot: EmulatedRobot) -> None:
+        super().__init__(robot)
         self._lock, self._done = threading.Lock(), threading.Event()
         self._thread: threading.Thread | None = None
         self.restore()
@@ -191,11 +192,10 @@ class TcpServer(_Server):
     One client at a time; one that has been silent gives way to the next.
     """
 
-    def __init__(self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0, spoil: Spoil = whole) -> None:
-        self._address = host, port
+    def __init__(self, robot: EmulatedRobot, *, host: str = "127.0.0.1", port: int = 0) -> None:
+        self._address, self._heard_s = (host, port), 0.0
         self._client: socket.socket | None = None
-        self._heard_s = 0.0
-        super().__init__(robot, spoil)
+        super().__init__(robot)
 
     def _open(self) -> None:
         self._listening = socket.create_server(self._address)
@@ -243,10 +243,10 @@ class TcpServer(_Server):
 class TerminalServer(_Server):
     """Serve a robot on a pseudo-terminal, whose name stays the same when the link comes back; raise OSError without them."""
 
-    def __init__(self, robot: EmulatedRobot, *, spoil: Spoil = whole) -> None:
+    def __init__(self, robot: EmulatedRobot) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="emulated-robot-")
         self.port = str(Path(self._folder.name) / "serial")
-        super().__init__(robot, spoil)
+        super().__init__(robot)
 
     def _open(self) -> None:
         import tty  # not on every system

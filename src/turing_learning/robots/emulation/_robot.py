@@ -134,7 +134,7 @@ class ArenaRobot:
         self, name: str, controller: tuple[float, ...] | None, *, clock: Callable[[], float], drift: float,
         battery_s: float, rng: np.random.Generator, make_line: Callable[[EmulatedRobot, str], Line],
     ) -> None:  # fmt: skip
-        self._clock, self._rate, self._battery_s = clock, 1 + drift, battery_s
+        self._own_time, self._battery_s = lambda: clock() * (1 + drift), battery_s
         self.emulated = EmulatedRobot(self, clock=self._own_time)
         self.line, self.silent, self.charge = make_line(self.emulated, name), False, 1.0
         self._firmware = Firmware(self.emulated, rng, controller=controller, signal=self._signal)
@@ -167,9 +167,6 @@ class ArenaRobot:
         if self.charge == 0.0:
             self.line.drop()
         return self._firmware.step(self._own_time(), sight, proximity)
-
-    def _own_time(self) -> float:
-        return self._clock() * self._rate
 
     def _signal(self, kind: str) -> None:
         if not self.silent:

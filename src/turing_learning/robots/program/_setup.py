@@ -74,7 +74,7 @@ class RobotSection(Section):
 class CameraSection(Section):
     """The camera: its number, a video file or a URL, what it is asked for, its calibration, and what the robots wear.
 
-    Exposure and white balance have the units of the driver; `marker_cm` is that of a square, or the length of a triangle.
+    Exposure and white balance have the units of the driver; `marker_cm` is a square's side, or a triangle's length.
     `landmarks` (4X4_50) stay on the floor: identity -> x, y (cm). Of another `tracker` than that of a camera only `fps` counts.
     """
 
@@ -183,13 +183,8 @@ class LaboratorySetup(Section):
             values = [getattr(robot, name) for robot in self.robots if getattr(robot, name)]
             for value in values:
                 require(values.count(value) == 1, name, f"be different for all {whose}", f"{value!r} twice")
-        require(
-            camera.calibration or self.tracker,
-            "camera.calibration",
-            "be given",
-            "nothing",
-            "Calibrate the camera first.",
-        )
+        calibrated, remedy = camera.calibration or self.tracker, "Calibrate the camera first."
+        require(calibrated, "camera.calibration", "be given", "nothing", remedy)
         for replica in self.replicas:
             others = [robot.name for robot in self.robots if robot.marker == replica.marker and robot != replica]
             got = f"{replica.marker!r} of {replica.name!r} for {', '.join(map(repr, others[:1]))} too"
