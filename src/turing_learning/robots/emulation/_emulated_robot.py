@@ -122,13 +122,13 @@ class EmulatedRobot:
                     if len(line) < LONGEST_COMMAND:
                         line.append(byte)
                 answer += self._obey(line.partition(b"\0")[0].decode("latin-1"))
-                first = 0
-            while first:
-                letter, arguments = chr(256 - first), bytearray()
-                for _ in range(counts.get(letter, 0)):
-                    arguments.append((yield))
-                answer += self._obey_binary(letter, bytes(arguments))
-                first = yield
+            else:
+                while first:
+                    letter, arguments = chr(256 - first), bytearray()
+                    for _ in range(counts.get(letter, 0)):
+                        arguments.append((yield))
+                    answer += self._obey_binary(letter, bytes(arguments))
+                    first = yield
             self._answer += answer
 
     def _obey_binary(self, letter: str, arguments: bytes = b"") -> bytes:
