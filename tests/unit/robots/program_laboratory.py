@@ -4,6 +4,7 @@ import math
 from functools import cache
 
 import numpy as np
+from robot_bodies import Body
 
 from turing_learning.robots import (
     CameraPoses,
@@ -79,16 +80,6 @@ class Wire:
     def _require(self):
         if self.cut:
             raise OSError("no carrier")
-
-
-class Body:
-    battery = True
-
-    def proximity(self):
-        return (0,) * 8
-
-    def battery_ok(self):
-        return self.battery
 
 
 class ScriptedLaboratory:

@@ -237,21 +237,19 @@ class Tracker:
     def follow(self, image: np.ndarray | None) -> Sighting:
         """Find everybody in the next image (H, W, 3); in one that was lost, None, is nobody."""
         self._frame += 1
-        if image is not None:
-            require_image("image", image, self.image_size)
-        if image is None or (self._last_image is not None and np.array_equal(image, self._last_image)):
-            self._gap[self._gap >= 0] += 1
+        faults, present = [], np.zeros(len(self.labels), bool)
+        same = image is not None and self._last_image is not None and np.array_equal(image, self._last_image)
+        if same and not self._frozen:
             text = f"the camera is frozen: image {self._frame} is that before it, to the last bit. Restart the camera."
-            new, self._frozen = image is not None and not self._frozen, self._frozen or image is not None
-            frozen = (Fault(self._frame, FROZEN, text),) if new else ()
-            return Sighting(self._poses.copy(), np.zeros(len(self.labels), bool), frozen)
-        self._frozen, self._last_image = False, image
-        detections = self.markers.detect(image, self._places)
-        present, free = self._assign(detections)
-        faults = tuple(self._report(detections, present, free))
+            faults.append(Fault(self._frame, FROZEN, text))
+        self._frozen = same or (self._frozen and image is None)
+        if image is not None and not same:
+            detections, self._last_image = self.detect(image), image
+            present, free = self._assign(detections)
+            faults += self._report(detections, present, free)
+            self._was_present = present
         self._gap[~present & (self._gap >= 0)] += 1
-        self._was_present = present
-        return Sighting(self._poses.copy(), present, faults)
+        return Sighting(self._poses.copy(), present, tuple(faults))
 
     def track(self, images: Iterable[np.ndarray | None]) -> Track:
         """Follow everybody through the images of one trial, two or more: 51 for the paper's 50 samples."""
