@@ -16,24 +16,14 @@ ROOMS = sorted({path.parent.name for path in (ROOT / "src" / "turing_learning").
 needs_sphinx = pytest.mark.skipif(find_spec("sphinx") is None, reason="needs the extra docs")
 
 
-@pytest.fixture(scope="module")
-def site(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("site")
-    build = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-W",
-        "--keep-going",
-        "-q",
-        "-d",
-        folder / "doctrees",
-        DOCS,
-        folder / "html",
-    ]
-    done = subprocess.run(build, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder / "html"
+@pytest.fixture(scope="session")
+def site(once):
+    def build(folder):
+        command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", folder / "doctrees", DOCS]
+        done = subprocess.run([*command, folder / "html"], capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+    return once("site", build) / "html"
 
 
 @needs_sphinx

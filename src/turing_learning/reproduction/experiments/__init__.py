@@ -1,4 +1,4 @@
-"""The experiments of the paper, in its order, and what several of them share."""
+"""The experiments of the paper, in its order."""
 
 from typing import Any
 
