@@ -9,7 +9,7 @@ one-class support vector machine, as baselines. Source: docs/decisions/0031-judg
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -45,14 +45,9 @@ Planted = Sequence[tuple[int, int, str, np.ndarray]]
 """Individuals that behave otherwise: number of the recording, place in it, kind, and features (W, F)."""
 
 
-class Scorer(Protocol):
-    """Says how unlike normal ones the individuals of a recording are."""
-
-    def __call__(self, seen: Seen, without: str = "") -> list[np.ndarray]:
-        """Return what each window (W,) of each individual adds; the mean over its windows is its score.
-
-        What was learned from planted individuals of the kind `without` is left out.
-        """
+Scorer = Callable[..., list[np.ndarray]]
+"""From what is seen of the individuals of a recording to what each window (W,) of each adds: the mean over its windows says how
+unlike normal ones it is. What was learned from planted individuals of a kind, a second argument, is left out."""
 
 
 def split(values: np.ndarray, like: Windows) -> list[np.ndarray]:

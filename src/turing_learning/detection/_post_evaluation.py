@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.arrays import array
 from turing_learning.coevolution import THRESHOLD, Classifier
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import integer
@@ -13,7 +14,7 @@ from turing_learning.models import Behavior
 from turing_learning.swarm import Scenario, Trials, initial_poses, mixed
 
 from ._motion import check
-from ._simulated import POST_EVALUATION, checked_models, stream
+from ._simulated import POST_EVALUATION, stream
 
 BLOCK_BYTES = 256_000_000  # of samples that are simulated and judged at once
 GENOMES = 500  # that judge a block at once
@@ -146,7 +147,8 @@ def count_agents(
         Of the agents and of the replicas; None if it was stopped.
     """
     integer("trials", trials, 1, error=ConfigurationError)
-    models, genomes = checked_models("models", models, scenario), np.asarray(genomes)
+    models = array("models", models, "M P", error=ConfigurationError, P=len(scenario.controller))
+    genomes = np.asarray(genomes)
     check(genomes.ndim == 2 and len(genomes), "genomes", "have the shape (N, Q), N >= 1", genomes.shape)
     counts, individuals = np.zeros((len(genomes), 2), dtype=np.int64), scenario.individuals
     rng = stream(seed, POST_EVALUATION)

@@ -7,6 +7,7 @@ import numpy as np
 
 from turing_learning.figures import Picture, timeline_figure
 from turing_learning.figures._one_run import paths_figure
+from turing_learning.report import shown
 from turing_learning.report._page import Listing, Report, report_page
 
 from ._alike import Detection
@@ -43,11 +44,9 @@ def standings(
         since = "-"
         if spells:
             since = f"{spells[0][0]:.1f} to {spells[0][1]:.1f}" if seconds else f"{spells[0][0]:g}"
-        verdict = "-" if each.abnormal is None else "abnormal" if each.abnormal else "normal"
-        score = f"{each.score:.2f}" if each.windows else "-"
-        p_value = "-" if each.p_value != each.p_value else f"{each.p_value:.2g}"
-        verdict = verdict if each.windows else "no window"
-        rows.append((each.individual, str(each.rank), str(each.windows), score, p_value, verdict, since))
+        verdict = {None: "-", True: "abnormal", False: "normal"}[each.abnormal] if each.windows else "no window"
+        numbers = (str(each.windows), shown(each.score, "{:.2f}".format), shown(each.p_value, "{:.2g}".format))
+        rows.append((each.individual, str(each.rank), *numbers, verdict, since))
     known = [k for k in range(len(headings)) if any(row[k] != "-" for row in rows)]
     return tuple(headings[k] for k in known), [tuple(row[k] for k in known) for row in rows]
 
@@ -70,10 +69,10 @@ def window_table(verdicts: Sequence[TimedVerdict]) -> str:
     import pandas as pd
 
     rows = [
-        (verdict.individual, int(verdict.abnormal), number, f"{begin:.6g}", f"{end:.6g}", score, int(flagged))
-        for verdict in verdicts
+        (each.individual, int(each.abnormal), number, f"{begin:.6g}", f"{end:.6g}", score, int(flagged))
+        for each in verdicts
         for number, ((begin, end), score, flagged) in enumerate(
-            zip(verdict.times.tolist(), verdict.scores.tolist(), verdict.flagged.tolist(), strict=True), start=1
+            zip(each.times, each.scores, each.flagged, strict=True), 1
         )
     ]
     columns = ["individual", "individual_abnormal", "window", "begin_s", "end_s", "score", "abnormal"]
@@ -92,14 +91,14 @@ def detection_page(
     )
     drawn = [Picture("scores", "Scores over time", caption, timeline, wide=True)]
     order = sorted((k for k in range(len(timed)) if timed[k].windows), key=lambda k: found.individuals[k].rank)
-    shown = list(dict.fromkeys(order[:2] + order[-2:]))
-    first = timed[shown[0]]
+    ends = list(dict.fromkeys(order[:2] + order[-2:]))
+    first = timed[ends[0]]
     begin, end = first.spells[0] if first.spells else (first.times[0, 0], first.times[-1, 1])
     if (recording := motion.recording) is not None:
         frames = np.arange(round(begin * recording.fps), min(round(end * recording.fps) + 1, len(recording.positions)))
         frames = frames[:: max(1, len(frames) // MOST_FRAMES)]
         places = np.where(recording.present[frames, :, None], recording.positions[frames], np.nan)
-        there = [k for k in shown if np.isfinite(places[:, k]).any()]
+        there = [k for k in ends if np.isfinite(places[:, k]).any()]
         names = [f"{found.individuals[k].individual} (rank {found.individuals[k].rank})" for k in there]
         unlike = [bool(found.individuals[k].abnormal) for k in there]
         figure = paths_figure(names, [places[:, k] for k in there], unlike)

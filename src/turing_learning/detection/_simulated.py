@@ -3,7 +3,6 @@
 import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -31,11 +30,6 @@ class SimulatedBehaviors:
 
     genuine: np.ndarray
     abnormal: np.ndarray
-
-
-def checked_models(name: str, models: Any, scenario: Scenario) -> np.ndarray:
-    """Return models (M, P) of a scenario, M >= 1, as floats; reject what is not that."""
-    return array(name, models, "M P", error=ConfigurationError, P=len(scenario.controller))
 
 
 def stream(seed: int, use: int) -> np.random.Generator:
@@ -93,10 +87,9 @@ def simulate_behaviors(
     Paper, sections 4.2 and 4.4.
     """
     integer("trials", trials, 1, error=ConfigurationError)
-    controllers = checked_models("controllers", controllers, scenario)
+    controllers = array("controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller))
     drawn = Trials.draw(scenario, mixed(scenario, len(controllers), trials), rng)
-    speeds = drawn.observe(Behavior(controllers), threads)
-    swarms = by_individual(speeds, trials)
+    swarms = by_individual(drawn.observe(Behavior(controllers), threads), trials)
     sides = swarms[:, : scenario.agents], swarms[:, scenario.agents :]
     return SimulatedBehaviors(*(side.reshape(-1, *swarms.shape[2:]) for side in sides))
 
@@ -126,7 +119,6 @@ def plant_abnormal(
     return Motion(tuple(names), speeds[order])
 
 
-CALIBRATION_FILE = "calibration.npz"
 MOST = 1000  # samples of each kind
 MODELS = 200
 _LOGGER = logging.getLogger("turing_learning")

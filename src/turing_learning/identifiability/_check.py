@@ -413,21 +413,16 @@ class Check(Tabular):
         """Return a row for each parameter: what is left open, in shares of the initial range, and whether it is pinned down."""
         import pandas as pd
 
-        said = [{"pinned_down": each.pinned_down, "why": "; ".join(each.reasons)} for each in self.parameters]
-        rows = [vars(each) | more for each, more in zip(self.parameters, said, strict=True)]
+        parameters = [(each, "; ".join(each.reasons)) for each in self.parameters]
+        rows = [vars(each) | {"pinned_down": not why, "why": why} for each, why in parameters]
         return pd.DataFrame(rows).set_index("parameter")
 
     def _shown(self) -> tuple[str, list[str], list[list[str]], list[str]]:
-        rows = [
-            [
-                each.parameter,
-                shown(each.interval_share, "{:.1%}".format),
-                shown(each.open_share, "{:.0%}".format),
-                shown(each.recovery_error, "{:.1%}".format),
-                "; ".join(each.reasons) or "pinned down",
-            ]
-            for each in self.parameters
-        ]
+        rows = []
+        for each in self.parameters:
+            shares = ((each.interval_share, "{:.1%}"), (each.open_share, "{:.0%}"), (each.recovery_error, "{:.1%}"))
+            cells = [shown(share, form.format) for share, form in shares]
+            rows.append([each.parameter, *cells, "; ".join(each.reasons) or "pinned down"])
         headings = ["parameter", "interval", "left open", "missed by", "verdict"]
         remark = "Shares of the initial range; left open: at most. Where others may fit as well, the truth may be among them."
         return self.verdict, headings, rows, [remark]
