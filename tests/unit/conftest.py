@@ -10,6 +10,7 @@ from turing_learning.config import load_configuration
 
 BLANK = (
     "cli",
+    "detection",
     "interaction",
     "robots",
     "test_check.py",

@@ -246,13 +246,11 @@ class Detection:
                 f"is 1 of {self.normal + 1}, {self.level:.2g}. Individuals are abnormal if their score is above all of these."
             )
         if self.level is not None:
-            called, who = f"{first.called:.3g}", f"Of the {self.normal} normal individuals "
+            who = f"Of the {self.normal} normal individuals {first.called:.3g}"
             if self.recordings:
-                who, called = (
-                    f"On your normal recording{'s' * (self.recordings > 1)} ",
-                    f"{called} of {self.normal} individuals",
-                )
-            said.append(f"{who}{called} would have been called abnormal.")
+                own = f"On your normal recording{'s' * (self.recordings > 1)}"
+                who = f"{own} {first.called:.3g} of {self.normal} individuals"
+            said.append(f"{who} would have been called abnormal.")
         areas = {each.name: each.area for each in self.rankings}
         compared = ", ".join(name if area is None else f"{name} {area:.3f}" for name, area in areas.items())
         if not self.cases:
@@ -350,12 +348,12 @@ def shown_to(eye: Eye, planted: Sequence[Case], seen: Sequence[Seen], owners: Se
     """Return planted individuals as a way to look sees them, each in the first piece of its recording."""
     if eye.name != TRAINED or not planted:
         return []
-    places = [(owners.index(case.recording or 0), case.place) for case in planted]
-    features = [
-        each[: len(seen[p][k])]
-        for (p, k), each in zip(places, eye.see([case.windows for case in planted]), strict=True)
-    ]
-    return [(*place, case.kind, each) for place, case, each in zip(places, planted, features, strict=True) if len(each)]
+    found = []
+    for case, features in zip(planted, eye.see([case.windows for case in planted]), strict=True):
+        piece = owners.index(case.recording or 0)
+        if count := len(seen[piece][case.place]):
+            found.append((piece, case.place, case.kind, features[:count]))
+    return found
 
 
 def held_out_scores(

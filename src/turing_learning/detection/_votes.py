@@ -219,29 +219,26 @@ class Detector:
         return found, _mean(scores) < _ANY if self.rule == "unanimous" else found <= self.false_alarms
 
     def verdicts(self, motion: Motion | np.ndarray) -> tuple[SampleVerdict, ...]:
-        """Say of each individual whether it behaves abnormally, and since when.
+        """Say of each individual whether its p-value, or the rule, calls it abnormal, and since when.
 
-        It does if its p-value is at most the share of false alarms; by the rule "unanimous", if all of its
-        samples are judged counterfeit. A warning is logged if nobody could be called abnormal, or the detector
-        is blind to the motion of its calibration. The beginning is where the sum of what speaks for abnormal
-        motion, from there to the end, is largest (Page, Continuous inspection schemes, 1954). A sample speaks
-        for it by how far its score is below the middle between the mean scores of genuine and of abnormal
-        samples.
+        A warning is logged if nobody could be called abnormal, or the detector is blind to the motion of its
+        calibration. The beginning is where the sum of what speaks for abnormal motion, from there to the end, is
+        largest (Page, Continuous inspection schemes, 1954). A sample speaks for it by how far its score is below
+        the middle between the mean scores of genuine and of abnormal samples.
 
         Parameters
         ----------
         motion
             Samples of individuals in the order of observation, an array (individuals, samples, T, D) or with names.
         """
-        if not isinstance(motion, Motion):
-            motion = checked_motion("motion", motion, signals=self.signals, steps=self.steps)
-            motion = Motion(tuple(str(k + 1) for k in range(len(motion))), motion)
-        scores = self._judge_all(motion.samples, "motion", motion.individuals)
+        samples, names = (motion.samples, motion.individuals) if isinstance(motion, Motion) else (motion, None)
+        scores = self._judge_all(samples, "motion", names)
+        names = names or tuple(str(k + 1) for k in range(len(scores)))
         self._warn_if_blind()
         self._warn_if_no_score_is_low_enough(scores.shape[1])
         middle = float(self.genuine_scores.mean() + self.abnormal_scores.mean()) / 2
         verdicts = []
-        for name, row, p_value, called in zip(motion.individuals, scores, *self._called(scores), strict=True):
+        for name, row, p_value, called in zip(names, scores, *self._called(scores), strict=True):
             since = int(np.argmax(np.cumsum((middle - row)[::-1])[::-1])) + 1 if called else None
             score, share = float(_mean(row)), float(np.mean(row >= middle))
             verdicts.append(SampleVerdict(name, score, float(p_value), share, bool(called), since))

@@ -23,10 +23,18 @@ def as_text(samples, *, names=("a", "b"), rows=None):
     )
 
 
-def test_an_array_of_samples_is_read(tmp_path):
-    np.save(tmp_path / "motion.npy", SAMPLES)
-    motion = load(tmp_path / "motion.npy")
-    assert motion.individuals == ("1", "2")
+@pytest.mark.parametrize(
+    ("name", "save", "given", "names"),
+    [
+        ("motion.npy", np.save, {"arr": SAMPLES}, ("1", "2")),
+        ("motion.npz", np.savez, {"samples": SAMPLES}, ("1", "2")),
+        ("motion.npz", np.savez, {"samples": SAMPLES, "individuals": np.array(["Ada", "Bo"])}, ("Ada", "Bo")),
+    ],
+)
+def test_arrays_are_read_with_the_names_of_an_archive_or_counted(tmp_path, name, save, given, names):
+    save(tmp_path / name, **given)
+    motion = load(tmp_path / name)
+    assert motion.individuals == names
     np.testing.assert_array_equal(motion.samples, SAMPLES)
 
 
@@ -36,18 +44,6 @@ def test_long_recordings_are_cut_into_samples(tmp_path):
     motion = load(tmp_path / "motion.npy")
     assert motion.samples.shape == (2, 2, 4, 2)
     np.testing.assert_array_equal(motion.samples[:, 1], long[:, 4:8])
-
-
-def test_an_archive_may_name_the_individuals(tmp_path):
-    np.savez(tmp_path / "motion.npz", samples=SAMPLES, individuals=np.array(["Ada", "Bo"]))
-    motion = load(tmp_path / "motion.npz")
-    assert motion.individuals == ("Ada", "Bo")
-    np.testing.assert_array_equal(motion.samples, SAMPLES)
-
-
-def test_an_archive_without_names_counts_individuals(tmp_path):
-    np.savez(tmp_path / "motion.npz", samples=SAMPLES)
-    assert load(tmp_path / "motion.npz").individuals == ("1", "2")
 
 
 def test_the_rows_of_a_table_may_be_in_any_order(tmp_path):

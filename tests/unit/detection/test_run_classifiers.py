@@ -21,18 +21,12 @@ def test_the_classifiers_of_the_last_generation_are_those_of_the_history(run):
     np.testing.assert_array_equal(run_classifiers(run).last, run.history["classifier"].to_numpy()[-1])
 
 
-def test_the_best_classifier_of_each_generation_is_kept(run):
-    populations, fitness = (run.history[name].to_numpy() for name in ("classifier", "classifier_fitness"))
-    expected = populations[np.arange(7), fitness.argmax(axis=1)]
+@pytest.mark.parametrize(("most", "chosen"), [(100, range(7)), (3, [0, 3, 6])])
+def test_the_best_classifiers_of_all_generations_or_of_a_part_spread_evenly_are_kept(run, monkeypatch, most, chosen):
+    monkeypatch.setattr(_run, "ARCHIVE", most)
+    populations, fitness = (run.history[name].to_numpy()[chosen] for name in ("classifier", "classifier_fitness"))
+    expected = populations[np.arange(len(chosen)), fitness.argmax(axis=1)]
     np.testing.assert_array_equal(run_classifiers(run).best, expected)
-
-
-def test_of_a_long_run_a_part_of_the_generations_is_kept_evenly(run, monkeypatch):
-    monkeypatch.setattr(_run, "ARCHIVE", 3)
-    every = run_classifiers(run)
-    populations, fitness = (run.history[name].to_numpy() for name in ("classifier", "classifier_fitness"))
-    chosen = [0, 3, 6]
-    np.testing.assert_array_equal(every.best, populations[chosen, fitness[chosen].argmax(axis=1)])
 
 
 def test_jurors_are_among_the_fittest_of_the_whole_run(run):

@@ -71,27 +71,12 @@ def test_a_short_spell_is_found_in_a_long_recording():
     assert strength > threshold
 
 
-def test_a_spell_is_found_where_it_is():
+@pytest.mark.parametrize("low", [[], [(20, 33)], [(5, 12), (40, 50)]])
+def test_spells_are_found_one_by_one_where_they_are(low):
     scores = RNG.choice(SCAN.genuine_scores, 64)
-    scores[20:33] -= 0.3
+    for begin, end in low:
+        scores[begin:end] -= 0.5
     verdict = SCAN.verdict("Ada", TIMES, scores, THRESHOLD)
-    assert verdict.abnormal
-    assert len(verdict.spells) == 1
-    begin, end = verdict.spells[0]
-    assert (begin, end) == pytest.approx((20, 33), abs=1)
-    assert verdict.flagged.sum() == end - begin
-
-
-def test_two_spells_are_found_one_by_one():
-    scores = RNG.choice(SCAN.genuine_scores, 64)
-    scores[5:12] -= 0.5
-    scores[40:50] -= 0.5
-    verdict = SCAN.verdict("Ada", TIMES, scores, THRESHOLD)
-    assert [round(begin) for begin, _ in verdict.spells] == pytest.approx([5, 40], abs=1)
-
-
-def test_a_normal_individual_has_no_spells():
-    verdict = SCAN.verdict("Bo", TIMES, np.full(64, 0.7), 4.0)
-    assert not verdict.abnormal
-    assert verdict.spells == ()
-    assert not verdict.flagged.any()
+    assert verdict.abnormal == bool(low)
+    np.testing.assert_allclose(np.reshape(verdict.spells, (-1, 2)), np.reshape(low, (-1, 2)), atol=1)
+    assert verdict.flagged.sum() == sum(end - begin for begin, end in verdict.spells)
