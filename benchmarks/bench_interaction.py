@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from turing_learning.config import load_configuration
-from turing_learning.runs._assemble import generations_of
+from turing_learning.runs._loops import generations_of
 from turing_learning.systems import Given
 
 FORMS = {"watching": (1, "constant"), "10 opponents": (10, ""), "all 100": (100, "")}

@@ -57,9 +57,8 @@ from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
-from ._assemble import Generations, generations_of
+from ._loops import Generations, TrialsLoop, generations_of, jury_of
 from ._progress import Observer, Progress
-from ._trials_loop import TrialsLoop, jury_of
 
 if TYPE_CHECKING:
     import xarray

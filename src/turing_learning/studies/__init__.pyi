@@ -1,11 +1,11 @@
 from ._backends import Hands as Hands
 from ._backends import write_slurm as write_slurm
-from ._conduct import StudyProgress as StudyProgress
 from ._folder import ExecutorError as ExecutorError
 from ._folder import StudyFolder as StudyFolder
 from ._folder import is_study as is_study
 from ._plan import BEHAVIORS as BEHAVIORS
 from ._plan import plan_study as plan_study
+from ._study import StudyProgress as StudyProgress
 from ._study import collect_study as collect_study
 from ._study import create_study as create_study
 from ._study import execute_study as execute_study

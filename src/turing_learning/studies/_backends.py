@@ -4,7 +4,7 @@ import logging
 import os
 import shlex
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -19,7 +19,6 @@ from turing_learning.kernels.parallel import default_threads
 from turing_learning.store import told
 from turing_learning.workers import Workers
 
-from ._conduct import Backend
 from ._execute import execute, execute_in_worker
 from ._folder import StudyFolder
 from ._plan import Plan
@@ -78,6 +77,18 @@ class Hands:
             raise ConfigurationError(f"`{given[0]}` must be left out beside `{given[1]}`; got both. Give one of them.")
         if self.workers is not None:
             integer("workers", self.workers, 1, error=ConfigurationError)
+
+
+@dataclass(frozen=True)
+class Backend:
+    """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible.
+
+    A run is submitted by the study folder, its number, and a file that stops it; see `execute`, whose answer is in the future.
+    """
+
+    submit: Callable[[str, int, str], "Future[str]"]
+    running: Callable[[Iterable["Future[str]"]], int]
+    kill: Callable[[], None] = lambda: None
 
 
 @contextmanager

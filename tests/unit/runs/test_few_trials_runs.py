@@ -15,7 +15,7 @@ from turing_learning.config import ConfigurationError
 from turing_learning.identifiability import Effort
 from turing_learning.identifiability._check import FAILED_SEARCH, FINE, WRONG_MODEL
 from turing_learning.results._pool import _mixed
-from turing_learning.runs._trials_loop import TrialsLoop
+from turing_learning.runs._loops import TrialsLoop
 from turing_learning.store import RunFolderError
 from turing_learning.systems import CustomSystemError
 

@@ -28,8 +28,7 @@ from turing_learning.studies import (
     run_one,
     study,
 )
-from turing_learning.studies._conduct import Conduct
-from turing_learning.studies._study import create_study
+from turing_learning.studies._study import Conduct, create_study
 from turing_learning.studies._table import paper_of
 
 TABLES = ("runs.csv", "summary.csv", "convergence.csv")
