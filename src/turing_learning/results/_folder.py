@@ -326,7 +326,7 @@ def resumed(manifest: Mapping[str, Any], path: Path) -> dict[str, Any]:
     return entries
 
 
-def manifest_rows(manifest: dict[str, Any]) -> list[tuple[str, str]]:
+def manifest_rows(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return names and values for a page, nested objects in one row each."""
     return [(name.replace("_", " "), _in_words(value)) for name, value in manifest.items() if value is not None]
 

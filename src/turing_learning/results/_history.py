@@ -119,6 +119,13 @@ def memory_arrays(layout: Layout, generations: int | None = None) -> dict[str, n
     return {name: np.empty((count, *layout.shape(name)), dtype=kind) for name, (_, kind, _) in FULL.items()}
 
 
+def arrays_of(path: Path | None, layout: Layout, *, begun: bool) -> Mapping[str, Any]:
+    """Return the arrays of a history: in memory without a path; on disk new ones, or once it has `begun` those that are there."""
+    if path is None:
+        return memory_arrays(layout)
+    return open_store(path) if begun else create_store(path, layout)
+
+
 def create_store(path: Path, layout: Layout) -> Mapping[str, Any]:
     """Make an empty history on disk, in place of one that exists; return its arrays, NaN in generations that have not been run."""
     import zarr
@@ -210,11 +217,12 @@ def _checksum(values: Mapping[str, np.ndarray]) -> int:
 
 
 def dataset_in_memory(
-    variables: Variables, arrays: "Mapping[str, np.ndarray] | Traces", parameters: Sequence[str], completed: int
+    arrays: "Mapping[str, np.ndarray] | Traces", parameters: Sequence[str], completed: int
 ) -> "xarray.Dataset":
-    """Return the completed generations of a history in memory, `FULL` or `THIN`, as named arrays."""
+    """Return the completed generations of a history in memory as named arrays: a full one, or what traces hold."""
     import xarray
 
+    variables = THIN if isinstance(arrays, Traces) else FULL
     coordinates = {GENERATION: np.arange(completed), "parameter": np.array(parameters)}
     return xarray.Dataset(
         {

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from turing_learning.figures._one_run import (
 from turing_learning.report._page import Listing, Report, describe_selection, report_page
 from turing_learning.report._tabular import aligned
 
+from ._folder import manifest_rows
 from ._history import SELECTION_CODES
 from ._paper import SOURCE
 from ._plots import distributions_of, draw_fitness, draw_parameters, recorded_replay, replay
@@ -40,7 +41,7 @@ CITATION = (
 def write_report(
     result: Result,
     target: Path,
-    manifest: list[tuple[str, str]],
+    manifest: Mapping[str, Any],
     *,
     check: "Check | None" = None,
     figures: Path | None = None,
@@ -50,12 +51,11 @@ def write_report(
     """Write the page of a run, and its figures to a folder, if there is one; `motion` is as of `Source.positions`."""
     # without the populations, which no page shows and which are half of a history
     history = result.history.drop_vars(["model", "classifier"], errors="ignore").load()
-    configuration, known = result.configuration, dict(manifest)
-    simulated = configuration.system.simulated is not None
+    configuration, simulated = result.configuration, result.configuration.system.simulated is not None
     pictures = draw(history, configuration, dialogues)
     if figures is not None:
         save_figures(pictures, figures)
-    again = f"see {'recording in Manifest' if 'recording' in known else 'Configuration'}, below"
+    again = f"see {'recording in Manifest' if 'recording' in manifest else 'Configuration'}, below"
     steps: list[tuple[str, str]] = []
     if result.path is not None and not result.in_laboratory:
         again = "turing-learning infer --config RUN/config.toml --out AGAIN" if simulated else again
@@ -64,7 +64,7 @@ def write_report(
         )
         agree = "Do runs with other seeds agree? Make one or more, and pool them."
         steps = [("turing-learning check RUN", tells), ("turing-learning pool RUN ANOTHER-SEED", agree)]
-    begun = known.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
+    begun = manifest.get("started", "unknown").replace("T", " ").replace("+00:00", " UTC")
     words = {code: word for word, code in SELECTION_CODES.items()}
     stopped = describe_selection([words[int(code)] for code in history["selection"].to_numpy()])
     page = Report(
@@ -81,7 +81,7 @@ def write_report(
         replay=replay(configuration, simulated_model(result)) if simulated else recorded_replay(motion),
         figures=pictures,
         configuration=to_toml(configuration),
-        manifest=manifest,
+        manifest=manifest_rows(manifest),
     )
     return report.write_page(report_page(page), target)
 

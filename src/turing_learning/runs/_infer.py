@@ -145,7 +145,6 @@ def infer(
         require_seen(configuration)
         with watched(observer, should_stop, progress) as observer:
             return conduct(Run.begin(configuration, out, force=force), observer, should_stop)
-    assert parameters is not None
     provenance = options.pop("provenance", None) or {}
     fits = isinstance(provenance, Mapping)
     require(fits, "provenance", "be a dict name -> value", brief(provenance), error=ConfigurationError)
@@ -156,12 +155,11 @@ def infer(
     with refusing_as(ConfigurationError):
         simulate = imported(simulate) if isinstance(simulate, str) else simulate
         genuine = imported(genuine, "genuine") if isinstance(genuine, str) and ":" in genuine else genuine
-        system: CustomSystem
+        given, data = Given(genuine, simulate, options.get("workers"), options.get("timeout_s")), genuine
         if "stimulus" in options:
-            system, data = describe_stimulated(genuine, simulate, parameters, options), genuine
+            system: CustomSystem = describe_stimulated(genuine, simulate, parameters or {}, options)
         else:
-            system, data = describe(genuine, parameters, options)
-    given = Given(genuine, simulate, options.get("workers"), options.get("timeout_s"))
+            system, data = describe(genuine, parameters or {}, options)
     configuration = resolve(system)
     with refusing_as(ConfigurationError):
         opened = configuration.system.open(replace(given, genuine=data))
@@ -226,21 +224,12 @@ def resume(
     genuine, simulate
         Of a custom system: the samples that the run began with, and the simulator. Functions of a module are
         imported by their names unless they are given; samples are not in the folder.
-    workers, timeout_s
-        As in `infer`.
-    threads
-        Number of threads; None takes that of the configuration.
     models, classifier
         The objects that the run began with, where no other process can import them.
     trials, tolerance
         For a finished run of trials that shall have more of them, see `Run.open`.
-    observer, should_stop, progress
+    workers, timeout_s, threads, observer, should_stop, progress
         As in `infer`.
-
-    Returns
-    -------
-    Result
-        What was inferred.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from turing_learning.config._configuration import give_again
 from turing_learning.config._study import resolved
 from turing_learning.errors import brief, refuse, refusing_as, require, said
 from turing_learning.purposes import DIALOGUE, REPLAY
+from turing_learning.results import _history as histories
 from turing_learning.results._checkpoints import CONFIGURATION, Checkpoint, discard_checkpoints, save_checkpoint
 from turing_learning.results._folder import (
     BLOCK,
@@ -30,27 +31,10 @@ from turing_learning.results._folder import (
     RunFolder,
     blocks_before,
     how_to_resume,
-    manifest_rows,
     new_manifest,
     now,
     piece,
     resumed,
-)
-from turing_learning.results._history import (
-    FULL,
-    THIN,
-    HistoryRecorder,
-    Layout,
-    Traces,
-    create_store,
-    dataset_in_memory,
-    dataset_on_disk,
-    generation_values,
-    intact,
-    memory_arrays,
-    open_store,
-    require_sound,
-    with_units,
 )
 from turing_learning.results._result import Jury, Result, result_from_json, simulated_model, summarize, units_of
 from turing_learning.store import RunFolderError, storage, writable
@@ -105,7 +89,7 @@ class Run:
         self._closed = False
         self._result: Result | None = None
         self._layout = layout_of(configuration)
-        self._traces = Traces(configuration.length, len(self._layout.parameters))
+        self._traces = histories.Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
         self._readout: dict[str, np.ndarray] = {}
@@ -114,15 +98,11 @@ class Run:
         self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
         seals = None if folder is None else self._restored(folder)
         self._arrays: Mapping[str, np.ndarray] = {}
-        self._recorder: HistoryRecorder | None = None
+        self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
-            if folder is None:
-                self._arrays = memory_arrays(self._layout)
-            elif seals is None:
-                self._arrays = create_store(folder.history_path, self._layout)
-            else:
-                self._arrays = open_store(folder.history_path)
-            self._recorder = HistoryRecorder(self._layout, self._arrays, seals)
+            path = None if folder is None else folder.history_path
+            self._arrays = histories.arrays_of(path, self._layout, begun=seals is not None)
+            self._recorder = histories.HistoryRecorder(self._layout, self._arrays, seals)
 
     @classmethod
     def begin(
@@ -260,12 +240,23 @@ class Run:
         if self._closed:
             remedy = "Open it again: turing_learning.runs.Run.open(path)."
             raise RuntimeError(f"`run` must be open; got one that was closed. {remedy}")
+        configuration, spent = self.configuration, self.configuration.trials_after
         try:
             while not self.complete:
                 generation = self._guarded_step() if self._source.fallible else self._step()
-                if self.completed % self.configuration.run.save_every == 0 or self.complete:
+                if self.completed % configuration.run.save_every == 0 or self.complete:
                     self._save()
-                yield self._progress(generation)
+                yield Progress(
+                    generation=generation,
+                    completed=self.completed,
+                    total=configuration.length,
+                    parameter_names=configuration.scenario.parameter_names,
+                    truth=configuration.scenario.truth,
+                    seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
+                    recent=self._traces["typical_model"][-_RECENT:],
+                    described=configuration.described,
+                    trials=(spent(self.completed), spent(configuration.length)) if configuration.run.trials else None,
+                )
         except GeneratorExit:
             if self._closed:  # the block around the loop has raised
                 return
@@ -275,12 +266,18 @@ class Run:
     def result(self) -> Result:
         """What the completed generations have inferred; at least one must be completed."""
         if self._result is None or self._result.generations != self.completed:
+            if self.folder is None:
+                kept = self._traces if self.configuration.run.thin else self._arrays
+                held: dict[str, Any] = {"matched": self._readout.get("draws"), "spoken": self._dialogues}
+                origin = Origin(self.configuration, self.completed, kept=kept, stored=self._manifest, **held)
+            else:
+                origin = origin_of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
             self._result = summarize(
                 self.configuration,
                 self._traces,
                 self._seconds or time.perf_counter() - self._begun,
-                origin=self._origin(),
+                origin=origin,
                 complete=self.complete,
                 readout=self._readout,
                 failed_simulations=None if failures is None else failures.summary(),
@@ -313,7 +310,7 @@ class Run:
         generation = self._loop.step()
         models = self._source.to_units(generation.models)
         generation = generation if models is generation.models else replace(generation, models=models)
-        values = generation_values(generation)
+        values = histories.generation_values(generation)
         with self.storage():
             if self.folder is not None:
                 self.folder.require_here()
@@ -341,20 +338,6 @@ class Run:
                 ahead = said(how_to_resume(self.folder.path, self.configuration))
                 where = f"{self.completed} generations are stored; resume with {ahead}."
             raise type(error)(f"{error} {where}") from error.__cause__
-
-    def _progress(self, generation: Generation) -> Progress:
-        spent = self.configuration.trials_after
-        return Progress(
-            generation=generation,
-            completed=self.completed,
-            total=self.configuration.length,
-            parameter_names=self.configuration.scenario.parameter_names,
-            truth=self.configuration.scenario.truth,
-            seconds_per_generation=float(self._traces["seconds"][-_RECENT:].mean()),
-            recent=self._traces["typical_model"][-_RECENT:],
-            described=self.configuration.described,
-            trials=(spent(self.completed), spent(self.configuration.length)) if self.configuration.run.trials else None,
-        )
 
     # What is stored
 
@@ -397,8 +380,8 @@ class Run:
 
         if self._saved != self.completed:
             self._save()
-        folder, history = self.folder, self.configuration.run.history
-        dialogues = self._held_dialogues() if self.complete and history == "full" else {}
+        folder, full = self.folder, self.complete and self.configuration.run.history == "full"
+        dialogues = self._held_dialogues() if full else {}
         if folder is None:
             assert self._manifest is not None
             self._dialogues, self._result = dialogues, None
@@ -410,18 +393,18 @@ class Run:
             folder.write("result.json", result.to_json())
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
             closed = {"state": FINISHED, "finished": now()}
-            if self.complete and history == "thin":
-                folder.update_manifest(**closed)
-                self._save_checkpoint(folder, with_state=False)
-                for path in folder.path.glob("buffer/*.npz"):
-                    folder.remove(f"buffer/{path.name}")
-            elif self.complete:
+            if full:
                 shown: dict[str, Any] = {"motion": self._keep_motion(folder, result), "dialogues": dialogues}
                 if dialogues:
                     folder.write(DIALOGUES, dialogues)
-                rows = manifest_rows(folder.manifest() | closed)
-                write_report(result, folder.report_path, rows, figures=folder.figures_path, **shown)
+                manifest = folder.manifest() | closed
+                write_report(result, folder.report_path, manifest, figures=folder.figures_path, **shown)
+            if self.complete:
                 folder.update_manifest(**closed)
+            if self.complete and not full:
+                self._save_checkpoint(folder, with_state=False)
+                for path in folder.path.glob("buffer/*.npz"):
+                    folder.remove(f"buffer/{path.name}")
         self.close()
 
     def _held_dialogues(self) -> dict[str, np.ndarray]:
@@ -454,7 +437,7 @@ class Run:
 
         def holds_history(found: Checkpoint) -> bool:
             history, seals = folder.history_path, part(found.arrays, "history/")
-            return self.configuration.run.thin or intact(history, self._layout, found.generation, seals)
+            return self.configuration.run.thin or histories.intact(history, self._layout, found.generation, seals)
 
         latest = folder.checkpoint(holds_history)
         checkpoint = latest.checkpoint
@@ -479,13 +462,6 @@ class Run:
         self._seconds = self._seconds_before = float(checkpoint.arrays["seconds"])
         self._saved = done
         return part(checkpoint.arrays, "history/")
-
-    def _origin(self) -> "Origin":
-        if self.folder is not None:
-            return origin_of(self.folder, self.configuration, self.completed)
-        kept = self._traces if self.configuration.run.thin else self._arrays
-        held: dict[str, Any] = {"matched": self._readout.get("draws"), "spoken": self._dialogues}
-        return Origin(self.configuration, self.completed, kept=kept, stored=self._manifest, **held)
 
 
 class FinishedRun:
@@ -541,10 +517,10 @@ def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
             give_again("classifier", configuration.classifiers.network, classifier)
 
 
-def layout_of(configuration: Configuration) -> Layout:
+def layout_of(configuration: Configuration) -> histories.Layout:
     """Return the sizes of a run's history."""
     run, models, classifiers = configuration.run, configuration.models, configuration.classifiers
-    return Layout(
+    return histories.Layout(
         generations=configuration.length,
         models=models.parents + models.offspring,
         parameters=configuration.parameter_names,
@@ -568,7 +544,7 @@ class Origin:
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
     # of a run in memory: history, manifest, draws of its estimate, and dialogues, see `Source.dialogues`
-    kept: "Mapping[str, np.ndarray] | Traces | None" = None
+    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = None
     stored: Mapping[str, Any] | None = None
     matched: np.ndarray | None = None
     spoken: Mapping[str, np.ndarray] = field(default_factory=dict)
@@ -593,7 +569,7 @@ class Origin:
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
         units = units_of(self.configuration.system, self.configuration.parameter_names)
-        found = with_units(self._stored_history(), list(units.values()))
+        found = histories.with_units(self._stored_history(), list(units.values()))
         spent = self.configuration.spent(found.sizes["generation"])
         return found if spent is None else found.assign_coords(trials=("generation", spent))
 
@@ -601,20 +577,19 @@ class Origin:
         names, folder = self.configuration.parameter_names, self.folder
         if folder is None:
             assert self.kept is not None
-            variables = THIN if isinstance(self.kept, Traces) else FULL
-            return dataset_in_memory(variables, self.kept, names, self.completed)
+            return histories.dataset_in_memory(self.kept, names, self.completed)
         if self.configuration.run.thin:
             traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
             if traces.completed < self.completed:
                 why = f"one of {traces.completed} generations is left, the result has {self.completed}"
                 raise folder.damaged("its last checkpoint", why)
-            return dataset_in_memory(THIN, traces, names, self.completed)
+            return histories.dataset_in_memory(traces, names, self.completed)
         checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
-        if checkpoint is None or not part(checkpoint.arrays, "history/"):
-            _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
+        if checkpoint is not None and (seals := part(checkpoint.arrays, "history/")):
+            histories.require_sound(path, layout_of(self.configuration), self.completed, seals)
         else:
-            require_sound(path, layout_of(self.configuration), self.completed, part(checkpoint.arrays, "history/"))
-        return dataset_on_disk(path, self.completed)
+            _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
+        return histories.dataset_on_disk(path, self.completed)
 
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the matched estimate; None where there are none."""
@@ -635,11 +610,10 @@ class Origin:
         from turing_learning.results._present import write_report
 
         folder, check, motion = self.folder, complete_check(result.path), self._motion(result)
-        manifest, held = self.stored, self.spoken
+        manifest, held = self.stored or {}, self.spoken
         if folder is not None:
             manifest, held = folder.manifest(), folder.find(DIALOGUES) or {}
-        rows = manifest_rows(dict(manifest or {}))
-        return write_report(result, target, rows, check=check, motion=motion, dialogues=held)
+        return write_report(result, target, manifest, check=check, motion=motion, dialogues=held)
 
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
@@ -666,11 +640,8 @@ class Origin:
 
     def _known(self, genuine: Any, simulate: Any) -> Given:
         """Return samples and simulator: those given, else those of this process, else functions that the folder names."""
-        given = replace(
-            self.given,
-            genuine=self.given.genuine if genuine is None else genuine,
-            simulate=self.given.simulate if simulate is None else simulate,
-        )
+        parts = {"genuine": genuine, "simulate": simulate}
+        given = replace(self.given, **{name: value for name, value in parts.items() if value is not None})
         with refusing_as(ConfigurationError):
             return given if self.folder is None else self.folder.remembered(given)
 
@@ -781,8 +752,7 @@ def _stored_checkpoint(folder: RunFolder, configuration: Configuration) -> Check
     return checkpoint
 
 
-def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> Traces:
-    traces, stored = Traces(configuration.length, len(configuration.parameter_names)), folder.traces(checkpoint)
-    assert stored is not None
-    traces.restore(stored)
+def _traces_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configuration) -> histories.Traces:
+    traces = histories.Traces(configuration.length, len(configuration.parameter_names))
+    traces.restore(folder.traces(checkpoint) or {})
     return traces

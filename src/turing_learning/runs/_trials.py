@@ -34,26 +34,17 @@ POST_EVALUATION = "post-evaluation-"
 
 
 def keep_trial(folder: RunFolder, stage: str, attempt: int, trial: "ObservedTrial") -> None:
-    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`; with faults as rejected-NN-K.npz, the K-th time.
-
-    It has poses (T + 1, A, 3), who was present (T + 1, A), models (R, P), and what was wrong.
-    """
+    """Write a trial as `trials/STAGE/attempt-N/trial-NN.npz`; with faults as rejected-NN-K.npz, the K-th time."""
     attempt_folder = f"{folder.trials_path.name}/{stage}/attempt-{attempt}"
     name, rejected = f"trial-{trial.number:02d}.npz", f"rejected-{trial.number:02d}"
     with folder.storage():
         if trial.faults:
             name = f"{rejected}-{len(list((folder.path / attempt_folder).glob(f'{rejected}-*.npz'))) + 1}.npz"
-        content = {
-            "poses": trial.track.poses,
-            "present": trial.track.present,
-            "labels": np.array(trial.track.labels),
-            "interval_s": np.array(trial.track.interval_s),
-            "models": trial.models,
-            "sequences": np.array(trial.sequences, dtype=np.int64),
-            "counts": np.array(trial.counts, dtype=np.int64),
-            "started_s": np.array(trial.started_s),
-            "faults": np.array(trial.faults, dtype=np.str_),
-        }
+        track = trial.track
+        content = {"poses": track.poses, "present": track.present, "labels": np.array(track.labels)}
+        content |= {"interval_s": np.array(track.interval_s), "models": trial.models}
+        content |= {name: np.array(getattr(trial, name), dtype=np.int64) for name in ("sequences", "counts")}
+        content |= {"started_s": np.array(trial.started_s), "faults": np.array(trial.faults, dtype=np.str_)}
         folder.write(f"{attempt_folder}/{name}", content)
 
 
@@ -66,18 +57,15 @@ def stored_trials(folder: RunFolder, stage: str) -> tuple[int, list["ObservedTri
     trials: list[ObservedTrial] = []
     while (name := names.get(len(trials))) and (folder.path / name).exists():
         held = _read_trial(folder, name)
-        seen = Track(held["poses"], held["present"], tuple(held["labels"].tolist()), float(held["interval_s"]))
-        sequences, counts = (tuple(held[key].tolist()) for key in ("sequences", "counts"))
+        labels, sequences, counts = (tuple(held[key].tolist()) for key in ("labels", "sequences", "counts"))
+        seen = Track(held["poses"], held["present"], labels, float(held["interval_s"]))
         started = float(held["started_s"])
         trials.append(ObservedTrial(len(trials), held["models"], sequences, counts, started, seen, ()))
     return last, trials
 
 
 def _last_attempt(folder: RunFolder, stage: str) -> tuple[int, dict[int, str]]:
-    """Return the number of the last attempt at a stage, or 0, and number -> file of its trials without faults.
-
-    The last attempt counts, if the log says that it is complete. Files that are sealed and lost are among them.
-    """
+    """Return the number of the last attempt at a stage, or 0, and number -> file of its trials without faults, lost ones too."""
     files = (file.relative_to(folder.path).as_posix() for file in folder.trials_path.glob("*/*/*.npz"))
     found = [match for name in {*folder.seals.names(), *files} if (match := _TRIAL.fullmatch(name))]
     found = [match for match in found if match["stage"] == stage]
@@ -279,10 +267,7 @@ def judged_again(configuration: Configuration, classifiers: np.ndarray, samples:
 
 
 def keep_observed_motion(result: Result, folder: RunFolder) -> None:
-    """Write ``calibration.npz``, by which detectors are calibrated, once all models have been observed again.
-
-    Agents were learned from in the generations, and are held out in the post-evaluations.
-    """
+    """Write ``calibration.npz``, by which detectors are calibrated, once all models have been observed again: agents held out."""
     again = read_post_evaluation(folder.path)
     if again is None or not again.complete:
         return

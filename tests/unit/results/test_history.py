@@ -79,7 +79,7 @@ def test_a_history_in_memory_is_the_same(tmp_path):
     recorder = HistoryRecorder(LAYOUT, arrays)
     record(recorder, 0, 7)
     recorder.flush()
-    dataset = dataset_in_memory(FULL, arrays, LAYOUT.parameters, 7)
+    dataset = dataset_in_memory(arrays, LAYOUT.parameters, 7)
     assert dataset.sizes["generation"] == 7
     assert_holds(dataset, 7)
 

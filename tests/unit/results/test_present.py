@@ -88,6 +88,6 @@ def test_a_run_whose_selection_stopped_says_when(result, tmp_path, monkeypatch):
     history = result.history.load()
     history["selection"][:] = [0, 2]
     monkeypatch.setattr(type(result), "history", history)
-    page = write_report(result, tmp_path / "page.html", []).read_text()
+    page = write_report(result, tmp_path / "page.html", {}).read_text()
     assert "health warning" in page
     assert "Selection stopped in 1 of 2 generations: 1 (all rejected). Many of them near the end" in page
