@@ -118,10 +118,6 @@ class Workers:
             for future in futures:
                 future.cancel()
 
-    def running(self, futures: Iterable["Future[Any]"]) -> int:
-        """Return how many of the calls are being executed."""
-        return sum(future.running() for future in futures)
-
     def stop(self) -> None:
         """Ask all workers to end their calls soon, see `asked_to_stop`."""
         for slot in self._slots:

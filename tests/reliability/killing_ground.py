@@ -20,7 +20,7 @@ CONFIGURATION = load_configuration(
         "classifiers.population": 8,
         "scenario.agents": 2,
         "scenario.trial.duration_s": 1.0,
-        "run.generations": 60,
+        "run.generations": 40,
         "run.checkpoint_every": 4,
         "run.threads": 1,
     }

@@ -17,7 +17,7 @@ from turing_learning.results import TIMINGS
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
 
-RUNS, KILLS_PER_RUN, ENOUGH = 4, 6, 20
+KILLS, KILLS_PER_RUN = 24, 6
 
 
 class KillingGround:
@@ -67,22 +67,25 @@ def test_a_run_that_is_killed_at_random_moments_ends_with_the_bits_of_one_that_n
     finished, duration = ground.call("start", tmp_path / "whole")
     assert finished
     expected = xr.open_zarr(tmp_path / "whole" / "history.zarr").load()
-    moments = random.Random(20160829)
-    kills = 0
-    for number in range(3 * RUNS):  # more than RUNS where a quick machine has ended most of them
-        if number >= RUNS and kills >= ENOUGH:
-            break
-        folder = tmp_path / f"{number}"
-        for _ in range(KILLS_PER_RUN):
+    figures = {path.name for path in (tmp_path / "whole" / "figures").iterdir()}
+    moments, kills = random.Random(20160829), 0
+    for number in range(KILLS):
+        folder, own = tmp_path / f"{number}", 0
+        while own < KILLS_PER_RUN:
             verb = "resume" if (folder / "manifest.json").exists() else "start"
             ended, _ = ground.call(verb, folder, kill_after=moments.uniform(0, 0.5 * duration))
-            kills += not ended
-        ground.call("resume" if (folder / "manifest.json").exists() else "start", folder)
+            if ended:
+                duration *= 0.8  # the moments were late, as the first run was slow
+                break
+            own += 1
+        else:
+            ground.call("resume" if (folder / "manifest.json").exists() else "start", folder)
         assert untimed(folder) == untimed(tmp_path / "whole")
         xr.testing.assert_identical(xr.open_zarr(folder / "history.zarr").load(), expected)
         assert json.loads((folder / "manifest.json").read_text())["state"] == "finished"
-        assert {path.name for path in (folder / "figures").iterdir()} == {
-            path.name for path in (tmp_path / "whole" / "figures").iterdir()
-        }
+        assert {path.name for path in (folder / "figures").iterdir()} == figures
         assert not list(folder.rglob("*.partial"))
-    assert kills >= ENOUGH, "the moments were too late; most runs had ended"
+        kills += own
+        if kills >= KILLS:
+            return
+    raise AssertionError(f"most runs had ended: {kills} kills")

@@ -10,15 +10,21 @@ import time
 
 import pytest
 
+import turing_learning as tl
 from turing_learning.results import TIMINGS
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 
 COMMAND = [sys.executable, "-c", "from turing_learning.cli import main; main()"]
-SMALL = [
-    "--set", "models.population=8", "--set", "classifiers.population=8", "--set", "scenario.agents=2",
-    "--set", "scenario.trial.duration_s=1.0", "--threads", "1", "--set", "run.checkpoint_every=20",
-]  # fmt: skip
+SETTINGS = {
+    "models.population": 8,
+    "classifiers.population": 8,
+    "scenario.agents": 2,
+    "scenario.trial.duration_s": 1.0,
+    "run.checkpoint_every": 20,
+    "run.threads": 1,
+}
+SMALL = [part for key, value in SETTINGS.items() for part in ("--set", f"{key}={value}")]
 
 
 def begin(folder, generations):
@@ -40,8 +46,7 @@ def call(*arguments):
     return done
 
 
-def untimed(folder):
-    content = json.loads((folder / "result.json").read_text())
+def untimed(content):
     return {name: value for name, value in content.items() if name not in TIMINGS}
 
 
@@ -74,17 +79,17 @@ def test_a_second_process_is_refused_and_the_lock_dies_with_the_first(tmp_path):
         )
     process.kill()
     process.communicate()
-    done = call("infer", "aggregation", *SMALL, "--generations", 5, "--out", folder, "--force")
+    thin = ("--set", "run.history=thin")
+    done = call("infer", "aggregation", *SMALL, *thin, "--generations", 5, "--out", folder, "--force")
     assert done.returncode == 0, done.stderr
     assert json.loads((folder / "result.json").read_text())["generations"] == 5
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash for its ulimit")
 def test_a_disk_that_is_full_ends_with_code_1_and_a_run_that_can_be_resumed(tmp_path):
-    folder, whole = tmp_path / "run", tmp_path / "whole"
-    arguments = ["infer", "aggregation", *SMALL, "--generations", "45", "--out"]
-    assert call(*arguments, whole).returncode == 0
-    limited = ["bash", "-c", 'ulimit -f 12; exec "$@"', "bash", *COMMAND, *arguments, str(folder)]
+    folder, whole = tmp_path / "run", tl.infer("aggregation", generations=45, settings=SETTINGS).to_json()
+    arguments = ["infer", "aggregation", *SMALL, "--generations", "45", "--out", str(folder)]
+    limited = ["bash", "-c", 'ulimit -f 12; exec "$@"', "bash", *COMMAND, *arguments]
     done = subprocess.run(limited, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr.startswith(f"error: `out` must be a folder with space left; could not write to {folder} (")
@@ -92,4 +97,4 @@ def test_a_disk_that_is_full_ends_with_code_1_and_a_run_that_can_be_resumed(tmp_
     assert done.stderr.count("\n") == 1
     done = call("resume", folder)
     assert done.returncode == 0, done.stderr
-    assert untimed(folder) == untimed(whole)
+    assert untimed(json.loads((folder / "result.json").read_text())) == untimed(whole)

@@ -4,9 +4,12 @@ import json
 import os
 import signal
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from study_tools import SMALL, begin, call, executed_by, going, kill_in_mid_run, tables, wait_until
+from study_tools import SETTINGS, SMALL, begin, call, executed_by, going, kill_in_mid_run, tables, wait_until
+
+import turing_learning as tl
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 
@@ -30,16 +33,16 @@ def alive(pid):
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """A study of four runs that nobody disturbed."""
+    """A study of three runs that nobody disturbed, executed in this process."""
     folder = tmp_path_factory.mktemp("studies") / "undisturbed"
-    done = call(*study("--runs", 4, "--generations", 400, "--workers", 1, "--out", folder))
-    assert done.returncode == 0, done.stderr
+    with ThreadPoolExecutor(1) as executor:
+        tl.study("aggregation", runs=3, generations=400, settings=SETTINGS, executor=executor, out=folder)
     return folder
 
 
 def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
     run, victim = wait_until(lambda: kill_in_mid_run(folder, lambda pid: True), "a worker in mid-run", process)
     _, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
@@ -50,26 +53,26 @@ def test_a_killed_worker_loses_nothing_but_its_present_run(undisturbed, tmp_path
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_stops_all_runs_and_resume_goes_on_to_the_same_table(number, undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
     pids = wait_until(lambda: busy(folder), "a busy worker", process)
     process.send_signal(number)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 130, out + err
-    assert err.endswith(f" of 4 runs; resume with: turing-learning resume {folder}\n")
+    assert err.endswith(f" of 3 runs; resume with: turing-learning resume {folder}\n")
     assert err.startswith("stopped after ")
     assert not any(map(alive, pids))
     assert not list(folder.glob("stop-*"))
     states = [json.loads(path.read_text())["state"] for path in folder.glob("runs/*/manifest.json")]
     assert "stopped" in states
     assert "running" not in states
-    done = call("resume", folder, "--workers", 2)
-    assert done.returncode == 0, done.stderr
+    with ThreadPoolExecutor(1) as executor:
+        assert tl.studies.resume_study(folder, executor=executor).complete
     assert tables(folder) == tables(undisturbed)
 
 
 def test_workers_end_with_the_study_that_was_killed_and_it_can_be_resumed(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    process = begin(*study("--runs", 4, "--generations", 400, "--workers", 2, "--out", folder))
+    process = begin(*study("--runs", 3, "--generations", 400, "--workers", 2, "--out", folder))
     pids = wait_until(lambda: busy(folder), "a busy worker", process)
     process.kill()
     process.communicate()
@@ -95,7 +98,7 @@ def test_a_second_process_is_refused(undisturbed, tmp_path):
 def test_the_same_study_again_changes_nothing(undisturbed):
     before = tables(undisturbed)
     stamps = {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")}
-    done = call(*study("--runs", 4, "--generations", 400, "--out", undisturbed))
+    done = call(*study("--runs", 3, "--generations", 400, "--out", undisturbed))
     assert done.returncode == 0, done.stderr
     assert tables(undisturbed) == before
     assert {path: path.stat().st_mtime_ns for path in undisturbed.glob("runs/*/result.json")} == stamps
@@ -103,7 +106,7 @@ def test_the_same_study_again_changes_nothing(undisturbed):
 
 def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, tmp_path):
     folder, script, fake = tmp_path / "study", tmp_path / "job.sh", tmp_path / "bin"
-    done = call(*study("--runs", 4, "--generations", 400, "--out", folder, "--write-slurm", script))
+    done = call(*study("--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", script))
     assert done.returncode == 0, done.stderr
     assert not (folder / "runs").exists()
     submit = done.stdout.splitlines()[-1].strip()
@@ -113,8 +116,8 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
         "#!/bin/bash\n"
         f'echo "$@" >> {tmp_path}/submitted\n'
         'for a in "$@"; do script=$a; done\n'
-        "if [[ $* == *--array=1-4* ]]; then\n"
-        '  for i in 1 2 3 4; do SLURM_ARRAY_TASK_ID=$i "$script" >&2 || exit 1; done; echo "17;cluster"\n'
+        "if [[ $* == *--array=1-3* ]]; then\n"
+        '  for i in 1 2 3; do SLURM_ARRAY_TASK_ID=$i "$script" >&2 || exit 1; done; echo "17;cluster"\n'
         'else "$script"; fi\n'
     )
     (fake / "sbatch").chmod(0o755)
@@ -122,10 +125,10 @@ def test_the_job_script_for_slurm_executes_every_run_and_collects(undisturbed, t
     ran = subprocess.run(["bash", "-c", submit], env=environment, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr
     assert (tmp_path / "submitted").read_text().splitlines() == [
-        f"--parsable --array=1-4 {script}",
+        f"--parsable --array=1-3 {script}",
         f"--dependency=afterany:17 {script}",
     ]
-    assert "4 of 4 runs complete" in ran.stdout
+    assert "3 of 3 runs complete" in ran.stdout
     assert tables(folder) == tables(undisturbed)
 
 
@@ -143,14 +146,14 @@ def test_a_job_of_the_array_that_is_told_to_end_saves_and_goes_on_when_it_comes_
 
 def test_a_run_that_fails_is_named_and_the_study_goes_on(undisturbed, tmp_path):
     folder = tmp_path / "study"
-    call(*study("--runs", 4, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
+    call(*study("--runs", 3, "--generations", 400, "--out", folder, "--write-slurm", tmp_path / "job.sh"))
     (folder / "runs" / "0003").mkdir(parents=True)
     (folder / "runs" / "0003" / "precious.txt").write_text("not a run")
     done = call("resume", folder, "--workers", 2)
     assert done.returncode == 1
     assert done.stderr == f"1 run failed; try again with: turing-learning resume {folder}\n"
     assert "run 3  seed 3  failed: RunFolderError: `out` must be a new or empty folder" in done.stdout
-    assert "3 of 4 runs complete, 1 failed" in done.stdout
+    assert "2 of 3 runs complete, 1 failed" in done.stdout
     (folder / "runs" / "0003" / "precious.txt").unlink()
     assert call("resume", folder).returncode == 0
     assert tables(folder) == tables(undisturbed)

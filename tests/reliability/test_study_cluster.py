@@ -8,6 +8,9 @@ import sys
 import pytest
 from study_tools import SMALL, begin, call, executed_by, kill_in_mid_run, tables, wait_until
 
+from turing_learning.config import ConfigurationError
+from turing_learning.studies import study
+
 pytest.importorskip("distributed", reason="needs the extra `cluster`")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 
@@ -44,11 +47,11 @@ def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_
     options = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"]
     workers = [processes("worker", scheduler, *options) for _ in range(3)]
     folder, local = tmp_path / "cluster", tmp_path / "local"
-    study = begin(*STUDY, "--cluster", scheduler, "--out", folder)
+    program = begin(*STUDY, "--cluster", scheduler, "--out", folder)
     theirs = {worker.pid for worker in workers}
-    run, victim = wait_until(lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", study)
-    out, err = study.communicate(timeout=120)
-    assert study.returncode == 0, err
+    run, victim = wait_until(lambda: kill_in_mid_run(folder, theirs.__contains__), "a worker in mid-run", program)
+    out, err = program.communicate(timeout=120)
+    assert program.returncode == 0, err
     assert "6 of 6 runs complete" in out
     assert executed_by(folder, run) in theirs - {victim}
     done = call(*STUDY, "--workers", 2, "--out", local)
@@ -56,10 +59,10 @@ def test_a_killed_worker_changes_nothing_in_the_table(processes, scheduler, tmp_
     assert tables(folder) == tables(local)
 
 
-def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tmp_path):
-    done = call(*STUDY, "--cluster", scheduler, "--out", tmp_path / "study")
-    assert done.returncode == 2
-    assert done.stderr.startswith(f"error: `cluster` must have at least one worker; got '{scheduler}' with none.")
+def test_a_cluster_without_workers_is_refused_before_anything_runs(scheduler, tmp_path, monkeypatch):
+    monkeypatch.setattr("turing_learning.studies._backends.WORKER_S", 0.5)
+    with pytest.raises(ConfigurationError, match=r"^`cluster` must have at least one worker; got 'tcp://.*' with none"):
+        study("aggregation", runs=6, cluster=scheduler, out=tmp_path / "study")
     assert not (tmp_path / "study").exists()
 
 
@@ -84,11 +87,11 @@ def test_a_scheduler_that_dies_ends_the_study_with_one_line(processes, tmp_path)
         "worker", address, "--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "scratch"
     )
     endless = [str(part) for part in STUDY[:-1]] + ["1000000"]
-    study = begin(*endless, "--cluster", address, "--out", folder)
-    wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", study)
+    program = begin(*endless, "--cluster", address, "--out", folder)
+    wait_until(lambda: list(folder.glob("runs/*/checkpoints/*.npz")), "a run that has begun", program)
     scheduler.kill()
-    _, err = study.communicate(timeout=120)
-    assert study.returncode == 1
+    _, err = program.communicate(timeout=120)
+    assert program.returncode == 1
     assert err.startswith("error: `executor` must stay alive until the study ends; got ")
     assert err.endswith(f"Go on with `turing-learning resume {folder}`.\n")
     assert err.count("\n") == 1

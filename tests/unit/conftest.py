@@ -13,6 +13,8 @@ BLANK = (
     "detection",
     "interaction",
     "robots",
+    "runs",
+    "studies",
     "test_check.py",
     "test_notebooks.py",
     "test_pool.py",

@@ -179,7 +179,7 @@ def test_workers_that_are_asked_to_stop_end_their_calls(tmp_path):
 def test_workers_that_are_killed_end_at_once():
     with workers(functions.sleep_if, attempts=3) as made:
         futures = [made.submit(True), made.submit(True)]
-        until(lambda: made.running(futures))
+        until(lambda: any(future.running() for future in futures))
         made.kill()
         for future in futures:
             with pytest.raises(WorkerDied):

@@ -165,7 +165,7 @@ def simulate_laboratory(
     """Run Turing Learning with a laboratory's setup in plain simulation, in seconds.
 
     To see what a laboratory adds, or costs: the same numbers of robots, models, classifiers and trials, the
-    same observed time, the hyperbolic tangent on the models, the same post-evaluation.
+    same observed time, the hyperbolic tangent on the models, the same post-evaluation. None if it was stopped.
 
     Parameters
     ----------
@@ -175,11 +175,6 @@ def simulate_laboratory(
         How often the models of the last generation are observed again, >= 1.
     observer, should_stop
         As in `infer`.
-
-    Returns
-    -------
-    SimulatedRun or None
-        None if it was stopped.
 
     Source
     ------

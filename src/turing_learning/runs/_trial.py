@@ -56,23 +56,22 @@ def trial_replay(
     """
     from turing_learning.results._plots import swarm_replay
 
-    states, count = ReactiveModel(scenario.sensor.states), len(scenario.controller)
+    names = ReactiveModel(scenario.sensor.states).parameter_names
     try:
         speeds = np.asarray(scenario.controller if controller is None else controller, dtype=float)
     except (TypeError, ValueError, OverflowError):
         speeds = np.empty(0)
-    rule, got = f"be {count} finite numbers ({', '.join(states.parameter_names)})", brief(controller)
-    fits = speeds.shape == (count,) and np.isfinite(speeds).all()
+    fits, got = speeds.shape == (len(names),) and np.isfinite(speeds).all(), brief(controller)
+    rule = f"be {len(names)} finite numbers ({', '.join(names)})"
     require(fits, "controller", rule, got, error=ConfigurationError)
     rule, fits = f"be at most {LARGEST_SPEED:g} in size", controller is None or np.abs(speeds).max() <= LARGEST_SPEED
     require(fits, "controller", rule, got, error=ConfigurationError)
-    if robots is not None:
-        integer("robots", robots, 1, MOST_ROBOTS, error=ConfigurationError)
+    for name, value, least, most in (("robots", robots, 1, MOST_ROBOTS), ("threads", threads, 1, None)):
+        if value is not None:
+            integer(name, value, least, most, error=ConfigurationError)
     number("duration", duration_s, above=0, most=LONGEST_S, error=ConfigurationError)
     require_whole_cycles(scenario, duration_s)
     integer("seed", seed, error=ConfigurationError)
-    if threads is not None:
-        integer("threads", threads, 1, error=ConfigurationError)
     return swarm_replay(
         scenario,
         Execution(np.tile(speeds, (1, robots or scenario.individuals, 1)), None, None),

@@ -87,7 +87,7 @@ class Backend:
     """
 
     submit: Callable[[str, int, str], "Future[str]"]
-    running: Callable[[Iterable["Future[str]"]], int]
+    running: Callable[[Iterable["Future[str]"]], int] = lambda futures: sum(future.running() for future in futures)
     kill: Callable[[], None] = lambda: None
 
 
@@ -113,7 +113,7 @@ def backend_of(
         yield Backend(partial(executor.submit, execute), running)
     elif hands.executor is not None:
         submit = hands.executor.submit
-        yield Backend(lambda *run: submit(execute, *run), lambda futures: sum(future.running() for future in futures))
+        yield Backend(lambda *run: submit(execute, *run))
     else:
         workers = Workers(
             partial(execute_in_worker, str(folder.path.absolute()), first_of_each_network(plan, left)),
@@ -125,7 +125,7 @@ def backend_of(
             one_thread=True,
         )
         try:
-            yield Backend(lambda study, number, stop: workers.submit(number, stop), workers.running, workers.kill)
+            yield Backend(lambda study, number, stop: workers.submit(number, stop), kill=workers.kill)
         finally:
             workers.close()
 

@@ -94,8 +94,8 @@ def study(
 ) -> StudyResult:
     """Execute many runs and summarize them.
 
-    Without `executor` and `cluster` worker processes on this machine do the work. Each run has one thread and a folder
-    of its own in the study folder. The table does not depend on who executes the runs, nor in what order.
+    Each run has one thread and a folder of its own in the study folder. The table does not depend on who executes the
+    runs, nor in what order.
 
     Parameters
     ----------
@@ -105,11 +105,9 @@ def study(
         Number of runs of each configuration, >= 1, with the seeds `first_seed`, `first_seed` + 1, ...
     first_seed
         >= 0; None takes `run.seed` of the file, 1 by default.
-    generations
-        Number of generations of each run, >= 1.
-    trials
-        Budget of each run in trials, >= 20, instead of generations, as in `infer`. Samples are kept while a run
-        lasts; with the setting ``run.history`` "full" they stay, so that the run can be extended.
+    generations, trials
+        Of each run, as in `infer`. Samples of a run of trials are kept while it lasts; with the setting
+        ``run.history`` "full" they stay, so that the run can be extended.
     preset, config
         As in `infer`; the file may hold a ``[grid]`` or a ``[[list]]``.
     settings
@@ -122,12 +120,8 @@ def study(
         Its simulator: "module:function", or a function that can be imported by that name.
     options
         `systems.CustomOptions` of a custom system, as in `infer`.
-    workers
-        Number of worker processes; one for each processor by default.
-    executor
-        An executor of `concurrent.futures` that executes the runs; it stays open.
-    cluster
-        Address of a Dask scheduler; its workers must see the study folder.
+    workers, executor, cluster
+        Who executes the runs, see `Hands`. An executor stays open; workers of a cluster must see the study folder.
     out
         The study folder; a new one under runs/ by default. If it holds the same study, that is resumed.
     force
@@ -172,7 +166,7 @@ def study(
         first_seed=first_seed,
         preset=preset,
         config=config,
-        settings=single_settings(settings, generations=generations, trials=trials),
+        settings=single_settings(settings, **lengths),
         labels={f"run.{name}": f"argument {name}" for name, value in lengths.items() if value is not None},
         grid=grid,
         genuine=genuine,

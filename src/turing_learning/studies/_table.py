@@ -197,7 +197,7 @@ class StudyResult(Tabular):
     @property
     def groups(self) -> tuple[dict[str, Any], ...]:
         """The configurations that have complete runs."""
-        return tuple({_key(summary.group): summary.group for summary in self.summaries}.values())
+        return tuple({json.dumps(one.group, sort_keys=True): one.group for one in self.summaries}.values())
 
     def below(self, limit: float) -> int:
         """Return the number of complete runs whose estimate has an MAE below a limit."""
@@ -205,11 +205,9 @@ class StudyResult(Tabular):
 
     def kinds(self) -> dict[str, int]:
         """Return how good runs are -> number of runs, good ones first; without those that have no truth to be compared with."""
-        counts: dict[str, int] = {}
-        for run in self.runs:
-            kind = f"failed ({run.reason.partition(':')[0]})" if run.state == FAILED else run.verdict
-            counts[kind] = counts.get(kind, 0) + 1
-        counts.pop(NO_TRUTH, None)
+        failed = {run.number: f"failed ({run.reason.partition(':')[0]})" for run in self.failed}
+        counts = Counter(failed.get(run.number, run.verdict) for run in self.runs)
+        del counts[NO_TRUTH]
         return dict(sorted(counts.items(), key=lambda item: (item[0] != "good", item[0] != "fair", -item[1], item[0])))
 
     def verdicts(self) -> dict[str, int]:
@@ -324,12 +322,8 @@ def members(plan: Plan, runs: Iterable[StudyRun]) -> list[tuple[dict[str, Any], 
     for run in runs:
         if run.complete:
             group = plan.group(run.number)
-            found.setdefault(_key(group), (group, []))[1].append(run)
+            found.setdefault(json.dumps(group, sort_keys=True), (group, []))[1].append(run)
     return list(found.values())
-
-
-def _key(group: dict[str, Any]) -> str:
-    return json.dumps(group, sort_keys=True)
 
 
 def paper_of(plan: Plan, own: Sequence[StudyRun], name: str) -> float | None:
