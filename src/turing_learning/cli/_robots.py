@@ -230,7 +230,7 @@ def _inspected(
     """Print what a look at the laboratory shows; return whether a run can begin."""
     fine = True
     for finding in tl.robots.inspect(laboratory.setup, laboratory.configuration.swarm, equipment, picture):
-        print(f"{'good' if finding.fine else 'BAD '}  {finding.what}: {finding.text}")
+        print(f"{'good' if finding.fine else 'BAD '}  {finding.what}: {finding.text}", flush=True)
         fine &= finding.fine
     return fine
 
