@@ -88,14 +88,10 @@ def detect(
     result, console = opened(run), plain_console()
     learned = tl.detection.run_classifiers(result)
     given: tl.detection.Motion | tl.detection.RecordedMotion
-    if motion is not None:
-        given = _read(motion, "motion", tracks, learned)
+    if motion is None:
+        given = _demonstration(learned, simulate or 0, SAMPLES if samples is None else samples, seed)
     else:
-        count = SAMPLES if samples is None else samples
-        planted = tl.detection.plant_abnormal(learned.simulated_scenario(), simulate or 0, samples=count, seed=seed)
-        numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
-        order = sorted(range(len(numbered)), key=numbered.__getitem__)  # agents, then planted ones
-        given = tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
+        given = _read(motion, "motion", tracks, learned)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
     chosen: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
     found: tl.detection.Detection | None = None
@@ -131,6 +127,16 @@ def detect(
     print(json.dumps(content, indent=2)) if as_json else show()
     if out is not None and isinstance(given, tl.detection.RecordedMotion):
         _write(out, given, timed, found, as_json)
+
+
+def _demonstration(
+    learned: "tl.detection.RunClassifiers", count: int, samples: int, seed: int
+) -> "tl.detection.Motion":
+    """Return motion of a simulated swarm: of its agents, then of so many individuals that do something else."""
+    planted = tl.detection.plant_abnormal(learned.simulated_scenario(), count, samples=samples, seed=seed)
+    numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
+    order = sorted(range(len(numbered)), key=numbered.__getitem__)
+    return tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
 
 
 def _is_recording(path: Path, tracks: Tracks) -> bool:

@@ -20,9 +20,7 @@ from ._stopping import REFUSED, Interrupted, handling, stopping
 LABORATORY_FILE = Path("lab.toml")
 
 robots = App(
-    name="robots",
-    help="Infer the behavior of real robots: check a laboratory, run it, track videos.",
-    sort_key=20,
+    name="robots", help="Infer the behavior of real robots: check a laboratory, run it, track videos.", sort_key=20
 )
 
 
