@@ -1,4 +1,4 @@
-"""What an experiment is: pieces of work, each stored in a small file and done once, what it leaves, and what several share."""
+"""What an experiment is: pieces of work, each done once and stored, what it leaves, and what several share."""
 
 import os
 import time
@@ -64,7 +64,7 @@ class Work:
 
     @property
     def seconds(self) -> float:
-        """Computing time (s) of all pieces, and runs of studies, that have been asked for; what is asked for again counts once."""
+        """Computing time (s) of the pieces, and runs of studies, that were asked for; each counts once."""
         return sum(self._seconds.values())
 
     def piece(self, name: str, compute: Callable[[], Found | None], suffix: str = "json") -> dict[str, Any]:
@@ -87,7 +87,7 @@ class Work:
         return self.piece(name, compute, "npz")
 
     def all_arrays(self, compute: Compute, given: Mapping[str, tuple[Any, ...]]) -> dict[str, dict[str, np.ndarray]]:
-        """Return what pieces of work have found, as `arrays`, by the arguments of each; side by side in worker processes."""
+        """Return what pieces have found, by the arguments of each; done side by side in worker processes."""
         missing = {name: each for name, each in given.items() if self._find(f"{name}.npz") is None}
         count = min(self._workers or os.cpu_count() or 1, len(missing))
         if count > 1 and not self._fast and not self.should_stop():
@@ -127,7 +127,7 @@ class Work:
         self._say(f"{Path(file).stem}: {stored['seconds']:.1f} s")
 
     def study(self, name: str, scenario: str, **arguments: Any) -> "studies.StudyResult":
-        """Return a study of many runs, executed or resumed as far as it is not complete; see `turing_learning.study`."""
+        """Return a study of many runs, executed or resumed if not complete; see `turing_learning.study`."""
 
         def observe(progress: "studies.StudyProgress") -> None:
             if progress.finished:
@@ -155,7 +155,7 @@ class Work:
         self, name: str, scenario: str, preset: str, names: tuple[str, ...], *, runs: int | None = None,
         generations: int | None = None, settings: Mapping[str, Any] = MappingProxyType({}),
     ) -> "Runs":  # fmt: skip
-        """Return what runs infer of parameters with these names: as many as the sizes say, with further settings; see `study`."""
+        """Return what runs infer of parameters with these names; what is not given is as the sizes say."""
         sizes = self.sizes
         how = {"runs": runs or sizes["runs"], "generations": generations or sizes["generations"]}
         how |= {"first_seed": sizes["first_seed"], "settings": {**sizes["settings"], **settings}, "preset": preset}
@@ -190,7 +190,7 @@ class Shown:
 
 @dataclass
 class Findings:
-    """What an experiment finds. Captions are in experiments.toml, under patterns of the names; tables come in their order there."""
+    """What an experiment finds. experiments.toml has captions by patterns of names, in the order of the tables."""
 
     experiment: str  # its id
     verdicts: list[ClaimVerdict] = field(default_factory=list)
@@ -264,7 +264,7 @@ class Runs:
         return stacked({kind: seeded(self.seeds, self.models[kind], self.names) for kind in KINDS}, "model")
 
     def errors_frame(self, claim: str = "") -> pd.DataFrame:
-        """Return statistics of the errors of each model, see `errors_frame`; beside what a claim prints of the best model."""
+        """Return statistics of the errors of each model; a claim prints those of the best model."""
         claims = {"best_model": claim, "estimate": ""}
         frames = {kind: errors_frame(self.errors[kind], self.names, printed) for kind, printed in claims.items()}
         return stacked(frames, "model")
@@ -287,7 +287,7 @@ def seeded(seeds: Sequence[int], models: np.ndarray, names: Sequence[str]) -> pd
 
 
 def errors_frame(errors: np.ndarray, names: Sequence[str], claim: str = "") -> pd.DataFrame:
-    """Return statistics of absolute errors (R, P): parameter, runs, mean, standard deviation, median; what a claim prints."""
+    """Return statistics of absolute errors (R, P), parameter by parameter, and what a claim prints of them."""
     frame = pd.DataFrame({"parameter": names, "runs": len(errors)})
     frame = frame.join(Spreads.of(errors).frame()).assign(median=np.median(errors, axis=0))
     return frame.join(Spreads.printed(claim).frame("paper_mean", "paper_standard_deviation")) if claim else frame
@@ -300,7 +300,7 @@ def compare_columns(genuine: np.ndarray, others: np.ndarray) -> Comparison:
 
 
 def sensor_shares(scenario: Scenario, trials: int, seed: int) -> np.ndarray:
-    """Return the share of the agents in each sensor state (R, T, n), trial by trial and step by step (paper, section 4.3)."""
+    """Return the share of the agents in each sensor state (R, T, n), in each trial and step (section 4.3)."""
     robots, steps = scenario.individuals, scenario.control_steps
     sensors = moved(scenario, scenario.controller, trials, robots, steps, starts=seed, noise=seed).sensors
     return (sensors[:, :-1, :, None] == np.arange(scenario.sensor.states)).mean(axis=2)

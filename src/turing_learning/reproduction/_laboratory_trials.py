@@ -1,4 +1,4 @@
-"""Robots in the emulated laboratory: runs, the same runs in plain simulation, swarms before the camera, random models."""
+"""Robots in the emulated laboratory: runs, the same in simulation, swarms before the camera, random models."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class LaboratoryRuns:
 
 
 def laboratory_file(work: Work, preset: str) -> Path:
-    """Write the laboratory's file and the calibration of its camera, if they are not there; return the file's path."""
+    """Write the laboratory's file and the calibration of its camera; return the file's path."""
     folder = work.store.path / f"laboratory-{preset}"
     folder.mkdir(parents=True, exist_ok=True)
     robots.overhead_camera().save(folder / "camera.json", force=True)
@@ -143,7 +143,7 @@ def _simulated(
 class Gathering:
     """What R trials of A robots look like at K moments."""
 
-    seen: np.ndarray  # (R, K, A, 2), positions (cm) by the camera; where it missed a robot, those of the moment before
+    seen: np.ndarray  # (R, K, A, 2), positions (cm) by the camera; those before if it missed a robot
     complete: np.ndarray  # (R, K), whether all robots were seen
     poses: np.ndarray  # (R, K, A, 3), where they were
     radius_cm: float  # of a robot
@@ -182,7 +182,7 @@ def times_of(sizes: Sizes) -> np.ndarray:
 
 
 def places_apart(robots: int, sides_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator) -> np.ndarray:
-    """Return poses (A, 3) drawn uniformly in an arena, none of which overlap: a place that is taken is drawn again."""
+    """Return poses (A, 3) drawn uniformly in an arena; a place that is taken is drawn again."""
     low, high = radius_cm, np.array(sides_cm) - radius_cm
     placed = np.empty((0, 2))
     while len(placed) < robots:

@@ -54,7 +54,7 @@ def least_squares(
 
 
 def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,)) -> np.ndarray:
-    """Return the squared error (M,) of each model against the agents of its own trial, summed over agents, steps and signals.
+    """Return the squared error (M,) of each model against the agents of its trial, over agents, steps and signals.
 
     Genuine samples of the mixed swarm (n_a M, T, D) are all models' first agents, then all second ones, and so on;
     the error is averaged over the C counterfeit ones (M, C, T, D). Signals are divided by `scale` (D,) or (1,).
@@ -90,7 +90,7 @@ def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.
 def expected_squared_error(
     model: np.typing.ArrayLike, probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike
 ) -> float:
-    """Return the expected squared error of a model (n,), summed over T time steps and over the n times n cases of each.
+    """Return the expected squared error of a model (n,), summed over T time steps and their n times n cases.
 
     `probabilities` (T, n) are those of the states, of model and agent alike; `values` (n,) the agent's outputs. Paper,
     section 4.5, the proof of theorem 1.
@@ -124,7 +124,7 @@ class Check:
 
 
 def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
-    """Check theorem 1 and its corollaries, in so many random cases each, by searching for the minimum of the expected error."""
+    """Check theorem 1 and its corollaries, in random cases each, by a search for the least expected error."""
     from scipy.optimize import minimize
 
     integer("cases", cases, 1)
@@ -154,7 +154,7 @@ def check_statements(cases: int, seed: int = 0) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-LARGEST = 1.5  # wheel speeds of models lie between minus this and this: behind the agents' largest, so no truth is on the border
+LARGEST = 1.5  # wheel speeds of models are between minus this and this: no truth is on the border
 LEVELS = 20  # parts into which the cycles are cut, in the order of their turn rates
 LAGS = (1, 10)  # of the autocorrelations (cycles)
 CYCLES = 50_000  # most cycles that the mixture is fitted to: the estimate hardly changes with more
@@ -167,7 +167,7 @@ MARGIN = 0.2  # of the box around these draws, on each side, as a share of its l
 
 @dataclass(frozen=True)
 class Inferred:
-    """What a method has inferred: parameters (P,), and the ends of the central 90 %, None where it has no interval."""
+    """What a method has inferred: parameters (P,), and the ends of the central 90 %, None if it has none."""
 
     estimate: np.ndarray
     low: np.ndarray | None = None
@@ -183,7 +183,7 @@ class Inferred:
 
 @dataclass(frozen=True)
 class Groups:
-    """Groups of `size` trials of a mixed swarm; in the trials of a group, every replica executes the same model."""
+    """Groups of `size` trials of a mixed swarm; in those of a group, every replica executes the same model."""
 
     scenario: Scenario
     size: int = 10
@@ -207,7 +207,7 @@ class Groups:
 
 
 def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Compute wheel speeds (..., 2), as fractions of the maximum, from the motion (..., 2) of robots that nothing pushes.
+    """Compute wheel speeds (..., 2), as fractions of the maximum, from the motion (..., 2) of free robots.
 
     The linear speed (cm/s) is measured along the chord of a cycle; the angular speed is in rad/s.
     """
@@ -219,7 +219,7 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 
 
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Compute the summaries (..., S) of groups of individuals with motion (..., C, T, 2); C T must be a multiple of 20, T > 10.
+    """Compute the summaries (..., S) of groups with motion (..., C, T, 2); C T is a multiple of 20, T > 10.
 
     Of both wheels: mean, standard deviation, autocorrelations; their covariance; and their means in each
     twentieth of the group's cycles, in the order of the turn rate, which tells the sensor states of reactive
@@ -265,7 +265,7 @@ class _BudgetSpentError(Exception):
 def infer_by_abc_smc(
     groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None
 ) -> Inferred | None:
-    """Infer a behavior by ABC-SMC as `pyabc` does it by default, with an adaptive distance; None if it was stopped.
+    """Infer a behavior by ABC-SMC as `pyabc` does it, with an adaptive distance; None if it was stopped.
 
     `observed` are summaries of the agents' motion (S,), `evaluations` the number of groups to be simulated, at
     least 100. The last complete population counts. Populations have a size that leaves room for about ten.
@@ -311,7 +311,7 @@ def infer_by_npe(
     groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None, *,
     rounds: int = 1,
 ) -> Inferred | None:  # fmt: skip
-    """Infer a behavior by neural posterior estimation as `sbi` does it by default: a flow on standardized summaries.
+    """Infer a behavior by neural posterior estimation as `sbi` does it: a flow on standardized summaries.
 
     With several rounds, each but the first draws its models from the part of the prior in which the posterior of the
     round before has its mass, and all rounds train the network. At least 20 groups are simulated in a round. None if it
@@ -349,7 +349,7 @@ def infer_by_npe(
 
 
 def _truncated(utils: Any, posterior: Any) -> Any:
-    """Return the uniform prior where the posterior has its mass, to be drawn by rejection from a box around draws of the posterior.
+    """Return the uniform prior where the posterior has its mass, drawn by rejection from a box around it.
 
     Of the whole prior, next to no draw may lie there, and all that are rejected would be kept in memory.
     """

@@ -44,12 +44,12 @@ class Results:
 
 @dataclass(frozen=True)
 class ExperimentFolder:
-    """The files of an experiment: ``pieces`` is large, and not to be committed; ``results.json`` is written last."""
+    """The files of an experiment: ``pieces`` is large and not committed; ``results.json`` is written last."""
 
     path: Path
 
     def begin(self, experiment: Experiment, *, fast: bool) -> Store:
-        """Make this the folder of one form of an experiment, or leave it if it is; return the store of its pieces."""
+        """Make this the folder of one form of an experiment, if it is not; return the store of its pieces."""
         form, sizes = (FAST, experiment.fast) if fast else (FULL, experiment.full)
         content = {"format_version": FORMAT_VERSION, "experiment": experiment.id, "form": form, "sizes": sizes}
         held = self._read("configuration.json")

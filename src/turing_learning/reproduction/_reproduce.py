@@ -110,7 +110,7 @@ def reproduce(
 
 
 def possible(name: str, say: Say | None = None) -> list[Experiment]:
-    """Return the experiment of that name; of all, those whose packages are installed, and `say` which are left out."""
+    """Return the experiment of that name; of all, those that are possible, and `say` which are left out."""
     known = [*EXPERIMENTS, ALL]
     require(name in known, "experiment", f"be one of {', '.join(known)}", repr(name), error=ConfigurationError)
     chosen = list(EXPERIMENTS.values()) if name == ALL else [EXPERIMENTS[name]]

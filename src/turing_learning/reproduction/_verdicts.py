@@ -63,7 +63,7 @@ class ClaimVerdict:
     printed: str  # what the paper prints, in few words
     observed: str  # what came out
     rule: str  # key of `RULES`
-    variant: str = ""  # "" for the verdict that counts, otherwise what stands beside it, for example "preset paper"
+    variant: str = ""  # "" for the verdict that counts, else what stands beside it: "preset paper"
     reason: str = ""  # why it differs, where that is known
 
     def __post_init__(self) -> None:
@@ -84,7 +84,7 @@ class ClaimVerdict:
 def held(
     claim: str, agrees: Any, observed: str, rule: str, variant: str = "", *, printed: str = "", reason: str | None = None
 ) -> ClaimVerdict:  # fmt: skip
-    """Return the verdict on a claim; experiments.toml has what the paper prints, and the reason of a difference, if not given."""
+    """Return a verdict; experiments.toml has what is printed, and why it differs, if they are not given."""
     why = REASONS.get(claim, "") if reason is None else reason
     return ClaimVerdict(
         claim, agrees, printed or prose()["printed"][claim], observed, rule, variant, "" if agrees else why
@@ -118,7 +118,7 @@ class Spreads:
         return self.standard_deviation / math.sqrt(self.runs)
 
     def not_worse(self, printed: "Spreads") -> bool:
-        """Apply the rule "absolute errors". With the observed deviation, runs that fail would widen their own limit."""
+        """Apply the rule "absolute errors"; with the observed deviation, failed runs would widen it."""
         error = printed.standard_deviation * math.hypot(self.runs**-0.5, printed.runs**-0.5)
         return bool((self.mean - printed.mean <= 2 * error + ROUNDING).all())
 
@@ -137,7 +137,7 @@ class Spreads:
 
 
 def shares_not_worse(own: float, own_runs: int, printed: float, printed_runs: int) -> bool:
-    """Return whether a share of runs falls short of a printed one by at most twice the standard error of the difference."""
+    """Return whether a share falls short of a printed one by at most two standard errors of the difference."""
     error = math.hypot(*(math.sqrt(p * (1 - p) / runs) for p, runs in ((own, own_runs), (printed, printed_runs))))
     return printed - own <= 2 * error
 
@@ -151,7 +151,7 @@ def errors_verdict(
     claim: str, errors: np.ndarray, names: Sequence[str], variant: str = "", *,
     paper_runs: int = PAPER_RUNS, printed_also: str = "", observed_also: str = "", reason: str | None = None,
 ) -> ClaimVerdict:  # fmt: skip
-    """Hold absolute errors (R, P) against the printed ones, by the rule "absolute errors"; add to what is said of both."""
+    """Hold errors (R, P) against the printed ones, by the rule "absolute errors"; add to both texts."""
     printed, observed = Spreads.printed(claim, paper_runs), Spreads.of(errors)
     texts = printed.listed(names, 2) + printed_also, observed.listed(names) + observed_also
     return held(

@@ -73,7 +73,7 @@ def _simulated(scenario: Scenario, robots: int, times_s: list[int], later_s: lis
 
 
 def _gathered(scenario: Scenario, poses: np.ndarray, robots: int) -> tuple[np.ndarray, float]:
-    """Return positions (..., S, 2) and radius (cm) of those that are to gather: the objects, or robots if there are none."""
+    """Return positions (..., S, 2) and radius (cm) of those that are to gather: objects, or else robots."""
     if scenario.objects.count:
         return poses[..., robots:, :2], scenario.objects.radius_cm
     return poses[..., :robots, :2], scenario.robot.radius_cm
@@ -180,13 +180,13 @@ def _outcome(work: Work, case: Case, preset: str) -> Outcome:
 
 
 def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergence:
-    """Measure the dispersion of agents and of replicas of models (M, P), a piece of work for each (paper, section 4.3)."""
+    """Measure the dispersion of agents and of replicas of models (M, P), a piece of work for each."""
     scenario, sizes = case.scenario, case.emergence
     seed, trials, robots = sizes["seed"], sizes["trials"], sizes["robots"]
     steps = round(sizes["duration_s"] / scenario.trial.control_interval_s)
 
     def reached(name: str, controller: Any, number: int) -> list[float]:
-        """Return the dispersion at the end of each trial (R,): of the objects where there are any, otherwise of the robots."""
+        """Return the dispersion at the end of each trial (R,), of those that are to gather."""
 
         def compute() -> dict[str, list[float]]:
             noise = int(np.random.SeedSequence((EMERGENCE_STARTS + 1 + number, seed)).generate_state(1)[0])
@@ -205,14 +205,14 @@ def _emergence(work: Work, case: Case, models: np.ndarray, name: str) -> Emergen
 
 
 def settled(values: np.ndarray, truth: float) -> int | None:
-    """Return the first generation from which the values (G,) are near the truth for some time; None if they never are."""
+    """Return the first generation from which values (G,) are near the truth for some time, None if never."""
     near = np.abs(values - truth) <= NEAR
     lasting = [near[generation : generation + LASTING].all() for generation in range(len(near))]
     return int(np.argmax(lasting)) if any(lasting) else None
 
 
 def settled_for_good(values: np.ndarray, truth: float) -> int | None:
-    """Return the first generation from which the values (G,) are near the truth until the end; None if they are not in the end."""
+    """Return the first generation from which values (G,) are near the truth to the end, None if they are not."""
     far = np.flatnonzero(np.abs(values - truth) > NEAR)
     first = int(far[-1]) + 1 if far.size else 0
     return first if first < len(values) else None
@@ -294,7 +294,7 @@ def _show(findings: Findings, cases: Sequence[Case], outcomes: Sequence[Outcome]
         reached = {("", "agents"): pd.DataFrame([own[0].emergence["best_model"].agents], columns=columns)}
         for one in own:
             intervals = pd.DataFrame(one.intervals.reshape(len(one.runs), -1), columns=ends)
-            intervals.index += len(one.runs)  # the estimates come after the best models, which have no intervals
+            intervals.index += len(one.runs)  # estimates come after best models, which have none
             frames[one.runs.preset] = one.runs.models_frame().join(intervals)
             for kind, emergence in one.emergence.items():
                 tests = emergence.comparison

@@ -37,13 +37,13 @@ class BestAccuracies:
     generations: np.ndarray  # (G,)
     subjective: np.ndarray  # (R, G), of the classifier with the highest subjective fitness
     objective: np.ndarray  # (R, G), the highest of the population
-    jury: np.ndarray  # (R, G), the highest of all that judge models: the population, and its archive if it has one
+    jury: np.ndarray  # (R, G), the highest of all that judge models: population, and archive if any
 
     @classmethod
     def of(
         cls, variant: str, generations: list[int], accuracy: np.ndarray, fitness: np.ndarray, jury: Any = 0.0
     ) -> "BestAccuracies":
-        """Return the best of classifiers with accuracies and fitness (R, G, N); `jury` are those of the best archived ones."""
+        """Return the best of classifiers (R, G, N); `jury` are accuracies of the best archived ones."""
         fittest, objective = fitness.argmax(axis=2, keepdims=True), accuracy.max(axis=2)  # the first of equals
         subjective = np.take_along_axis(accuracy, fittest, axis=2)[..., 0]
         return cls(variant, np.array(generations), subjective, objective, np.maximum(objective, jury))
@@ -65,7 +65,7 @@ class Populations:
 
 
 def conduct_accuracy(work: Work, findings: Findings) -> None:
-    """Conduct the runs, let all of their classifiers judge the same trials, and compare the best of each generation."""
+    """Conduct the runs; let all classifiers judge the same trials; compare the best of each generation."""
     sizes, means, every = work.sizes, {}, {}
     populations = {preset: run_populations(work, sizes["runs"], preset, sizes["generations"]) for preset in PRESETS}
     for preset, (accuracy, archived) in _accuracies(work, populations).items():
@@ -125,7 +125,7 @@ def _conducted(work: Work, configuration: Configuration, chosen: list[int]) -> d
 
 
 def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str, tuple[np.ndarray, list[np.ndarray]]]:
-    """Return preset -> accuracies of the populations (R, G, N) and of what was archived, R of (U,), all in the same trials."""
+    """Return preset -> accuracies of populations (R, G, N) and archives, R of (U,), all in the same trials."""
     sizes = work.sizes
     models = detection.grid_models(AGGREGATION, sizes["points"])
     groups: list[np.ndarray] = []
@@ -151,7 +151,7 @@ def _accuracies(work: Work, populations: Mapping[str, Populations]) -> dict[str,
 
 
 def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
-    """Hold both curves against the claim, together and one by one, and that of the population without its archive."""
+    """Hold both curves against the claim, together and alone, and the population without its archive."""
     means, (low, high) = best.subjective.mean(axis=0), RANGE
     early, late = best.generations <= RISEN, best.generations >= SETTLED
     peak, latest = int(means[early].argmax()), means[late]
@@ -182,7 +182,7 @@ def accuracy_verdicts(best: BestAccuracies) -> list[ClaimVerdict]:
 
 
 def _of_the_objective_best(highest_of_runs: np.ndarray) -> tuple[bool, str, str]:
-    """Return whether accuracies (R, G) agree, what they do, and why not, if they had come to the level and did not stay there."""
+    """Return whether accuracies (R, G) agree, what they do, and why they left the level that they reached."""
     means = highest_of_runs.mean(axis=0)
     highest = np.maximum.accumulate(means)
     agrees = bool(means[-1] > LEVEL and means[-1] > means[0] and (means >= highest - STEP_BACK).all())

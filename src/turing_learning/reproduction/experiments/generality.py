@@ -41,7 +41,7 @@ def conduct_morphology(work: Work, findings: Findings) -> None:
 
 
 def morphology_verdict(claim: str, runs: Runs, kind: str) -> ClaimVerdict:
-    """Hold the errors against a claim; name the runs that are off, which a mean hides, and those that mistook a reading."""
+    """Hold the errors against a claim; name the runs that are off, and those that mistook a reading."""
     names, truth = FIELDS_OF_VIEW[claim].parameter_labels, np.array(FIELDS_OF_VIEW[claim].controller)
     errors = runs.errors[kind]
 
@@ -145,7 +145,7 @@ def conduct_black_box(work: Work, findings: Findings) -> None:
 
 
 def settling(outputs: np.ndarray, readings: np.ndarray = READINGS) -> int:
-    """Return in which step after a change of the reading, from 1, the outputs (T, 2) are near where they end, to stay."""
+    """Return in which step after a change of the reading, from 1, outputs (T, 2) are near where they end."""
     slowest = 1
     for phase in np.split(outputs, np.flatnonzero(np.diff(readings)) + 1):
         astray = np.flatnonzero((np.abs(phase - phase[-1]) > NEAR).any(axis=1))
@@ -282,7 +282,7 @@ def behaviors_verdict(runs: Runs, kind: str, of_most: np.ndarray) -> ClaimVerdic
 
 
 def depends_on_the_reading(errors: np.ndarray) -> bool:
-    """Return whether the errors (R, P) for I = 1 are significantly larger than those for I = 0, each against each."""
+    """Return whether errors (R, P) for I = 1 are significantly larger than for I = 0, each against each."""
     tests = [compare(errors[:, k], [errors[:, 2], errors[:, 3]], level=0.05 / 2) for k in (0, 1)]
     medians = np.median(errors, axis=0)
     return all(test.significant.all() for test in tests) and medians[:2].max() < medians[2:].min()

@@ -36,7 +36,7 @@ NAMES = ("vl0", "vr0", "vl1", "vr1")
 
 
 def error_dynamics(runs: LaboratoryRuns, truth: np.ndarray) -> pd.DataFrame:
-    """Return medians over the runs of the MAE of three models of each generation: average, subjectively best, and best."""
+    """Return median MAEs over the runs of three models of each generation: average, subjectively best, best."""
     maes = mean_absolute_error(runs.models, truth)
     chosen = {"average": maes.mean(axis=2), "subjective": mean_absolute_error(runs.fittest, truth)}
     chosen["objective"] = maes.min(axis=2)
@@ -44,13 +44,13 @@ def error_dynamics(runs: LaboratoryRuns, truth: np.ndarray) -> pd.DataFrame:
 
 
 def share_between(dynamics: pd.DataFrame) -> float:
-    """Return the share of the generations in which the subjectively best model lies between the best and the average one."""
+    """Return in what share of generations the subjectively best model is between best and average."""
     return float(dynamics["subjective"].between(dynamics["objective"], dynamics["average"]).mean())
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """Trials of the agents' controller and of the median inferred model from common initial configurations, at K moments."""
+    """Trials of agents and of the median inferred model from common initial configurations, at K moments."""
 
     agents: Gathering
     replicas: Gathering
@@ -68,7 +68,7 @@ class Validation:
 
 
 def conduct(work: Work, findings: Findings) -> None:
-    """Conduct the runs in the emulated laboratory and in simulation; validate the median model; judge random models."""
+    """Conduct the emulated and the simulated runs; validate the median model; judge random models."""
     sizes, truth = work.sizes, np.array(robots.LABORATORY.controller)
     emulated, simulated = trials.emulated_runs(work), trials.simulated_runs(work, "default")
     outcomes = {EMULATED: emulated, SIMULATED: simulated}
@@ -92,7 +92,7 @@ def conduct(work: Work, findings: Findings) -> None:
 
 
 def _accuracies(work: Work, runs: LaboratoryRuns) -> BestAccuracies:
-    """Let the classifiers of all runs and stored generations judge the same trials of random models (paper, section 5.5)."""
+    """Let all stored classifiers judge the same trials of random models (paper, section 5.5)."""
     sizes, path = work.sizes["runs"], trials.laboratory_file(work, "default")
     samples = work.arrays("random-models", partial(trials.random_models, path, work.sizes["random_models"]))
     classifier = classifier_of(robots.load_laboratory(path, sizes["settings"]).configuration)
@@ -108,7 +108,7 @@ def medians(runs: LaboratoryRuns) -> np.ndarray:
 
 
 def distances(emulated: LaboratoryRuns, simulated: LaboratoryRuns) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far the medians of two kinds of runs are apart (P,), on average over the last fifth and over all generations."""
+    """Return how far medians are apart (P,), on average over the last fifth and over all generations."""
     apart = np.abs(medians(emulated) - medians(simulated))
     return np.asarray(apart[-max(1, round(LATE * len(apart))) :].mean(axis=0)), np.asarray(apart.mean(axis=0))
 
@@ -149,7 +149,7 @@ def validation_verdict(validation: Validation) -> ClaimVerdict:
 
 
 def does_not_drop(values: np.ndarray) -> bool:
-    """Return if no generation's mean of values (R, G) is below an earlier one by over twice the difference's standard error."""
+    """Return if no mean of values (R, G) is below an earlier one by over twice the standard error of the two."""
     spreads = Spreads.of(values)
     errors = np.hypot.outer(spreads.standard_error, spreads.standard_error)
     drops = np.subtract.outer(spreads.mean, spreads.mean)  # from earlier generations, the rows, to later ones

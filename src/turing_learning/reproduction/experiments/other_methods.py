@@ -96,7 +96,7 @@ def _picture_verdict(outcome: Baseline, models: np.ndarray, variant: str = "") -
 
 
 def _predictions(findings: Findings, one: Baseline, work: Work) -> pd.DataFrame:
-    """Add the models of a case study, and its pictures; return the models' quartiles beside what the theorem predicts."""
+    """Add models and pictures of a case study; return quartiles beside what the theorem predicts."""
     scenario, seeds = one.scenario, seeds_of(work.sizes)
     names, truth = scenario.parameter_names, np.array(scenario.controller)
     kinds = {"best_model": one.models, "typical": one.typical}
@@ -215,9 +215,9 @@ def runs_frame(
 
 
 def summary_frame(scenario: Scenario, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return medians over the seeds, the worst MAE, and the share of the true parameters that are inside their intervals.
+    """Return medians over the seeds, the worst MAE, and the share of true parameters inside their intervals.
 
-    An interval that is not known holds nothing, and has no width; `unknown` is the number of these. The mixture has none.
+    An interval that is not known holds nothing; `unknown` is the number of these. The mixture has none.
     """
     names, truth, rows = list(scenario.parameter_names), np.array(scenario.controller), []
     for (method, trials), own in runs.groupby(["method", "trials"], sort=False):
@@ -234,7 +234,7 @@ def summary_frame(scenario: Scenario, runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def remarks(title: str, summary: pd.DataFrame) -> list[str]:
-    """Return sentences in Markdown about one scenario: who is how accurate, and where Turing Learning is beaten."""
+    """Return sentences about one scenario: who is how accurate, and where Turing Learning is beaten."""
 
     def named(one: Any) -> str:
         return f"{one.method} {one.MAE:.4f} ({one.worst:.4f}; {one.processor_s:.1f} s)"
