@@ -90,32 +90,24 @@ def compute_signals(
             require(array.shape == shape, name, f"be of shape (..., F, A) = {shape}", str(array.shape))
     require(np.isfinite(positions[present]).all(), "positions", "be finite wherever `present`", "a value that is not")
     number("fps", fps, above=0)
-    known = bool(names) and not isinstance(names, str) and set(names) <= set(SIGNALS) and len(set(names)) == len(names)
-    require(known, "names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
+    fits = bool(names) and not isinstance(names, str) and set(names) <= set(SIGNALS) and len(set(names)) == len(names)
+    require(fits, "names", f"be some of {', '.join(SIGNALS)}, each once", brief(names))
     odd = integer("smooth_frames", smooth_frames, 1) % 2
     require(odd, "smooth_frames", "be odd and 1 or more", smooth_frames)
     if smooth_frames > 1:
         positions = smooth(positions, present, smooth_frames)
     both = present[..., 1:, :] & present[..., :-1, :]
     step = np.where(both[..., None], np.diff(positions, axis=-3), 0.0)
-    heading, turned, valid = _course(step, both, headings)
-    columns, needed = [], both.copy()
+    heading, heading_known, turned, turn_known = _course(step, both, headings)
+    known = {"speed": (_speed(step, headings) * fps, both), "turn": (turned * fps, turn_known)}
     if {"neighbor_distance", "neighbor_bearing"} & set(names):
-        offset, found = _nearest(positions[..., :-1, :, :], present[..., :-1, :])
-        needed &= found
-    for name in names:
-        if name == "speed":
-            columns.append(_speed(step, headings) * fps)
-        elif name == "turn":
-            columns.append(turned * fps)
-            needed &= valid["turn"]
-        elif name == "neighbor_distance":
-            columns.append(np.hypot(offset[..., 0], offset[..., 1]))
-        else:
-            columns.append(wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading))
-            needed &= valid["heading"]
-    values = np.where(needed[..., None], np.stack(columns, axis=-1), 0.0)
-    return Signals(values, needed, tuple(names))
+        offset, near = _nearest(positions[..., :-1, :, :], present[..., :-1, :])
+        known["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), near)
+        bearing = wrap(np.arctan2(offset[..., 1], offset[..., 0]) - heading)
+        known["neighbor_bearing"] = (bearing, near & heading_known)
+    columns, needed = zip(*(known[name] for name in names), strict=True)
+    valid = np.logical_and.reduce([both, *needed])
+    return Signals(np.where(valid[..., None], np.stack(columns, axis=-1), 0.0), valid, tuple(names))
 
 
 def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:
@@ -128,18 +120,16 @@ def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:
     return np.where(along < 0, -length, length)
 
 
-def _course(
-    step: np.ndarray, both: np.ndarray, headings: np.ndarray | None
-) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-    """Return heading at each step's first frame, turn over the step, and where they exist."""
+def _course(step: np.ndarray, both: np.ndarray, headings: np.ndarray | None) -> tuple[np.ndarray, ...]:
+    """Return heading at each step's first frame, where it exists, turn over the step, and where that exists."""
     if headings is not None:
-        return headings[..., :-1, :], wrap(np.diff(headings, axis=-2)), {"heading": both, "turn": both}
+        return headings[..., :-1, :], both, wrap(np.diff(headings, axis=-2)), both
     last = last_true(both & (step != 0).any(axis=-1), -2)  # the direction is that of the last displacement
     direction = np.take_along_axis(np.arctan2(step[..., 1], step[..., 0]), np.maximum(last, 0), axis=-2)
     known = last > last_true(~both, -2)  # since the last gap
     came, came_known = _delayed(direction), _delayed(known)
     turned = np.where(known & came_known, wrap(direction - came), 0.0)
-    return came, turned, {"heading": came_known, "turn": both & _delayed(both)}
+    return came, came_known, turned, both & _delayed(both)
 
 
 def _delayed(values: np.ndarray) -> np.ndarray:

@@ -138,7 +138,7 @@ def test_names_that_do_not_fit_the_tracks_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("names", "message"),
     [
-        (np.array([b"a", b"a", b"b"]), r"name each track once; got \['a', 'a', 'b'\] \[.*, dataset track_names\]"),
+        (np.array([b"a", b"a", b"b"]), r"`individuals` must be 3 different names; got \('a', 'a', 'b'\) \[.*\.h5\]"),
         (np.array([[b"a", b"b", b"c"]]), r"hold a list of names; got \(1, 3\) \[.*, dataset track_names\]"),
     ],
 )

@@ -79,16 +79,14 @@ def read_movement(path: Path, options: Options) -> Recording:
     """Read what `to_netcdf` of a dataset of movement writes, with any of its engines."""
     with path.open("rb") as file:
         old = file.read(3) == b"CDF"
-    dataset = _netcdf3(path) if old else _netcdf4(path)
-    return read_dataset(dataset, options.keypoint, options.fps, options.y_axis, str(path))
+    return read_dataset((_netcdf3 if old else _netcdf4)(path), options.keypoint, options.fps, options.y_axis, str(path))
 
 
 def _netcdf3(path: Path) -> "xr.Dataset":
     import xarray as xr
 
     with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
-        most = max(each.size for each in opened.variables.values())
-        check_unpacked(8 * most, path)
+        check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
         return opened.load()
 
 
@@ -135,8 +133,7 @@ def read_dataset(
 
     Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
     """
-    singular = {f"{name}s": name for name in ("individual", "keypoint")}
-    dataset = dataset.rename({one: many for many, one in singular.items() if one in dataset.dims})
+    dataset = dataset.rename({name: f"{name}s" for name in ("individual", "keypoint") if name in dataset.dims})
     if "position" not in dataset or not {"time", "space", "individuals"} <= set(dataset["position"].dims):
         dimensions = ("time", "space", "keypoints", "individuals")
         refuse("dataset", f"have `position` {dimensions}", str(dict(dataset.sizes)), place=source)

@@ -55,12 +55,10 @@ def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
     return replace(read_wide(sheet, rule, each=(2, 3)), y_axis=None)
 
 
-def _sheet(path: Path) -> Sheet:
+def _sheet(path: Path, separator: str = "") -> Sheet:
+    """Return a text file whose first line names its columns, and shows what separates them unless that is said."""
     with path.open("rb") as file:
-        return _named(path, _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace")))
-
-
-def _named(path: Path, separator: str) -> Sheet:
+        separator = separator or _separator(file.readline(1 << 16).decode("utf-8-sig", errors="replace"))
     return text_sheet(path, separator, header(path, 1, separator)[0])
 
 
@@ -142,7 +140,7 @@ def read_idtracker(path: Path, options: Options) -> Recording:
 
     Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
     """
-    return read_wide(_named(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
+    return read_wide(_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
 
 
 def read_csv(path: Path, options: Options) -> Recording:
@@ -150,7 +148,15 @@ def read_csv(path: Path, options: Options) -> Recording:
 
     The frame rate is that of attributes.json beside the file, or follows from the times.
     """
-    return read_wide(_named(path, ","), "x1, y1, x2, y2, ... after the time", fps=_attribute(path))
+    beside, fps = path.parent / "attributes.json", None
+    if beside.is_file():
+        try:
+            stated = json.loads(beside.read_text(encoding="utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
+        rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
+        fps = None if rate is None else check_rate(rate, beside)
+    return read_wide(_sheet(path, ","), "x1, y1, x2, y2, ... after the time", fps=fps)
 
 
 def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
@@ -220,19 +226,6 @@ def _timed(times: np.ndarray, frames: bool, sheet: Sheet, fps: float | None) -> 
     return 0, fps or stated_rate(times, np.arange(len(times)))
 
 
-def _attribute(path: Path) -> float | None:
-    """Return the frame rate that attributes.json beside the file states."""
-    beside = path.parent / "attributes.json"
-    if not beside.is_file():
-        return None
-    try:
-        stated = json.loads(beside.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise refusal("have a whole attributes.json beside it", str(error)[:80], beside) from None
-    rate = stated.get("frames_per_second") if isinstance(stated, dict) else None
-    return None if rate is None else check_rate(rate, beside)
-
-
 IDTRACKER_FORMAT = Format("idtracker", lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"], read_idtracker)
 CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
 
@@ -258,11 +251,8 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     numbers, _ = sheet.read(range(6))
     frames, arena, track, x, y, label = numbers.T
     whole = numbers[:, [1, 2, 5]]
-    odd, rule = (
-        (np.floor(whole) != whole).any(axis=1),
-        "have whole numbers for arena, track and label (columns 2, 3, 6)",
-    )
-    refuse_first(odd, sheet.at, rule, whole)
+    rule = "have whole numbers for arena, track and label (columns 2, 3, 6)"
+    refuse_first((np.floor(whole) != whole).any(axis=1), sheet.at, rule, whole)
     several = len(np.unique(arena)) > 1
     names = [f"{int(a)}:{int(t)}" if several else str(int(t)) for a, t in zip(arena, track, strict=True)]
     unlabeled = int((label == 0).sum())

@@ -37,8 +37,6 @@ def read_sleap(path: Path, options: Options) -> Recording:
         node, scores = nodes.index(choose(options.keypoint, nodes, path)), None
         if getattr(member(file, "point_scores", path), "shape", None) == (tracks.shape[0], *tracks.shape[2:]):
             scores = dataset(file, "point_scores", 3, path)[:, node].T
-    if len(set(names)) < len(names):
-        raise refusal("name each track once", names, f"{path}, dataset track_names")
     return from_array(tracks[:, :, node].transpose(2, 0, 1), tuple(names), place, confidence=scores)
 
 
