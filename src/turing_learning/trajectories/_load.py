@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 
-from turing_learning.errors import RefusedError, Setting, brief, choice, number, refuse, refusing_as, require
+from turing_learning.errors import RefusedError, Setting, brief, choice, refuse, refusing_as, require
 
 from ._recording import LARGEST, Format, Glance, Options, Recording, YAxis, refusal
 from ._trajectories import Trajectories
@@ -101,23 +101,20 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     ImportError
         If the file needs h5py and it is not installed.
     """
+    said: dict[str, Any] = {"fps": fps, "pixels_per_cm": pixels_per_cm, "y_axis": y_axis, "keypoint": keypoint}
+    said |= {"min_confidence": min_confidence, "allow_pickle": allow_pickle}
     if isinstance(path, list):
-        said = {"y_axis": y_axis, "keypoint": keypoint, "min_confidence": min_confidence, "allow_pickle": allow_pickle}
-        return [load_trajectories(one, fps=fps, pixels_per_cm=pixels_per_cm, format=format, **said) for one in path]
-    for name, value in (("fps", fps), ("pixels_per_cm", None if pixels_per_cm == "unknown" else pixels_per_cm)):
-        if value is not None:
-            number(name, value, least=1 / LARGEST, most=LARGEST)
-    require(y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(y_axis))
-    if min_confidence is not None:
-        number("min_confidence", min_confidence)
-    options = Options(keypoint, allow_pickle, fps, y_axis)
+        return [load_trajectories(one, format=format, **said) for one in path]
+    options = Options(**said)
     if not isinstance(path, (str, Path)):
-        kind = "pandas" if hasattr(path, "columns") else "xarray" if hasattr(path, "data_vars") else ""
+        kind = "pandas" if hasattr(path, "iloc") else "xarray" if hasattr(path, "data_vars") else ""
         require(kind, "path", "be a file, a DataFrame, a Dataset, or a list of them", type(path).__name__)
         require(format is None, "format", "be left out for data in memory", brief(format))
         if kind == "xarray":
-            return from_xarray(path, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint)
-        source, name, recording = "DataFrame", kind, read_frame(path, options)
+            name, source = (str(path.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
+            recording = read_dataset(path, options)
+        else:
+            source, name, recording = "DataFrame", kind, read_frame(path, options)
     else:
         path, source = Path(path), str(path)
         if not (path.is_file() or path.is_dir()):
@@ -130,7 +127,7 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
     _check_order(recording, source)
     if min_confidence is not None:
         recording = _confident(recording, min_confidence, source)
-    return _finish(recording, name, source, fps, pixels_per_cm, y_axis)
+    return _finish(recording, name, source, options)
 
 
 def from_xarray(
@@ -152,9 +149,7 @@ def from_xarray(
         As in `load_trajectories`; needed where the attributes `fps`, `length_unit` and `y_axis` do not say
         it. Times in seconds state the frame rate, too.
     """
-    recording = read_dataset(dataset, keypoint, fps, y_axis)
-    software, file = (str(dataset.attrs.get(f"source_{what}") or "") for what in ("software", "file"))
-    return _finish(recording, software, file, fps, pixels_per_cm, y_axis)
+    return load_trajectories(dataset, fps=fps, pixels_per_cm=pixels_per_cm, y_axis=y_axis, keypoint=keypoint)
 
 
 _MEANT = {
@@ -163,19 +158,14 @@ _MEANT = {
 }
 
 
-def _finish(
-    recording: Recording, format: str, source: str, fps: float | None, scale: float | str | None, y_axis: YAxis | None
-) -> Trajectories:
+def _finish(recording: Recording, format: str, source: str, options: Options) -> Trajectories:
     """Bring what a file states and what the user states together: cm, y upwards, frame rate.
 
     What neither of them states is refused, all of it at once; and so is what both do, differently.
     """
-    given = (
-        ("fps", fps, recording.fps),
-        ("pixels_per_cm", scale, recording.unit),
-        ("y_axis", y_axis, recording.y_axis),
-    )
-    missing = [name for name, said, stated in given if said is None and stated is None]
+    fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis
+    stated = {"fps": fps or recording.fps, "pixels_per_cm": scale or recording.unit, "y_axis": y_axis}
+    missing = [name for name, value in stated.items() if value is None]
     if missing:
         first, *others = missing
         remedy: list[str | Setting] = [f"Give {_MEANT[first]}." if first in _MEANT else ""]
@@ -184,10 +174,10 @@ def _finish(
         refuse(first, "be given", "none, and the file does not state it", tuple(remedy), place=source)
     if fps is not None and recording.fps is not None and not math.isclose(fps, recording.fps, rel_tol=1e-3):
         refuse("fps", f"be what the file states, {recording.fps}", str(fps), "Leave it out.", place=source)
-    stated = recording.unit == "cm"
-    if stated and scale is not None:
+    in_cm = recording.unit == "cm"
+    if in_cm and scale is not None:
         refuse("pixels_per_cm", "be left out for a file in cm", brief(scale), place=source)
-    per_cm = 1.0 if stated or scale in ("unknown", None) else float(scale)
+    per_cm = 1.0 if in_cm or scale in ("unknown", None) else float(scale)
     present, positions = recording.present, recording.positions / per_cm
     farthest = float(np.nanmax(np.abs(recording.positions)))
     if farthest / per_cm > LARGEST:
@@ -198,7 +188,7 @@ def _finish(
         for values in (recording.headings, recording.confidence)
     )
     remarks = recording.remarks
-    if (y_axis or recording.y_axis) == "down":
+    if y_axis == "down":
         positions[..., 1] = 0.0 - positions[..., 1]
         headings = None if headings is None else -headings
         remarks += ("y pointed down in the file and was turned upwards",)
@@ -208,7 +198,7 @@ def _finish(
             present=present,
             fps=float(fps or recording.fps),  # type: ignore[arg-type]
             individuals=recording.individuals,
-            unit="cm" if stated or scale not in ("unknown", None) else "px",
+            unit="cm" if in_cm or scale not in ("unknown", None) else "px",
             first_frame=recording.first_frame,
             headings=headings,
             confidence=confidence,

@@ -10,11 +10,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from turing_learning.errors import Refusal, RefusedError, Text
+from turing_learning.errors import Refusal, RefusedError, Text, brief, number, require
 
 from ._signals import next_true, wrap
 
 YAxis = Literal["up", "down"]
+LARGEST = 1e9
+"""Largest frame number, and largest coordinate in pixels or cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +46,24 @@ class Recording:
         return ~np.isnan(self.positions[..., 0])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Options:
-    """What the user says to a reader."""
+    """What the user says of a file, as in `load_trajectories`."""
 
-    keypoint: str | None = None
-    allow_pickle: bool = False
     fps: float | None = None
+    pixels_per_cm: float | Literal["unknown"] | None = None
     y_axis: YAxis | None = None
+    keypoint: str | None = None
+    min_confidence: float | None = None
+    allow_pickle: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("fps", "pixels_per_cm"):
+            value = getattr(self, name)
+            if value is not None and (name, value) != ("pixels_per_cm", "unknown"):
+                number(name, value, least=1 / LARGEST, most=LARGEST)
+        require(self.y_axis in (None, "up", "down"), "y_axis", "be 'up' or 'down'", brief(self.y_axis))
+        number("min_confidence", 0.0 if self.min_confidence is None else self.min_confidence)
 
 
 @dataclass(frozen=True)
@@ -90,8 +102,6 @@ def refusal(rule: str, received: object, place: object, remedy: Text = "") -> Re
     return RefusedError(Refusal("path", rule, str(received), str(place), remedy))
 
 
-LARGEST = 1e9
-"""Largest frame number, and largest coordinate in pixels or cm."""
 MOST_CELLS = 100_000_000
 """Frames times individuals that are opened without asking; two thirds of a day of 10 individuals at 150 fps."""
 SPARSEST = 100

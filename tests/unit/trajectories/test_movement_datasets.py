@@ -164,3 +164,11 @@ def test_individuals_of_one_name_are_refused_with_the_file(recording):
     dataset = recording.to_xarray().assign_coords(individuals=["a", "b", "a"])
     with pytest.raises(ValueError, match=r"`individuals` must be 3 different names; got \('a', .*analysis\.h5\]"):
         from_xarray(dataset)
+
+
+def test_what_is_said_of_a_dataset_is_checked_and_holds(recording):
+    dataset = recording.to_xarray()
+    with pytest.raises(ValueError, match="`fps` must be a finite number of at least 1e-09"):
+        from_xarray(dataset, fps=-1)
+    with pytest.raises(ValueError, match=r"hold a position with confidence 0\.9 or more; got at most 0\.8"):
+        load_trajectories(dataset, min_confidence=0.9)

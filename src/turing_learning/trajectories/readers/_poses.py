@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.errors import brief, refuse, require
 
-from .._recording import Format, Options, Recording, YAxis, from_array, refusal
+from .._recording import Format, Options, Recording, from_array, refusal
 from ._shared import Sheet, check_rate, check_unpacked, choose, member, open_hdf5, rounded, text, texts, whole
 from ._tables import Labels, read_points
 
@@ -79,7 +79,7 @@ def read_movement(path: Path, options: Options) -> Recording:
     """Read what `to_netcdf` of a dataset of movement writes, with any of its engines."""
     with path.open("rb") as file:
         old = file.read(3) == b"CDF"
-    return read_dataset((_netcdf3 if old else _netcdf4)(path), options.keypoint, options.fps, options.y_axis, str(path))
+    return read_dataset((_netcdf3 if old else _netcdf4)(path), options, str(path))
 
 
 def _netcdf3(path: Path) -> "xr.Dataset":
@@ -120,13 +120,7 @@ def _plain(value: Any) -> Any:
     return value.ravel()[0] if np.size(value) == 1 and hasattr(value, "ravel") else value
 
 
-def read_dataset(
-    dataset: "xr.Dataset",
-    keypoint: str | None = None,
-    fps: float | None = None,
-    y_axis: YAxis | None = None,
-    source: str = "",
-) -> Recording:
+def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> Recording:
     """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; what the user states comes first.
 
     Names of dimensions may be in the singular.
@@ -140,10 +134,10 @@ def read_dataset(
     space = [str(name) for name in dataset["space"].values]
     require(space == ["x", "y"], "dataset", "have the coordinates x, y in space", str(space), place=source)
     require(0 not in dataset["position"].shape, "dataset", "not be empty", str(dict(dataset.sizes)), place=source)
-    stated = dataset.attrs.get("y_axis")
+    stated, y_axis, keypoint = dataset.attrs.get("y_axis"), options.y_axis, options.keypoint
     if stated not in (None, "up", "down") or (None not in (stated, y_axis) and stated != y_axis):
         refuse("y_axis", "be 'up' or 'down', as the dataset states", f"{y_axis!r} and {stated!r}", place=source)
-    rate, first_frame = _timing(dataset, fps, source)
+    rate, first_frame = _timing(dataset, options.fps, source)
     if "keypoints" in dataset.dims:
         points = [str(name) for name in dataset["keypoints"].values]
         dataset = dataset.isel(keypoints=points.index(choose(keypoint, points, source or "dataset")))
