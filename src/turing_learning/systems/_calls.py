@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from itertools import starmap
+from traceback import walk_tb
 from typing import Any
 
 import numpy as np
@@ -94,13 +95,9 @@ def answer(
 
 def _place(error: Exception) -> str:
     """Return file and line where a simulator's own code failed last, nothing if it was not in there."""
-    traceback, place = error.__traceback__, ""
-    while traceback is not None:
-        path = traceback.tb_frame.f_code.co_filename
-        if path != __file__ and not path.startswith(sys.prefix):
-            place = f" [{path}:{traceback.tb_lineno}]"
-        traceback = traceback.tb_next
-    return place
+    places = [(frame.f_code.co_filename, line) for frame, line in walk_tb(error.__traceback__)]
+    own = [f" [{path}:{line}]" for path, line in places if path != __file__ and not path.startswith(sys.prefix)]
+    return own[-1] if own else ""
 
 
 class Runner:

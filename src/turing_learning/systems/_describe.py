@@ -88,22 +88,13 @@ def describe(genuine: Any, parameters: Mapping[str, Range], options: CustomOptio
     center, scale = data.scales()
     name, signals = options.get("name", "own-system"), _signals(options, genuine, data.samples.shape[2])
     system = CustomSystem(
-        name=name,
-        title=options.get("title", name),
-        parameters=read_parameters(parameters),
-        signals=signals,
-        steps=data.samples.shape[1],
-        center=center,
-        input_scale=scale,
-        samples=0 if data.live else len(data.samples),
-        samples_per_generation=options.get("samples_per_generation", 0),
-        held_out=tuple(data.held_out.tolist()),
-        batches=_batches(options),
-        digest=data.digest,
-        interval_s=float(getattr(genuine, "interval_s", 0.0)),
+        name=name, title=options.get("title", name), parameters=read_parameters(parameters),
+        signals=signals, steps=data.samples.shape[1], center=center, input_scale=scale,
+        samples=0 if data.live else len(data.samples), held_out=tuple(data.held_out.tolist()), digest=data.digest,
+        samples_per_generation=options.get("samples_per_generation", 0), batches=_batches(options),
+        interval_s=float(getattr(genuine, "interval_s", 0.0)), smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
         headings=headings_of(genuine) if set(DIRECTED) & set(signals) else "",
-        smooth_frames=int(getattr(genuine, "smooth_frames", 1)),
-    )
+    )  # fmt: skip
     constant = ", ".join(f"{signals[d]} is {center[d]:.6g}" for d in data.constant)
     if isinstance(genuine, SplitSamples) and len(data.constant) == len(signals):
         remedy = "See what `recording.check()` finds, and give windows of individuals that move."
