@@ -148,24 +148,21 @@ def _groups(scenario: Scenario) -> int:
 class _SwarmSource(Source):
     """Trials of a simulated swarm."""
 
+    system: Swarm
     fallible = False
 
     def __init__(self, swarm: Swarm) -> None:
         from ..swarm import MixedSwarm, SeparatedSwarm
 
         kind = SeparatedSwarm if swarm.scenario.grouping == "separated" else MixedSwarm
-        self._swarm = swarm
-        self._trials = kind(swarm.scenario, swarm.threads, swarm.model)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        return self._swarm.model.to_units(models)
+        self.system, self._trials = swarm, kind(swarm.scenario, swarm.threads, swarm.model)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         return self._trials.collect(models, rng)
 
     def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return samples (M, 1, T, 2) of the first replica in one trial of each model, among agents."""
-        return self._replicas(self._swarm.model.behavior(parameters), len(parameters), rng)
+        return self._replicas(self.system.model.behavior(parameters), len(parameters), rng)
 
     def genuine_samples(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Return a sample of one agent in each of as many trials (count, T, 2)."""
@@ -174,7 +171,7 @@ class _SwarmSource(Source):
     def _replicas(self, behavior: "Behavior | None", trials: int, rng: np.random.Generator) -> np.ndarray:
         from ..swarm import Trials, alone, mixed
 
-        scenario = self._swarm.scenario
+        scenario = self.system.scenario
         executed = alone(scenario, trials) if behavior is None else mixed(scenario, trials)
-        speeds = Trials.draw(scenario, executed, rng).observe(behavior, self._swarm.threads)
+        speeds = Trials.draw(scenario, executed, rng).observe(behavior, self.system.threads)
         return np.ascontiguousarray(speeds[:, scenario.agents, None])

@@ -187,10 +187,13 @@ class System:
 class Source:
     """Samples of a system and of models of it while a run, or a check, needs them. A context manager.
 
-    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do that alone.
+    What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do that alone; also
+    `to_units` where it has no `system`.
 
     Attributes
     ----------
+    system
+        Whose samples these are.
     generation
         Number of the generation that is collected next; whoever runs the generations sets it. None after a run, as in a check.
     fallible
@@ -206,6 +209,7 @@ class Source:
         the end; None without such ends.
     """
 
+    system: System
     generation: int | None = 0
     fallible: bool = True
     failures: "FailureLog | None" = None
@@ -228,7 +232,7 @@ class Source:
 
     def to_units(self, models: np.ndarray) -> np.ndarray:
         """Return the parameters (M, P), in their units, of models (M, P) as the optimizer has them."""
-        raise NotImplementedError
+        return self.system.model.to_units(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return samples of the system, and of models (M, P) as the optimizer has them."""
@@ -317,10 +321,6 @@ class FallibleSource(Source):
     def interrogation(self, classifier: Classifier) -> Interrogation:
         """Return what lets classifiers judge its samples, and reject models whose simulation failed."""
         return GuardedInterrogation(self, classifier)
-
-    def to_units(self, models: np.ndarray) -> np.ndarray:
-        """Return the parameters (M, P) in their users' units of models (M, P) as the optimizer has them."""
-        return self.system.model.to_units(models)
 
     def note(self, parameters: np.ndarray, reasons: Mapping[int, str]) -> None:
         """Mark and count the models, of those with parameters (M, P), that failed; end the run if these are more than half."""
