@@ -9,6 +9,7 @@ from turing_learning.figures._one_run import (
     MOST_POINTS,
     ParameterProfile,
     accuracy_figure,
+    dialogues_figure,
     error_figure,
     fitness_figure,
     parameters_figure,
@@ -249,3 +250,15 @@ def test_a_timeline_that_does_not_fit_is_refused(given, message):
     fits = {"names": ["Ada"], "windows": [WINDOWS], "scores": [HALF], "abnormal": [HALF > 1]}
     with pytest.raises(ValueError, match=message):
         timeline_figure(**fits | given, limit=4.0)
+
+
+def test_stimuli_stand_beside_answers_with_what_the_classifier_says_of_them():
+    shown = {"stimuli": RNG.random((2, 2, 9, 1)), "answers": RNG.random((2, 2, 9, 2)), "ranges": np.array([[0, 1]])}
+    chosen = {"outputs": np.array([[0.9, 0.1], [0.8, 0.3]]), "accuracy": np.array([0.75, 0.5])}
+    figure = draw(
+        dialogues_figure(shown | chosen, names=("speed", "turn", "light"), rows=("gain", "bias"), interval_s=0.1)
+    )
+    assert [axes.get_ylabel() for axes in figure.axes] == ["light", "speed", "turn"] * 2
+    titles = [axes.get_title(loc="left") for axes in figure.axes[::3]]
+    assert titles[0] == "gain: 75% right; output 0.90 for the system, 0.10 for the estimate"
+    assert [line.get_label() for line in figure.axes[0].lines] == ["system", "estimate"]
