@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from turing_learning.analysis import match
+from turing_learning.analysis import _matching, match
 
 LOW, HIGH = np.array([-2.0, 0.0, 5.0]), np.array([2.0, 4.0, 9.0])
 TRUTH = np.array([0.5, 1.0, 6.0])
@@ -128,3 +128,10 @@ def test_what_does_not_fit_is_rejected(change, message):
     } | change
     with pytest.raises(ValueError, match=message):
         match(**given, rng=np.random.default_rng(0))
+
+
+def test_where_the_canary_has_lost_the_middle_of_its_range_the_draws_are_those_with_it(monkeypatch):
+    monkeypatch.setattr(_matching._Local, "without_canary", lambda self, z: np.full(len(z), -np.inf))
+    solution = matched(0)
+    assert np.isfinite(solution.draws).all()
+    assert solution.draws.std(axis=0).min() > 0
