@@ -5,45 +5,26 @@ import os
 import shutil
 import signal
 import subprocess
-import sys
-import time
 
 import pytest
+import study_tools
+from study_tools import COMMAND, call, wait_until
 
 import turing_learning as tl
 from turing_learning.results import TIMINGS
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals and limits")
 
-COMMAND = [sys.executable, "-c", "from turing_learning.cli import main; main()"]
-SETTINGS = {
-    "models.population": 8,
-    "classifiers.population": 8,
-    "scenario.agents": 2,
-    "scenario.trial.duration_s": 1.0,
-    "run.checkpoint_every": 20,
-    "run.threads": 1,
-}
-SMALL = [part for key, value in SETTINGS.items() for part in ("--set", f"{key}={value}")]
+SETTINGS = study_tools.SETTINGS | {"run.threads": 1}
+SMALL = [*study_tools.SMALL, "--set", "run.threads=1"]
 
 
 def begin(folder, generations):
-    arguments = ["infer", "aggregation", *SMALL, "--generations", str(generations), "--out", str(folder)]
-    return subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return study_tools.begin("infer", "aggregation", *SMALL, "--generations", generations, "--out", folder)
 
 
 def wait_for_checkpoint(folder, process):
-    deadline = time.monotonic() + 60
-    while not list(folder.glob("checkpoints/generation-*.npz")):
-        assert process.poll() is None, process.communicate()
-        assert time.monotonic() < deadline, "no checkpoint after a minute"
-        time.sleep(0.01)
-
-
-def call(*arguments):
-    done = subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert "Traceback" not in done.stderr
-    return done
+    wait_until(lambda: list(folder.glob("checkpoints/generation-*.npz")), "a checkpoint", process)
 
 
 def untimed(content):
