@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 from ..arrays import array
 from ..errors import integer, require
 from ..evolution import MomentField, Optimizer, TrialDesign, generation_rng
-from ..evolution._checks import state_part
+from ..evolution._checks import joined, state_part
 from ..evolution._field import INDUCING
 from ..purposes import ARCHIVE, BUFFER, CLASSIFIERS, DESIGN, INTERROGATION, MATCHING
 from ._memory import ClassifierArchive, SampleBuffer
@@ -358,7 +358,7 @@ class FewTrials:
             "present": self._present.copy(),
             "pooled": self._pooled.copy(),
             **batch,
-            **{f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()},
+            **joined(parts),
         }
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -416,7 +416,7 @@ class _Density:
 
     def state(self) -> dict[str, np.ndarray]:
         fields = {"near": self.near, "wide": self.wide}
-        parts = {f"{k}/{name}": value for k, field in fields.items() if field for name, value in field.state().items()}
+        parts = joined({name: field.state() for name, field in fields.items() if field})
         return {"reference": np.array(self._reference), **parts}
 
     @classmethod

@@ -7,7 +7,7 @@ import numpy as np
 
 from turing_learning.errors import require
 from turing_learning.evolution import Optimizer, Seed, check_seed, generation_rng
-from turing_learning.evolution._checks import check_generation, state_part
+from turing_learning.evolution._checks import check_generation, joined, state_part
 
 from ._memory import ClassifierArchive
 from ._protocols import Interrogation
@@ -173,10 +173,9 @@ class Coevolution:
         That is "generation", the states of the optimizers as "models/..." and "classifiers/...", and that of the archive,
         if there is one, as "archive/...".
         """
-        parts: dict[str, Optimizer | ClassifierArchive] = {"models": self._models, "classifiers": self._classifiers}
-        parts |= {} if self._archive is None else {"archive": self._archive}
-        arrays = {f"{part}/{name}": array for part, each in parts.items() for name, array in each.state().items()}
-        return {"generation": np.array(self.generation, dtype=np.int64), **arrays}
+        parts = {"models": self._models.state(), "classifiers": self._classifiers.state()}
+        parts |= {} if self._archive is None else {"archive": self._archive.state()}
+        return {"generation": np.array(self.generation, dtype=np.int64), **joined(parts)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a coevolution with the same settings; allowed at any time.

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from turing_learning.evolution import Seed, check_seed, generation_rng
-
 from ..arrays import array
 from ..errors import integer, require
+from ..evolution import Seed, check_seed, generation_rng
+from ..evolution._checks import state_arrays
 
 
 class ClassifierArchive:
@@ -66,15 +66,11 @@ class ClassifierArchive:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state."""
-        names = {"genomes", "specificity", "seen"}
-        require(names <= set(state), "state", "hold 'genomes', 'specificity' and 'seen'", str(sorted(state)))
-        genomes, shares = (np.array(state[name], dtype=np.float64) for name in ("genomes", "specificity"))
-        fits = genomes.ndim == 2 and len(genomes) <= self.capacity and bool(np.isfinite(genomes).all())
-        rule = f"be at most {self.capacity} finite classifiers (B, Q)"
-        require(fits, "state['genomes']", rule, f"shape {genomes.shape}")
-        fits = shares.shape == (len(genomes),) and bool(((shares >= 0) & (shares <= 1)).all())
-        require(fits, "state['specificity']", f"be {len(genomes)} shares from 0 to 1", f"shape {shares.shape}")
-        self.genomes, self.specificity, self._seen = genomes, shares, int(state["seen"])
+        genomes, shares, seen = state_arrays(state, {"genomes": "B Q", "specificity": "B", "seen": ""}).values()
+        rule = f"be at most {self.capacity} classifiers (B, Q)"
+        require(len(genomes) <= self.capacity, "state['genomes']", rule, f"shape {genomes.shape}")
+        require(((shares >= 0) & (shares <= 1)).all(), "state['specificity']", "be shares from 0 to 1", shares.tolist())
+        self.genomes, self.specificity, self._seen = genomes, shares, int(seen)
 
 
 class SampleBuffer:

@@ -29,36 +29,28 @@ def generation_rng(seed: Seed, generation: int) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(generation,)))
 
 
+OUT_OF_TURN = {
+    "ask": "after `tell`; got a second `ask`. Tell the fitness first, or restore a state.",
+    "tell": "after `ask`; got `tell` first. Ask for a population first.",
+    "state": "after `tell` or before `ask`; got `state` between the two. Tell the fitness first.",
+}
+
+
 class Turns:
-    """Let `ask` and `tell` alternate, starting with `ask`."""
+    """An optimizer whose `ask` and `tell` alternate, starting with `ask`."""
 
-    def __init__(self) -> None:
-        self._asked = False
+    _awaits_fitness = False
+    _asked_steps: np.ndarray
 
-    def ask(self) -> None:
-        """Note that a population was asked for."""
-        if self._asked:
-            raise RuntimeError(
-                "`ask` must be called after `tell`; got a second `ask`. Tell the fitness first, or restore a state."
-            )
-        self._asked = True
+    @property
+    def step_sizes(self) -> np.ndarray:
+        """Step sizes (size, dimension) of the population last asked for; before that, of the one to come."""
+        return self._asked_steps.copy()
 
-    def tell(self) -> None:
-        """Check that a population awaits its fitness."""
-        if not self._asked:
-            raise RuntimeError("`tell` must be called after `ask`; got `tell` first. Ask for a population first.")
-
-    def reset(self) -> None:
-        """Begin anew: the next call is `ask`."""
-        self._asked = False
-
-    def pause(self) -> None:
-        """Check that no population awaits its fitness."""
-        if self._asked:
-            raise RuntimeError(
-                "`state` must be called after `tell` or before `ask`; got `state` between the two. "
-                "Tell the fitness first."
-            )
+    def _turn(self, call: str) -> None:
+        """Reject "ask", "tell" or "state" out of turn."""
+        if self._awaits_fitness != (call == "tell"):
+            raise RuntimeError(f"`{call}` must be called {OUT_OF_TURN[call]}")
 
 
 def check_vector(name: str, value: np.typing.ArrayLike, dimension: int) -> np.ndarray:
@@ -75,17 +67,19 @@ def check_range(low: np.ndarray, high: np.ndarray) -> None:
     require((low < high).all(), "initial_low", "be below `initial_high`", f"{low[k]} and {high[k]} for parameter {k}")
 
 
-def check_state_array(state: Mapping[str, np.ndarray], name: str, shape: tuple[int | None, ...]) -> np.ndarray:
-    """Return a copy of an array of a state if it is there, finite, and of the given shape (None: any length)."""
-    if name not in state:
-        refuse("state", f"hold an array {name!r}", str(sorted(state)))
-    given = np.array(state[name], dtype=np.float64)
-    fits = len(given.shape) == len(shape) and all(n in (None, m) for n, m in zip(shape, given.shape, strict=True))
-    expected = ", ".join("any" if n is None else str(n) for n in shape)
-    require(fits, f"state[{name!r}]", f"be of shape ({expected})", str(given.shape))
-    if not np.isfinite(given).all():
-        refuse(f"state[{name!r}]", "be finite", str(given[~np.isfinite(given)].flat[0]))
-    return given
+def state_arrays(state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int) -> dict[str, np.ndarray]:
+    """Return copies of arrays of a state if they are there, finite, and of shapes as for `array`, whose letters they share."""
+    found = {}
+    for name, shape in shapes.items():
+        require(name in state, "state", f"hold an array {name!r}", str(sorted(state)))
+        found[name] = array(f"state[{name!r}]", state[name], shape, empty=True, **sizes).copy()  # type: ignore[arg-type]
+        sizes |= {axis: n for axis, n in zip(shape.split(), found[name].shape, strict=True) if not axis.isdigit()}
+    return found
+
+
+def joined(parts: Mapping[str, Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Return the states of parts as one, each array by the names of its part and its own."""
+    return {f"{part}/{name}": value for part, state in parts.items() for name, value in state.items()}
 
 
 def state_part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
@@ -93,9 +87,9 @@ def state_part(state: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.nda
     return {name.removeprefix(prefix): value for name, value in state.items() if name.startswith(prefix)}
 
 
-def check_generation(state: Mapping[str, np.ndarray]) -> int:
-    """Return the number of completed generations that a state holds."""
-    generation = float(check_state_array(state, "generation", ()))
+def check_generation(state: Mapping[str, np.ndarray], name: str = "generation") -> int:
+    """Return the number of completed generations that a state holds by a name."""
+    generation = float(state_arrays(state, {name: ""})[name])
     fits = generation >= 0 and generation == int(generation)
-    require(fits, "state['generation']", "be a non-negative integer", str(generation))
+    require(fits, f"state[{name!r}]", "be a non-negative integer", str(generation))
     return int(generation)

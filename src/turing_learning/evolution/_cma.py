@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 
 from ..arrays import array
-from ..errors import integer, require
+from ..errors import integer, optional, require
 from ._checks import (
     Seed,
     Turns,
     check_generation,
     check_range,
     check_seed,
-    check_state_array,
     check_vector,
     generation_rng,
+    state_arrays,
 )
 
 PARAMETER_LIMIT = 1e12
@@ -25,7 +25,7 @@ SPREAD_LIMIT = 1e6
 """Largest standard deviation, in units of the initial one."""
 
 
-class CMAEvolutionStrategy:
+class CMAEvolutionStrategy(Turns):
     """Covariance matrix adaptation evolution strategy: an adapter for ``cma.CMAEvolutionStrategy``.
 
     The first population is normal, with the mean and the standard deviation of the uniform distribution between
@@ -80,33 +80,27 @@ class CMAEvolutionStrategy:
         self._center = low / 2 + high / 2
         self._scale = high / np.sqrt(12) - low / np.sqrt(12)  # standard deviation of a uniform distribution
         self._minimum = minimum / self._scale
-        self._turns = Turns()
         self._distribution = self._new_distribution()
         self._asked_steps = self._next_steps()
 
-    @property
-    def step_sizes(self) -> np.ndarray:
-        """Standard deviations (size, dimension), the same in every row, of the population last asked for."""
-        return self._asked_steps.copy()
-
     def ask(self) -> np.ndarray:
         """Return the population (size, dimension) to be scored; see `Optimizer.ask`."""
-        self._turns.ask()
-        self._asked_steps = self._next_steps()
+        self._turn("ask")
+        self._awaits_fitness, self._asked_steps = True, self._next_steps()
         population = self._center + self._scale * np.array(self._distribution.solutions)
         return np.clip(population, -PARAMETER_LIMIT, PARAMETER_LIMIT)
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Adapt the distribution and sample the next population; return the fitness (size,). See `Optimizer.tell`."""
-        self._turns.tell()
+        self._turn("tell")
         fitness = array("fitness", fitness, "size", size=self.size)
         self._distribution.tell(fitness)
-        self._turns.reset()
+        self._awaits_fitness = False
         return fitness.copy()
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the distribution before the next population is drawn, name -> array, and the number of generations."""
-        self._turns.pause()
+        self._turn("state")
         return self._distribution.state | {"generation": np.array(self._distribution.generation)}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
@@ -115,11 +109,10 @@ class CMAEvolutionStrategy:
         A state that lacks an array, or does not fit the settings, is rejected; the strategy is then what it was before.
         """
         generation, distribution = check_generation(state), self._new_distribution()
-        inside = {name: check_state_array(state, name, old.shape) for name, old in distribution.state.items()}
-        distribution.restore(inside, generation)
+        shapes = {name: " ".join(map(str, old.shape)) for name, old in distribution.state.items()}
+        distribution.restore(state_arrays(state, shapes), generation)
         self._distribution = distribution
-        self._asked_steps = self._next_steps()
-        self._turns.reset()
+        self._awaits_fitness, self._asked_steps = False, self._next_steps()
 
     def _new_distribution(self) -> "_Distribution":
         return _Distribution(self.dimension, self.size, self._seed, self._minimum)
@@ -150,7 +143,9 @@ class _Distribution:
             "verbose": -10,  # no print, no log file
             "signals_filename": "",  # no options from a file in the working directory
         }
-        self._strategy = _import_cma().CMAEvolutionStrategy(np.zeros(dimension), 1.0, options)
+        self._strategy = optional("cma", "The package cma", "optimizers").CMAEvolutionStrategy(
+            np.zeros(dimension), 1.0, options
+        )
         self._draw()
 
     def _draw(self) -> None:
@@ -182,14 +177,3 @@ class _Distribution:
         self._strategy.sigma *= float(min(max(1.0, widen), narrow))  # the shape stays what `cma` made it
         self.generation += 1
         self._draw()
-
-
-def _import_cma() -> Any:
-    try:
-        import cma
-    except ImportError as error:
-        raise ImportError(
-            "`CMAEvolutionStrategy` needs the package cma; got an error on its import. "
-            "Install it with: pip install 'turing-learning[optimizers]'"
-        ) from error
-    return cma

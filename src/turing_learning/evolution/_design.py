@@ -5,9 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from ..arrays import array
-from ..errors import integer, number, require
-from ._checks import Seed, check_seed, generation_rng
+from ..errors import integer, number
+from ._checks import Seed, check_seed, generation_rng, state_arrays
 
 Density = Callable[..., np.ndarray]
 """Logarithm (N,) of the density with which models (N, P) are the right one; if `hopeful`, of little-known ones, too.
@@ -200,13 +199,9 @@ class TrialDesign:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of a design with the same settings."""
-        require({"walkers", "step"} <= set(state), "state", "hold 'walkers' and 'step'", str(sorted(state)))
-        self._places = array("state['walkers']", state["walkers"], "W P", W=len(self._places), P=self.dimension).copy()
-        scouts = state.get("scouts", self._places[: len(self._scouts)])  # states of before had none
-        self._scouts = array("state['scouts']", scouts, "W P", W=len(self._scouts), P=self.dimension).copy()
-        if self._share:
-            explorers = state.get("explorers", self._scouts)
-            self._explorers = array(
-                "state['explorers']", explorers, "W P", W=len(self._scouts), P=self.dimension
-            ).copy()
-        self._step = int(state["step"])
+        held = state_arrays(state, {"walkers": "W P", "step": ""}, W=len(self._places), P=self.dimension)
+        scouts = state.get("scouts", held["walkers"][: len(self._scouts)])  # states of before had none
+        clouds = {"scouts": scouts, "explorers": state.get("explorers", scouts)}
+        held |= state_arrays(clouds, dict.fromkeys(clouds, "V P"), V=len(self._scouts), P=self.dimension)
+        self._places, self._scouts, self._explorers = held["walkers"], held["scouts"], held["explorers"]
+        self._step = int(held["step"])

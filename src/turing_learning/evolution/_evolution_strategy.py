@@ -12,11 +12,11 @@ from ._checks import (
     check_generation,
     check_range,
     check_seed,
-    check_state_array,
     check_vector,
     generation_rng,
+    state_arrays,
 )
-from ._parts import FitnessMemory, Jumper, Mating, TwoParents
+from ._parts import FitnessMemory, Jumper, PhasedMating
 
 PARAMETER_LIMIT = 1e12
 """Largest magnitude of a parameter: nothing becomes infinite where selection has stopped or rewards growth."""
@@ -25,7 +25,7 @@ STEP_SIZE_LIMIT = 1e6
 """Largest step size, for the same reason; far above all that a useful search reaches."""
 
 
-class EvolutionStrategy:
+class EvolutionStrategy(Turns):
     """(mu + lambda) evolution strategy with self-adaptive mutation strengths, one for each parameter.
 
     In each generation all mu + lambda individuals are scored, parents too, because fitness is subjective. The
@@ -69,7 +69,7 @@ class EvolutionStrategy:
         self, dimension: int, *, parents: int = 50, offspring: int = 50, seed: Seed = 0,
         initial_low: np.typing.ArrayLike = -1.0, initial_high: np.typing.ArrayLike = 1.0,
         initial_step_size: np.typing.ArrayLike = 1.0, minimum_step_size: np.typing.ArrayLike = 0.01,
-        mating: Mating | None = None, jumper: Jumper | None = None, memory: FitnessMemory | None = None,
+        mating: PhasedMating | None = None, jumper: Jumper | None = None, memory: FitnessMemory | None = None,
     ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 1)
         self.parents = integer("parents", parents, 1)
@@ -90,19 +90,13 @@ class EvolutionStrategy:
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
         self._steps = np.tile(steps, (self.size, 1))
         self._asked_steps = self._steps
-        self._mating, self._jumper, self._memory = mating or TwoParents(), jumper, memory
+        self._mating, self._jumper, self._memory = mating or PhasedMating(), jumper, memory
         self._generation = 0
-        self._turns = Turns()
-
-    @property
-    def step_sizes(self) -> np.ndarray:
-        """Step sizes (size, dimension) of the population last asked for; before that, of the one to come."""
-        return self._asked_steps.copy()
 
     def ask(self) -> np.ndarray:
         """Return the population (size, dimension): the parents, the fittest first, then the children; see `Optimizer.ask`."""
-        self._turns.ask()
-        self._asked_steps = self._steps
+        self._turn("ask")
+        self._awaits_fitness, self._asked_steps = True, self._steps
         return self._population.copy()
 
     def tell(self, fitness: np.ndarray) -> np.ndarray:
@@ -110,7 +104,7 @@ class EvolutionStrategy:
 
         Returns what the population was ranked by (size,): the fitness, or the scores of the `memory`.
         """
-        self._turns.tell()
+        self._turn("tell")
         generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
         best = fittest(scores, self.parents)
@@ -132,12 +126,12 @@ class EvolutionStrategy:
         self._population = np.concatenate((parents, children))
         self._steps = np.concatenate((steps, child_steps))
         self._generation += 1
-        self._turns.reset()
+        self._awaits_fitness = False
         return scores
 
     def state(self) -> dict[str, np.ndarray]:
         """Return the number of completed generations, the population to be asked for next, its step sizes and its past."""
-        self._turns.pause()
+        self._turn("state")
         memory = self._memory or FitnessMemory(self.size, 0.0)
         return {
             "generation": np.array(self._generation, dtype=np.int64),
@@ -149,16 +143,12 @@ class EvolutionStrategy:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over what `state` returned, from a strategy with the same settings; allowed also between `ask` and `tell`."""
-        shape = (self.size, self.dimension)
-        generation = check_generation(state)
-        population = check_state_array(state, "population", shape)
-        steps = check_state_array(state, "step_sizes", shape)
-        totals, weights = (check_state_array(state, name, (self.size,)) for name in ("totals", "weights"))
+        shapes = {"population": "N P", "step_sizes": "N P", "totals": "N", "weights": "N"}
+        generation, held = check_generation(state), state_arrays(state, shapes, N=self.size, P=self.dimension)
         if self._memory is not None:
-            self._memory.totals, self._memory.weights = totals, weights
-        self._generation, self._population, self._steps = generation, population, steps
-        self._asked_steps = steps
-        self._turns.reset()
+            self._memory.totals, self._memory.weights = held["totals"], held["weights"]
+        self._generation, self._population, self._steps = generation, held["population"], held["step_sizes"]
+        self._awaits_fitness, self._asked_steps = False, self._steps
 
 
 def fittest(fitness: np.ndarray, count: int) -> np.ndarray:

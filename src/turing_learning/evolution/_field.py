@@ -5,8 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.linalg import cho_solve, cholesky, solve_triangular
 
-from ..arrays import array
-from ..errors import require
+from ._checks import state_arrays
 
 LENGTHS = (0.15, 0.3, 0.6, 1.2)
 AMPLITUDES = (0.03, 0.3, 3.0, 30.0)
@@ -59,27 +58,21 @@ class MomentField:
         *,
         inducing: int = INDUCING,
     ) -> None:
-        count = len(parameters)
-        tried = rng.permutation(count)[:_TRIED_ON]
+        tried = rng.permutation(len(parameters))[:_TRIED_ON]
         center = np.median(parameters, axis=0)
-        points = np.sort(rng.permutation(count)[:inducing])
-        self.misfit = 1.0
-        self._build(parameters, moments, noise, center, points, _chosen(parameters[tried] - center, moments[tried]))
+        points = np.sort(rng.permutation(len(parameters))[:inducing])
+        shapes = _chosen(parameters[tried] - center, moments[tried])
+        known = {"parameters": parameters, "moments": moments, "center": center, "inducing": points, "shapes": shapes}
+        self._build({**known, "noise": np.array(noise), "misfit": np.array(1.0)})
 
-    def _build(
-        self,
-        parameters: np.ndarray,
-        moments: np.ndarray,
-        noise: float,
-        center: np.ndarray,
-        inducing: np.ndarray,
-        shapes: np.ndarray,
-    ) -> None:
-        self._parameters, self._moments, self._noise = parameters, moments, noise
-        self._center, self._inducing, self._shapes = center, inducing, shapes
-        self._points = parameters[inducing] - center
+    def _build(self, state: dict[str, np.ndarray]) -> None:
+        self._state, self._noise, self.misfit = state, float(state["noise"]), float(state["misfit"])
+        parameters, moments, self._center, shapes = (
+            state[name] for name in ("parameters", "moments", "center", "shapes")
+        )
+        self._points = parameters[state["inducing"]] - self._center
         self._parts = []
-        places, identity = parameters - center, np.eye(len(inducing))
+        places, identity = parameters - self._center, np.eye(len(self._points))
         for shape in np.unique(shapes, axis=0):
             columns = np.flatnonzero((shapes == shape).all(axis=1))
             own = _kernel(self._points, self._points, *shape)
@@ -94,7 +87,7 @@ class MomentField:
     def predict(self, parameters: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return mean and variance (N, Q) of the expectations of the moments of N models (N, P)."""
         places = parameters - self._center
-        mean = np.empty((len(places), self._moments.shape[1]))
+        mean = np.empty((len(places), len(self._state["shapes"])))
         variance = np.empty_like(mean)
         distance = _squared(places, self._points)
         product = places @ self._points.T
@@ -132,33 +125,15 @@ class MomentField:
 
     def state(self) -> dict[str, np.ndarray]:
         """Return what the field is built from."""
-        return {
-            "parameters": self._parameters,
-            "moments": self._moments,
-            "noise": np.array(self._noise),
-            "center": self._center,
-            "inducing": self._inducing,
-            "shapes": self._shapes,
-            "misfit": np.array(self.misfit),
-        }
+        return self._state | {"misfit": np.array(self.misfit)}
 
     @classmethod
     def restored(cls, state: Mapping[str, np.ndarray]) -> "MomentField":
         """Return the field of a state."""
-        missing = {"parameters", "moments", "noise", "center", "inducing", "shapes", "misfit"} - set(state)
-        require(not missing, "state", "be that of a field", f"none of {sorted(missing)}")
+        shapes = {"parameters": "S P", "moments": "S Q", "center": "P", "inducing": "B", "shapes": "Q 2"}
+        held = state_arrays(state, shapes | {"noise": "", "misfit": ""})
         field = cls.__new__(cls)
-        parameters = array("state['parameters']", state["parameters"], "S P")
-        moments = array("state['moments']", state["moments"], "S Q", S=len(parameters))
-        field._build(
-            parameters,
-            moments,
-            float(state["noise"]),
-            array("state['center']", state["center"], "P", P=parameters.shape[1]),
-            array("state['inducing']", state["inducing"], "B", dtype=np.int64),
-            array("state['shapes']", state["shapes"], "Q 2", Q=moments.shape[1]),
-        )
-        field.misfit = float(state["misfit"])
+        field._build(held | {"inducing": held["inducing"].astype(np.int64)})
         return field
 
 

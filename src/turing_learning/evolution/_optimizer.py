@@ -5,7 +5,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from ..errors import integer, refuse
+from ..errors import integer
+from ._checks import check_generation
 
 
 @runtime_checkable
@@ -19,13 +20,6 @@ class Optimizer(Protocol):
     Everything random is drawn from ``default_rng(SeedSequence(seed, spawn_key=(generation,)))``, afresh in each
     generation (0 is the initialization). So the state holds no generator, and a restored optimizer goes on
     exactly as the one that was never interrupted.
-
-    Attributes
-    ----------
-    size
-        Number of candidates in each generation (M or N).
-    dimension
-        Number of parameters of a candidate (P or Q).
     """
 
     @property
@@ -158,9 +152,7 @@ class RenewedOptimizer:
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over a state of an optimizer with the same settings."""
-        if "renewal" not in state:
-            refuse("state", "hold an array 'renewal'", str(sorted(state)))
-        generation = int(state["renewal"])
+        generation = check_generation(state, "renewal")
         optimizer = self._make(self._number(generation))
         optimizer.restore({name: array for name, array in state.items() if name != "renewal"})
         self._generation, self._optimizer = generation, optimizer

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -13,34 +12,11 @@ PRIOR = 1.0
 """Generations that an average individual counts in a remembered fitness: a newcomer is half believed."""
 
 
-class Mating(Protocol):
-    """Which parents a child has, and what it inherits before it mutates."""
-
-    def pair(self, generation: int, parents: int, children: int, rng: np.random.Generator) -> np.ndarray:
-        """Return the indices (2, children) of the parents of each child."""
-        ...
-
-    def mix(self, generation: int, parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return the parameters (children, n) that children of pairs (2, children) of the parents (mu, n) inherit."""
-        ...
-
-
-class TwoParents(Mating):
-    """Two parents, drawn uniformly with replacement; each parameter comes from one of the two with equal probability."""
-
-    def pair(self, generation: int, parents: int, children: int, rng: np.random.Generator) -> np.ndarray:
-        """Return the indices (2, children) of the parents of each child."""
-        return rng.integers(parents, size=(2, children))
-
-    def mix(self, generation: int, parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return the parameters (children, n) of children."""
-        first, second = parents[pairs[0]], parents[pairs[1]]
-        return np.where(rng.integers(2, size=first.shape, dtype=np.bool_), first, second)
-
-
 @dataclass(frozen=True)
-class PhasedMating(TwoParents):
-    """As `TwoParents`, but first some children have one parent, and later all have the means of two.
+class PhasedMating:
+    """Which parents a child has, and what it inherits before it mutates: first some have one parent, later all the means of two.
+
+    By default it is the paper's: two parents, drawn uniformly with replacement, and each parameter from either of the two.
 
     Two good parents from different regions have bad children: a few good individuals are lost in a majority that has settled
     elsewhere. In the means of the refinement noise averages out, and the population stays close together.
@@ -69,17 +45,18 @@ class PhasedMating(TwoParents):
 
     def pair(self, generation: int, parents: int, children: int, rng: np.random.Generator) -> np.ndarray:
         """Return the indices (2, children) of the parents of each child."""
-        pairs = super().pair(generation, parents, children, rng)
+        pairs = rng.integers(parents, size=(2, children))
         if generation < self.refinement and self.recombination < 1:
             alone = rng.random(children) >= self.recombination
             pairs[1, alone] = pairs[0, alone]
         return pairs
 
     def mix(self, generation: int, parents: np.ndarray, pairs: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return the parameters (children, n) of children."""
+        """Return the parameters (children, n) that children of pairs (2, children) of the parents (mu, n) inherit."""
+        first, second = parents[pairs[0]], parents[pairs[1]]
         if self.intermediate and generation >= self.refinement:
-            return 0.5 * (parents[pairs[0]] + parents[pairs[1]])
-        return super().mix(generation, parents, pairs, rng)
+            return 0.5 * (first + second)
+        return np.where(rng.integers(2, size=first.shape, dtype=np.bool_), first, second)
 
 
 class Jumper:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import TypeAdapter
 from scipy.special import stdtr
 
 from turing_learning.analysis import UNKNOWN, Verdict
@@ -430,16 +431,6 @@ class Check(Tabular):
 
 def check_from_json(content: Mapping[str, Any]) -> Check:
     """Make a check of what `check.json` holds."""
-
-    def fields(each: Mapping[str, Any]) -> dict[str, Any]:
-        return {name: tuple(value) if isinstance(value, list) else value for name, value in each.items()}
-
     recovered = [{**each, "interval": known_or(UNKNOWN, each["interval"])} for each in content["recoveries"]]
-    return Check(
-        test=TwoSampleTest(**content["test"]),
-        parameters=tuple(PinnedDown(**fields(each)) for each in content["parameters"]),
-        profiles=tuple(Profile(**fields(each)) for each in content["profiles"].values()),
-        recoveries=tuple(Recovery(**each) for each in recovered),
-        quantities=tuple(Quantity(**fields(each)) for each in content["quantities"]),
-        unfinished=fields(content).get("unfinished"),
-    )
+    parts = {"profiles": list(content["profiles"].values()), "recoveries": recovered}
+    return TypeAdapter(Check).validate_python({**content, **parts})

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -175,15 +175,6 @@ Values = Mapping[str, np.ndarray]
 """Name of a quantity -> its values, of any shape."""
 
 
-class Group(Protocol):
-    """A simulator that also says where everybody was, as `turing_learning.families.Family` does."""
-
-    interval_s: float
-
-    def simulate(self, parameters: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return positions (M, F, A, 2) of models (M, P)."""
-
-
 def compare_quantities(genuine: Values, simulated: Values, units: Mapping[str, str]) -> tuple[Quantity, ...]:
     """Bin the values of quantities that both sides have."""
     found = []
@@ -230,9 +221,12 @@ def swarm_quantities(configuration: Configuration, model: np.ndarray, *, seed: i
 
 
 def recorded_quantities(
-    recordings: Sequence[Trajectories], group: Group, estimate: np.ndarray, *, seed: int
+    recordings: Sequence[Trajectories], group: Any, estimate: np.ndarray, *, seed: int
 ) -> tuple[Quantity, ...]:
-    """Compare how near neighbors are, and how aligned groups are, in recordings and in groups that execute the estimate."""
+    """Compare how near neighbors are, and how aligned groups are, in recordings and in groups that execute the estimate.
+
+    The `group` simulates positions (M, F, A, 2) of models (M, P), and has an `interval_s`, as `turing_learning.families.Family`.
+    """
     rng, groups = stream(seed, COMPARING, 1), getattr(group, "groups", (group,))
     found: list[list[Values]] = [[], []]
     for recording in recordings:

@@ -46,14 +46,14 @@ def test_a_capacity_below_one_is_refused():
 @pytest.mark.parametrize(
     ("state", "message"),
     [
-        ({"genomes": np.zeros((2, 3))}, r"`state` must hold 'genomes', 'specificity' and 'seen'; got \['genomes'\]"),
+        ({"genomes": np.zeros((2, 3))}, r"`state` must hold an array 'specificity'; got \['genomes'\]"),
         (
             {"genomes": np.zeros((2, 3)), "specificity": np.full(2, 1.5), "seen": np.array(2)},
-            r"must be 2 shares from 0 to 1; got shape \(2,\)",
+            r"`state\['specificity'\]` must be shares from 0 to 1; got \[1.5, 1.5\]",
         ),
         (
             {"genomes": np.zeros((9, 3)), "specificity": np.ones(9), "seen": np.array(9)},
-            r"at most 4 finite classifiers .* got shape \(9, 3\)",
+            r"at most 4 classifiers .* got shape \(9, 3\)",
         ),
     ],
 )

@@ -260,5 +260,7 @@ def test_an_empty_state_is_refused():
 
 def test_a_state_of_other_populations_is_refused():
     run = Coevolution(Script(None), Recorder(2, 0), Recorder(3, 1), seed=0)
-    with pytest.raises(ValueError, match=r"`state\['population'\]` must be of shape \(4, 2\); got \(30, 1\)"):
+    with pytest.raises(
+        ValueError, match=r"`state\['population'\]` must be of shape \(N, P\) = \(4, 2\); got \(30, 1\)"
+    ):
         run.restore(coevolution().state())

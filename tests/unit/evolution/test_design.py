@@ -118,7 +118,7 @@ def test_a_restored_design_goes_on_as_if_nothing_had_happened(explorers):
     [
         (lambda: TrialDesign(0, seed=1), "`dimension` must be an integer of at least 1; got 0"),
         (lambda: TrialDesign(2, seed=1, widening=0.5), "`widening` must be a finite number of at least 1; got 0.5"),
-        (lambda: TrialDesign(2, seed=1).restore({}), r"`state` must hold 'walkers' and 'step'; got \[\]"),
+        (lambda: TrialDesign(2, seed=1).restore({}), r"`state` must hold an array 'walkers'; got \[\]"),
     ],
 )
 def test_what_does_not_fit_is_rejected(make, message):

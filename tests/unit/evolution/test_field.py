@@ -63,5 +63,5 @@ def test_a_restored_field_is_the_same_to_the_bit():
 
 def test_an_incomplete_state_is_rejected():
     state = {name: value for name, value in field().state().items() if name != "misfit"}
-    with pytest.raises(ValueError, match=r"`state` must be that of a field; got none of \['misfit'\]"):
+    with pytest.raises(ValueError, match=r"`state` must hold an array 'misfit'; got"):
         MomentField.restored(state)
