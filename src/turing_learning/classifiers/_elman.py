@@ -3,12 +3,13 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from types import ModuleType
 
 import numpy as np
 
 from ..arrays import array
 from ..errors import integer, refuse, require
-from ..kernels.elman import ElmanKernels, load_elman
+from ..kernels.elman import load_elman
 from ..kernels.elman_source import LANES, LARGEST_SUM, LIMIT
 from ..kernels.parallel import run_range
 
@@ -110,7 +111,7 @@ class ElmanClassifier:
             run_range(kernels.judge, len(blocks) * len(chosen), self.threads, blocks, weights[chosen], outputs)
         return outputs if len(chosen) == len(weights) else outputs[np.searchsorted(chosen, same)]
 
-    def _pack(self, kernels: ElmanKernels, samples: np.ndarray) -> np.ndarray:
+    def _pack(self, kernels: ModuleType, samples: np.ndarray) -> np.ndarray:
         count, steps, signals = samples.shape
         blocks = _aligned((-(-count // LANES), steps, signals, LANES))
         faults = np.empty(len(blocks), np.int64)

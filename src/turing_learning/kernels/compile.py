@@ -3,9 +3,7 @@
 import contextlib
 import hashlib
 import logging
-import os
 import pickle
-import uuid
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -13,6 +11,8 @@ from typing import Any, BinaryIO
 
 from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
+
+from .._files import whole
 
 _LOGGER = logging.getLogger("turing_learning.kernels")
 _SEAL_BYTES = hashlib.sha256().digest_size
@@ -53,15 +53,8 @@ class _SealedCacheFile(IndexDataCacheFile):
 
     @contextlib.contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[BinaryIO]:
-        temporary = Path(f"{filepath}.tmp.{uuid.uuid4().hex[:16]}")
-        try:
-            with temporary.open("wb") as file:
-                yield file
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(filepath)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with whole(Path(filepath)) as temporary, temporary.open("wb") as file:
+            yield file
 
 
 def _unsealed(data: bytes) -> Any:

@@ -5,12 +5,8 @@ for functions that come from a file. `TURING_LEARNING_CACHE_DIR` names another f
 here, never what a file says; where the folder cannot be used, the judge is compiled in memory, a second per process.
 """
 
-import contextlib
 import os
 import sys
-import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
 from importlib.abc import InspectLoader
@@ -21,24 +17,16 @@ from types import CodeType, ModuleType
 
 from platformdirs import user_cache_path
 
+from .._files import write_atomically
 from .elman_source import elman_source
 
 CACHE_VARIABLE = "TURING_LEARNING_CACHE_DIR"
 
 
-@dataclass(frozen=True)
-class ElmanKernels:
-    """The compiled functions for one network size; `elman_source` says what they do."""
-
-    pack: Callable[..., None]
-    judge: Callable[..., None]
-
-
 @lru_cache(maxsize=64)
-def load_elman(inputs: int, hidden: int) -> ElmanKernels:
-    """Return the compiled judge for ``inputs`` inputs and ``hidden`` hidden neurons."""
-    module = _load_cached(inputs, hidden) or _load_in_memory(inputs, hidden)
-    return ElmanKernels(module.pack, module.judge)
+def load_elman(inputs: int, hidden: int) -> ModuleType:
+    """Return a module with ``pack`` and ``judge``, compiled for ``inputs`` inputs and ``hidden`` hidden neurons."""
+    return _load_cached(inputs, hidden) or _load_in_memory(inputs, hidden)
 
 
 def cache_folder() -> Path:
@@ -52,7 +40,9 @@ def _load_cached(inputs: int, hidden: int) -> ModuleType | None:
     name = f"elman_{inputs}_{hidden}_{sha256(source.encode()).hexdigest()[:16]}"
     path = cache_folder() / f"{name}.py"
     try:
-        _keep_on_disk(path, source)
+        if not path.is_file() or path.read_bytes() != source.encode():
+            path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            write_atomically(path, source.encode())
         return _run(name, source, str(path))
     except Exception:  # whatever is wrong with the cache (full, damaged, not writable), the judge works without it
         return None
@@ -61,21 +51,6 @@ def _load_cached(inputs: int, hidden: int) -> ModuleType | None:
 def _load_in_memory(inputs: int, hidden: int) -> ModuleType:
     name = f"elman_{inputs}_{hidden}"
     return _run(name, elman_source(inputs, hidden, cache=False), f"<{name}>")
-
-
-def _keep_on_disk(path: Path, text: str) -> None:
-    with contextlib.suppress(OSError, UnicodeDecodeError):
-        if path.read_text(encoding="utf-8") == text:
-            return
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".tmp")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
 
 
 class _TextLoader(InspectLoader):

@@ -68,20 +68,6 @@ def mark_near_walls(w: int, world: World, state: State) -> None:
 
 
 @inlined
-def clear_marks(state: State) -> None:
-    """Mark no body."""
-    for i in range(state.near.shape[0]):
-        for w in range(state.near.shape[1]):
-            state.near[i, w] = 0
-
-
-@inlined
-def may_touch(w: int, world: World, state: State) -> bool:
-    """Return whether anything but free motion is possible in a trial."""
-    return state.crowd[w] > 0.0 or world.bodies > world.robots or world.width > 0.0
-
-
-@inlined
 def advance_involved(
     first: int, stop: int, world: World, state: State, pairs: Pairs, party: Party, lanes: Lanes | None,
     tiles: Tiles | None,
@@ -120,7 +106,7 @@ def list_involved(
         if world.width > 0.0:
             mark_near_walls(w, world, state)
         near, listed = pairs.near[w - first], 0
-        if attempt > 0 or may_touch(w, world, state):
+        if attempt > 0 or state.crowd[w] > 0.0 or world.bodies > world.robots or world.width > 0.0:
             if lanes is not None:
                 listed = find_near_pairs(w, MARGINS[attempt], world, state, near)
             if tiles is not None:

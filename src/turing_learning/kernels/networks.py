@@ -58,15 +58,6 @@ def respond(reading: float, weights: np.ndarray, memory: np.ndarray, outputs: np
 
 
 @inlined
-def forget(networks: Networks) -> None:
-    """Reset the memory, as at the start of a trial."""
-    for w in range(networks.memory.shape[0]):
-        for i in range(networks.memory.shape[1]):
-            for k in range(networks.memory.shape[2]):
-                networks.memory[w, i, k] = 0.0
-
-
-@inlined
 def drive(block: int, controllers: np.ndarray, state: State, networks: Networks) -> None:
     """Let the networks write the wheel speeds of the present readings into the controllers of the robots that they drive."""
     for w in range(state.crowd.shape[0]):

@@ -6,9 +6,9 @@ import numpy as np
 
 from .compile import compile_cached, inlined
 from .geometry import sines_and_cosines
-from .involved import advance_involved, clear_marks
+from .involved import advance_involved
 from .motion import command_wheels, glide_free_robots, reach_of_robot, set_object_reach
-from .networks import Networks, drive, forget, with_memory
+from .networks import Networks, drive, with_memory
 from .party import LANES, Lanes, Pairs, Party, new_lanes, new_pairs, new_party
 from .rays import read_sensors
 from .sectors import open_view, sense_one_trial
@@ -104,7 +104,7 @@ def _advance_trials(
         start_trial(initial[block + w], controllers[block + w], w, world, state)
         open_view(world.sectors, block + w, w, state)
     if networks is not None:
-        forget(networks)
+        networks.memory[:] = 0.0
     for cycle in range(speeds.shape[2] + recorded):
         look(cycle, world, state, lanes, tiles)
         if recorded:
@@ -118,7 +118,7 @@ def _advance_trials(
                     state.start_x[i, w], state.start_y[i, w] = state.x[i, w], state.y[i, w]
             for w in range(slots):
                 command_wheels(controllers[block + w], keys[block + w], cycle, w, world, state)
-            clear_marks(state)
+            state.near[:] = 0
             for first in range(0, slots, LANES):
                 advance_involved(first, min(first + LANES, slots), world, state, pairs, party, lanes, tiles)
             glide_free_robots(world, state)

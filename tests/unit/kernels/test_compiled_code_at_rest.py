@@ -75,4 +75,4 @@ def test_the_log_calls_what_is_compiled_anew_for_other_arguments_another(kernel,
 
 def test_no_temporary_files_are_left(kernel, tmp_path):
     kernel()(1.0)
-    assert not list((tmp_path / "__pycache__").glob("*.tmp.*"))
+    assert not list((tmp_path / "__pycache__").glob(".*.partial"))
