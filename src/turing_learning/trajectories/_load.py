@@ -25,19 +25,10 @@ if TYPE_CHECKING:
 Source = Union[str, Path, "pd.DataFrame", "xr.Dataset"]
 
 _ALL = (
-    _tables.IDTRACKER_FORMAT,
-    _trackers.H5_FORMAT,
-    _tables.CSV_FORMAT,
-    _trackers.NPY_FORMAT,
-    _trackers.TREX_FORMAT,
-    _tables.TOXTRAC_FORMAT,
-    _tables.TRACKTOR_FORMAT,
-    _trackers.SLEAP_FORMAT,
-    _tables.DEEPLABCUT_FORMAT,
-    _poses.H5_FORMAT,
-    _poses.MOVEMENT_FORMAT,
-    _tables.TIDY_FORMAT,
-)
+    _tables.IDTRACKER_FORMAT, _trackers.H5_FORMAT, _tables.CSV_FORMAT, _trackers.NPY_FORMAT, _trackers.TREX_FORMAT,
+    _tables.TOXTRAC_FORMAT, _tables.TRACKTOR_FORMAT, _trackers.SLEAP_FORMAT, _tables.DEEPLABCUT_FORMAT,
+    _poses.H5_FORMAT, _poses.MOVEMENT_FORMAT, _tables.TIDY_FORMAT,
+)  # fmt: skip
 FORMATS = tuple(one.name for one in _ALL)
 """Names of the formats that can be read."""
 
@@ -51,16 +42,10 @@ def load_trajectories(path: list[Source], **said: Any) -> list[Trajectories]: ..
 
 
 def load_trajectories(  # type: ignore[misc]  # the options of both are those below
-    path: Source | list[Source],
-    *,
-    fps: float | None = None,
-    pixels_per_cm: float | Literal["unknown"] | None = None,
-    format: str | None = None,
-    y_axis: YAxis | None = None,
-    keypoint: str | None = None,
-    min_confidence: float | None = None,
-    allow_pickle: bool = False,
-) -> Trajectories | list[Trajectories]:
+    path: Source | list[Source], *, fps: float | None = None,
+    pixels_per_cm: float | Literal["unknown"] | None = None, format: str | None = None, y_axis: YAxis | None = None,
+    keypoint: str | None = None, min_confidence: float | None = None, allow_pickle: bool = False,
+) -> Trajectories | list[Trajectories]:  # fmt: skip
     """Open what a tracker wrote.
 
     Parameters
@@ -131,13 +116,9 @@ def load_trajectories(  # type: ignore[misc]  # the options of both are those be
 
 
 def from_xarray(
-    dataset: "xr.Dataset",
-    *,
-    fps: float | None = None,
-    pixels_per_cm: float | Literal["unknown"] | None = None,
-    y_axis: YAxis | None = None,
-    keypoint: str | None = None,
-) -> Trajectories:
+    dataset: "xr.Dataset", *, fps: float | None = None, pixels_per_cm: float | Literal["unknown"] | None = None,
+    y_axis: YAxis | None = None, keypoint: str | None = None,
+) -> Trajectories:  # fmt: skip
     """Return a recording from a dataset in the conventions of `movement`.
 
     Parameters
@@ -159,10 +140,7 @@ _MEANT = {
 
 
 def _finish(recording: Recording, format: str, source: str, options: Options) -> Trajectories:
-    """Bring what a file states and what the user states together: cm, y upwards, frame rate.
-
-    What neither of them states is refused, all of it at once; and so is what both do, differently.
-    """
+    """Bring together what a file and the user state; refuse what neither does, all at once, and what both do, differently."""
     fps, scale, y_axis = options.fps, options.pixels_per_cm, options.y_axis or recording.y_axis
     stated = {"fps": fps or recording.fps, "pixels_per_cm": scale or recording.unit, "y_axis": y_axis}
     missing = [name for name, value in stated.items() if value is None]

@@ -12,7 +12,7 @@ import numpy as np
 
 from turing_learning.errors import Refusal, RefusedError, Text, brief, number, require
 
-from ._signals import next_true, wrap
+from ._signals import wrap
 
 YAxis = Literal["up", "down"]
 LARGEST = 1e9
@@ -23,21 +23,15 @@ LARGEST = 1e9
 class Recording:
     """Motion in the units and axes of the file, as far as the file states them."""
 
-    positions: np.ndarray
-    """x, y (F, A, 2), not a number where an individual is absent."""
+    positions: np.ndarray  #: x, y (F, A, 2), not a number where an individual is absent
     individuals: tuple[str, ...]
     first_frame: int = 0
-    confidence: np.ndarray | None = None
-    """The tracker's own (F, A)."""
-    headings: np.ndarray | None = None
-    """In rad (F, A)."""
+    confidence: np.ndarray | None = None  #: The tracker's own (F, A)
+    headings: np.ndarray | None = None  #: In rad (F, A)
     fps: float | None = None
-    unit: str | None = None
-    """"cm" or "px"."""
-    y_axis: YAxis | None = "down"
-    """None if the format has no direction of y by its definition."""
-    numbered: bool = True
-    """Whether rows carry a frame number, so that their order in the file does not matter."""
+    unit: str | None = None  #: "cm" or "px"
+    y_axis: YAxis | None = "down"  #: None if the format has no direction of y by its definition
+    numbered: bool = True  #: Whether rows carry a frame number, so that their order in the file does not matter
     remarks: tuple[str, ...] = ()
 
     @property
@@ -190,15 +184,12 @@ frame, which two steps exceed, both of more than 230."""
 
 @dataclass(frozen=True)
 class Jump:
-    """A step that is too long: perhaps two identities exchanged.
-
-    `frame` is the number of the frame before it; `distance` is in the unit of the recording, `times_typical` in typical steps.
-    """
+    """A step that is too long: perhaps two identities exchanged."""
 
     individual: str
-    frame: int
-    distance: float
-    times_typical: float
+    frame: int  #: Number of the frame before it
+    distance: float  #: In the unit of the recording
+    times_typical: float  #: The same in typical steps
 
 
 @dataclass(frozen=True)
@@ -276,12 +267,6 @@ class Problems:
 def counted(number: int, noun: str = "frame") -> str:
     """Return a number of things in words."""
     return f"{number} {noun}{'s' * (number != 1)}"
-
-
-def gap_lengths(present: np.ndarray) -> np.ndarray:
-    """Return the lengths of the runs of frames without a position."""
-    starts = np.flatnonzero(~present & np.concatenate([[True], present[:-1]]))
-    return next_true(present)[starts] - starts
 
 
 BACKWARDS = 0.25

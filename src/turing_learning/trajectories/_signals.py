@@ -34,15 +34,10 @@ class Signals:
 
 
 def compute_signals(
-    positions: np.ndarray,
-    *,
-    fps: float,
-    names: Sequence[str] = ("speed", "turn"),
-    present: np.ndarray | None = None,
-    headings: np.ndarray | None = None,
-    smooth_frames: int = 1,
-) -> Signals:
-    """Compute signals from positions, recorded or simulated.
+    positions: np.ndarray, *, fps: float, names: Sequence[str] = ("speed", "turn"), present: np.ndarray | None = None,
+    headings: np.ndarray | None = None, smooth_frames: int = 1,
+) -> Signals:  # fmt: skip
+    """Compute signals from positions, recorded or simulated; speed and turn with headings as in the paper, section 3.2.3.
 
     "speed"
         Displacement over a frame divided by its duration; with headings negative if it goes against the heading at its start.
@@ -75,10 +70,6 @@ def compute_signals(
     -------
     Signals
         Values (..., F - 1, A, D), and where they are valid.
-
-    Source
-    ------
-    Paper, section 3.2.3, for speed and turn of individuals with headings.
     """
     positions = np.asarray(positions, dtype=np.float64)
     present = np.ones(positions.shape[:-1], dtype=bool) if present is None else present
@@ -98,8 +89,12 @@ def compute_signals(
         positions = smooth(positions, present, smooth_frames)
     both = present[..., 1:, :] & present[..., :-1, :]
     step = np.where(both[..., None], np.diff(positions, axis=-3), 0.0)
+    length = np.hypot(step[..., 0], step[..., 1])
     heading, heading_known, turned, turn_known = _course(step, both, headings)
-    known = {"speed": (_speed(step, headings) * fps, both), "turn": (turned * fps, turn_known)}
+    if headings is not None:
+        against = step[..., 0] * np.cos(heading) + step[..., 1] * np.sin(heading) < 0
+        length = np.where(against, -length, length)
+    known = {"speed": (length * fps, both), "turn": (turned * fps, turn_known)}
     if {"neighbor_distance", "neighbor_bearing"} & set(names):
         offset, near = _nearest(positions[..., :-1, :, :], present[..., :-1, :])
         known["neighbor_distance"] = (np.hypot(offset[..., 0], offset[..., 1]), near)
@@ -108,16 +103,6 @@ def compute_signals(
     columns, needed = zip(*(known[name] for name in names), strict=True)
     valid = np.logical_and.reduce([both, *needed])
     return Signals(np.where(valid[..., None], np.stack(columns, axis=-1), 0.0), valid, tuple(names))
-
-
-def _speed(step: np.ndarray, headings: np.ndarray | None) -> np.ndarray:
-    """Return the length of each step, signed if there are headings."""
-    length = np.hypot(step[..., 0], step[..., 1])
-    if headings is None:
-        return length
-    start = headings[..., :-1, :]
-    along = step[..., 0] * np.cos(start) + step[..., 1] * np.sin(start)
-    return np.where(along < 0, -length, length)
 
 
 def _course(step: np.ndarray, both: np.ndarray, headings: np.ndarray | None) -> tuple[np.ndarray, ...]:
@@ -178,9 +163,3 @@ def smooth(positions: np.ndarray, present: np.ndarray, frames: int) -> np.ndarra
 def wrap(angle: np.ndarray) -> np.ndarray:
     """Return angles (rad) in [-pi, pi)."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def every(present: np.ndarray) -> int:
-    """Return k where only one frame in k has anybody (F, A), evenly, in three frames or more; else 1."""
-    frames = np.flatnonzero(present.any(axis=1))
-    return int(np.gcd.reduce(np.diff(frames))) if len(frames) > 2 else 1

@@ -9,8 +9,8 @@ import numpy as np
 
 from turing_learning.errors import RefusedError, Setting, brief, integer, number, refuse, refusing_as, require
 
-from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings, gap_lengths
-from ._signals import Signals, compute_signals, every, last_true, next_true, wrap
+from ._recording import JUMP_FACTOR, Jump, Problems, counted, doubt_headings
+from ._signals import Signals, compute_signals, last_true, next_true, wrap
 from ._windows import EXCERPT_S, Cut, Windows, cut_windows, join_windows
 
 if TYPE_CHECKING:
@@ -91,8 +91,9 @@ class Trajectories:
 
     @property
     def every(self) -> int:
-        """Only one frame in so many is there, evenly, as where a tracker left the others out; 1 otherwise."""
-        return every(self.present)
+        """Only one frame in so many is there, evenly, as where a tracker left the others out; 1 otherwise, or of two frames."""
+        frames = np.flatnonzero(self.present.any(axis=1))
+        return int(np.gcd.reduce(np.diff(frames))) if len(frames) > 2 else 1
 
     @property
     def problems(self) -> Problems:
@@ -118,13 +119,14 @@ class Trajectories:
             for frame, who in np.argwhere(steps > jump_factor * typical)
         ]
         same = (steps == 0).all(axis=1) & (present[1:] == present[:-1]).all(axis=1) & present[1:].any(axis=1)
-        gaps = {name: gap_lengths(present[:, k]) for k, name in enumerate(names)}
+        ends = np.pad(present, ((1, 1), (0, 0)), constant_values=True)  # so that gaps lie between frames with somebody
+        lengths = {name: np.diff(np.flatnonzero(ends[:, k])) - 1 for k, name in enumerate(names)}
         places = positions[present.argmax(axis=0), np.arange(present.shape[1])]
         moved = ((positions != places).any(axis=2) & present).any(axis=0)
         return Problems(
-            missing={name: int(lengths.sum()) for name, lengths in gaps.items()},
-            gaps={name: len(lengths) for name, lengths in gaps.items()},
-            longest_gap={name: int(lengths.max(initial=0)) for name, lengths in gaps.items()},
+            missing={name: int(gaps.sum()) for name, gaps in lengths.items()},
+            gaps={name: int((gaps > 0).sum()) for name, gaps in lengths.items()},
+            longest_gap={name: int(gaps.max()) for name, gaps in lengths.items()},
             jumps=tuple(jumps),
             repeated_frames=tuple((np.flatnonzero(same) + first + 1).tolist()),
             empty_frames=tuple((np.flatnonzero(~present.any(axis=1)) + first).tolist()),
@@ -199,19 +201,11 @@ class Trajectories:
         return compute_signals(self.positions, fps=self.fps, names=names, smooth_frames=smooth_frames, **known)
 
     def windows(
-        self,
-        steps: int | None = None,
-        *,
-        length_s: float | None = None,
-        stride: int | None = None,
-        signals: Sequence[str] = ("speed", "turn"),
-        individuals: Sequence[str] | None = None,
-        hold_out: float = 0.2,
-        hold_out_individuals: Sequence[str] = (),
-        gap: int = 0,
-        smooth_frames: int = 1,
+        self, steps: int | None = None, *, length_s: float | None = None, stride: int | None = None,
+        signals: Sequence[str] = ("speed", "turn"), individuals: Sequence[str] | None = None, hold_out: float = 0.2,
+        hold_out_individuals: Sequence[str] = (), gap: int = 0, smooth_frames: int = 1,
         jump_factor: float | None = JUMP_FACTOR,
-    ) -> Windows:
+    ) -> Windows:  # fmt: skip
         """Cut samples (K, T, D) for learning and for testing, with no frame in common.
 
         Time is cut into blocks, the same for all individuals, because neighbors move together. Held-out
@@ -247,11 +241,8 @@ class Trajectories:
         """
         if self.every > 1:
             got = f"{self.fps:g} per second, of which only one in {self.every} is there: {self.fps / self.every:g} per second"
-            ahead, kept = (
-                "If that is the rate of what was tracked, keep those by thinning: ",
-                Setting("every", self.every),
-            )
-            refuse("fps", "be the rate of the frames that are there", got, (ahead, kept, "."))
+            ahead = "If that is the rate of what was tracked, keep those by thinning: "
+            refuse("fps", "be the rate of the frames that are there", got, (ahead, Setting("every", self.every), "."))
         names = self.individuals if individuals is None else individuals
         if len(set(names)) < len(names):
             refuse("individuals", "be different names", str(list(names)), "Name each once.")
@@ -278,13 +269,11 @@ class Trajectories:
         for jump in () if jump_factor is None else self.check(jump_factor).jumps:
             jumps[jump.frame - self.first_frame, self.individuals.index(jump.individual)] = True
         first = slice(int(EXCERPT_S * self.fps) + 1)
-        measured = {
-            "interval_s": 1 / self.fps,
-            "headings": self.headings is not None,
-            "excerpt": np.where(self.present[first, :, None], self.positions[first], np.nan),
-            "smooth_frames": smooth_frames,
-        }
-        return cut_windows(usable, cut, chosen, jumps, **measured)
+        return cut_windows(
+            usable, cut, chosen, jumps, interval_s=1 / self.fps, headings=self.headings is not None,
+            smooth_frames=smooth_frames,
+            excerpt=np.where(self.present[first, :, None], self.positions[first], np.nan),
+        )  # fmt: skip
 
     def to_pandas(self) -> "pd.DataFrame":
         """Return a long table: frame, time (s), id, x, y of everybody who is present, and heading and confidence if known.
@@ -336,16 +325,10 @@ class Trajectories:
                 "individuals": list(self.individuals),
             },
             attrs={
-                "fps": self.fps,
-                "time_unit": "seconds",
-                "ds_type": "poses",
-                "source_software": self.format,
-                "source_file": self.source,
-                "length_unit": self.unit,
-                "y_axis": "up",
-                "first_frame": self.first_frame,
+                "fps": self.fps, "time_unit": "seconds", "ds_type": "poses", "source_software": self.format,
+                "source_file": self.source, "length_unit": self.unit, "y_axis": "up", "first_frame": self.first_frame,
             },
-        )
+        )  # fmt: skip
 
 
 def pooled_windows(

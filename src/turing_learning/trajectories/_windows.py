@@ -33,11 +33,6 @@ class Cut:
         require(0 <= self.hold_out <= 0.9, "hold_out", "be from 0 to 0.9", str(self.hold_out))
         integer("gap", self.gap)
 
-    @property
-    def frames(self) -> int:
-        """Frames that enter the signals of a window."""
-        return self.lead + self.steps + 1 + 2 * self.half
-
 
 @dataclass(frozen=True, eq=False)
 class Windows:
@@ -92,15 +87,12 @@ class Windows:
     @property
     def learning_recording(self) -> np.ndarray:
         """Of which recording (K,), from 0, each window for learning is."""
-        return self._recording(self.learning_index)
+        return np.searchsorted(np.cumsum(self.recordings[:, 1]), self.learning_index[:, 1], side="right")
 
     @property
     def held_out_recording(self) -> np.ndarray:
         """The same of each held-out window."""
-        return self._recording(self.held_out_index)
-
-    def _recording(self, index: np.ndarray) -> np.ndarray:
-        return np.searchsorted(np.cumsum(self.recordings[:, 1]), index[:, 1], side="right")
+        return np.searchsorted(np.cumsum(self.recordings[:, 1]), self.held_out_index[:, 1], side="right")
 
 
 def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Windows:
@@ -109,17 +101,16 @@ def join_windows(parts: Sequence[Windows], hold_out: Collection[int] = ()) -> Wi
     The parts `hold_out`, from 0, are for testing alone, the others for learning alone then.
     """
     first = parts[0]
-    measured = [
-        {
-            "steps": part.learning.shape[1], "signals": part.names, "headings": part.headings,
-            "smooth_frames": part.smooth_frames, "fps": f"{1 / part.interval_s:.6g}",
-        }
-        for part in parts
-    ]  # fmt: skip
-    for k, how in enumerate(measured, start=1):
-        for name, one in measured[0].items():
-            got = f"{one} and {how[name]}"
-            require(one == how[name], name, "be the same in all recordings", got, place=f"recording {k}")
+    for name, measured in (
+        ("steps", [part.learning.shape[1] for part in parts]),
+        ("signals", [part.names for part in parts]),
+        ("headings", [part.headings for part in parts]),
+        ("smooth_frames", [part.smooth_frames for part in parts]),
+        ("fps", [f"{1 / part.interval_s:.6g}" for part in parts]),
+    ):
+        for k, one in enumerate(measured, start=1):
+            got = f"{measured[0]} and {one}"
+            require(one == measured[0], name, "be the same in all recordings", got, place=f"recording {k}")
     if hold_out:
         fits = all(is_integer(k) and 0 <= k < len(parts) for k in hold_out) and len(set(hold_out)) < len(parts)
         rule = f"be some of 0 to {len(parts) - 1}, but not all"
@@ -188,7 +179,8 @@ def cut_blocks(frames: int, cut: Cut) -> tuple[tuple[int, int, str], ...]:
     """Return the blocks of frames for learning and for testing, those for testing spread over time."""
     if cut.hold_out == 0:
         return ((0, frames, BOTH if cut.apart else SIDES[0]),)
-    parts = int(np.clip(frames * cut.hold_out // (LEAST_WINDOWS * cut.frames), 1, MOST_PARTS))
+    of_window = cut.lead + cut.steps + 1 + 2 * cut.half  # frames that enter its signals
+    parts = int(np.clip(frames * cut.hold_out // (LEAST_WINDOWS * of_window), 1, MOST_PARTS))
     blocks = []
     for part in range(parts):
         start, end = frames * part // parts, frames * (part + 1) // parts

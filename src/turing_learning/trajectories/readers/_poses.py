@@ -10,7 +10,7 @@ import numpy as np
 
 from turing_learning.errors import brief, refuse, require
 
-from .._recording import Format, Options, Recording, from_array, refusal
+from .._recording import Format, Glance, Options, Recording, from_array, refusal
 from ._shared import Sheet, check_rate, check_unpacked, choose, member, open_hdf5, rounded, text, texts, whole
 from ._tables import Labels, read_points
 
@@ -72,45 +72,33 @@ def _fixed(group: Any, path: Path) -> tuple[np.ndarray, Labels, np.ndarray]:
 H5_FORMAT = Format("deeplabcut-h5", lambda glance: glance.holds("pandas_type"), read_h5, has_keypoints=True)
 
 
-VARIABLES = ("position", "confidence", "heading")
-
-
 def read_movement(path: Path, options: Options) -> Recording:
-    """Read what `to_netcdf` of a dataset of movement writes, with any of its engines."""
-    with path.open("rb") as file:
-        old = file.read(3) == b"CDF"
-    return read_dataset((_netcdf3 if old else _netcdf4)(path), options, str(path))
-
-
-def _netcdf3(path: Path) -> "xr.Dataset":
+    """Read what `to_netcdf` of a dataset of movement writes: NetCDF 3, or HDF5, whose dimensions are scales."""
     import xarray as xr
 
-    with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
-        check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
-        return opened.load()
-
-
-def _netcdf4(path: Path) -> "xr.Dataset":
-    """Return positions and what belongs to them; NetCDF 4 is HDF5, whose dimensions are scales."""
-    import xarray as xr
-
+    with path.open("rb") as raw:
+        old = raw.read(3) == b"CDF"
+    if old:
+        with whole("NetCDF", path), xr.open_dataset(path, engine="scipy", decode_times=False) as opened:
+            check_unpacked(8 * max(each.size for each in opened.variables.values()), path)
+            return read_dataset(opened.load(), options, str(path))
+    variables: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     with open_hdf5(path) as file:
-        variables: dict[str, Any] = {}
-        for name in VARIABLES:
+        for name in ("position", "confidence", "heading"):
             found = member(file, name, path)
-            if found is None:
-                continue
-            if found.dtype.kind not in "fiu":
-                raise refusal("hold numbers", found.dtype, f"{path}, {name}")
-            dimensions = [text(scale[0].name).lstrip("/") if len(scale) else "unnamed" for scale in found.dims]
-            variables[name] = (dimensions, found[()])
-        coordinates: dict[str, Any] = {}
+            if found is not None:
+                if found.dtype.kind not in "fiu":
+                    raise refusal("hold numbers", found.dtype, f"{path}, {name}")
+                dimensions = [text(scale[0].name).lstrip("/") if len(scale) else "unnamed" for scale in found.dims]
+                variables[name] = (dimensions, found[()])
         for name in sorted({name for dimensions, _ in variables.values() for name in dimensions}):
             scale = member(file, name, path)
             if scale is not None and not bytes(scale.attrs.get("NAME", b"")).startswith(b"This is a netCDF dimension"):
                 coordinates[name] = scale[()] if scale.dtype.kind in "fiu" else texts(file, name, path)
         stated = {name: _plain(value) for name, value in file.attrs.items() if not name.startswith("_")}
-        return xr.Dataset(variables, coordinates, stated)
+        dataset = xr.Dataset(variables, coordinates, stated)
+    return read_dataset(dataset, options, str(path))
 
 
 def _plain(value: Any) -> Any:
@@ -121,9 +109,7 @@ def _plain(value: Any) -> Any:
 
 
 def read_dataset(dataset: "xr.Dataset", options: Options, source: str = "") -> Recording:
-    """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; what the user states comes first.
-
-    Names of dimensions may be in the singular.
+    """Read `position` (time, space, keypoints, individuals), `confidence`, `heading`; dimensions may be in the singular.
 
     Source: the documentation of movement, neuroinformatics.dev, "movement datasets".
     """
@@ -190,9 +176,8 @@ def _timing(dataset: "xr.Dataset", fps: float | None, source: str) -> tuple[floa
     return rate, round(float(times[0]) * (rate or fps or 1.0))
 
 
-MOVEMENT_FORMAT = Format(
-    "movement",
-    lambda glance: glance.kind == "netcdf3" or glance.holds("position", "space"),
-    read_movement,
-    has_keypoints=True,
-)
+def _is_movement(glance: Glance) -> bool:
+    return glance.kind == "netcdf3" or glance.holds("position", "space")
+
+
+MOVEMENT_FORMAT = Format("movement", _is_movement, read_movement, has_keypoints=True)

@@ -145,16 +145,13 @@ ROWS = 1 << 14  # rows that are turned into numbers together
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table by the names of its columns, which are at `place`; `at` says where a row is.
-
-    `read` is called with the places of columns of `numbers` and of `texts`. It returns an array (rows, numbers), not a number where
-    a cell is empty or says so, and lists of texts.
-    """
+    """A table by the names of its columns."""
 
     names: Sequence[str]
+    #: From columns of `numbers` and of `texts` to (rows, numbers), NaN where a cell is empty or says so, and lists of texts
     read: Callable[..., tuple[np.ndarray, list[list[str]]]]
-    place: str
-    at: Place
+    place: str  #: Where the names are
+    at: Place  #: Where a row is
 
 
 def check_times(seconds: np.ndarray, sheet: Sheet) -> None:
@@ -269,7 +266,6 @@ def _numbers(cells: list[str]) -> np.ndarray:
 
 
 def _number(cell: str) -> float:
-    try:
+    with suppress(ValueError):
         return np.inf if "_" in cell else float(cell or "nan")
-    except ValueError:
-        return np.inf
+    return np.inf

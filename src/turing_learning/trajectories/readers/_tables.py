@@ -5,7 +5,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 
@@ -40,15 +40,8 @@ def _is_tidy(glance: Glance) -> bool:
     return others < names and ({"x", "y"} <= names or (bool(others) and wide and not _is_csv(glance)))
 
 
-def read_tidy(path: Path, options: Options) -> Recording:
-    """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table.
-
-    Columns of a long table that are none of these are left alone.
-    """
-    return _long_or_wide(_sheet(path), options)
-
-
 def _long_or_wide(sheet: Sheet, options: Options) -> Recording:
+    """Read columns frame or time (s), x, y and, if there are any, id, heading (rad) and confidence; or a wide table."""
     if {"x", "y"} <= {name.lower() for name in sheet.names}:
         return read_long(sheet, options)
     rule = "frame or time, and x and y of each individual, as x1, y1, x2, ... or fish_x, fish_y, ..."
@@ -121,7 +114,7 @@ TRACKTOR_FORMAT = Format(  # Sridhar, Roche and Gingins 2019, Methods in Ecology
     lambda glance: {"frame", "pos_x", "pos_y"} <= _names(glance),
     lambda path, options: read_long(_sheet(path), options, "pos_x", "pos_y"),
 )
-TIDY_FORMAT = Format("tidy", _is_tidy, read_tidy)
+TIDY_FORMAT = Format("tidy", _is_tidy, lambda path, options: _long_or_wide(_sheet(path), options))
 
 
 COORDINATES = {"x": 0, "y": 1, "probid": 2, "likelihood": 2, "confidence": 2}
@@ -132,22 +125,8 @@ def _is_csv(glance: Glance) -> bool:
     return ["x1", "y1"] in (names[:2], names[1:3] if names[0] in ("time", "seconds") else []) if names else False
 
 
-def read_idtracker(path: Path, options: Options) -> Recording:
-    """Read one row for each frame, three columns for each individual, in pixels.
-
-    ProbId, the probability of the identity, is the confidence where it is a probability; idTracker writes NaN
-    where it did not compute one, and negative numbers where it estimated the position during a crossing.
-
-    Source: Perez-Escudero et al. 2014, idTracker, Nature Methods 11.
-    """
-    return read_wide(_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,))
-
-
 def read_csv(path: Path, options: Options) -> Recording:
-    """Read a row for each frame: time (s), then x and y (pixels) of each individual.
-
-    The frame rate is that of attributes.json beside the file, or follows from the times.
-    """
+    """Read time (s), then x and y (pixels) of each individual; attributes.json beside the file may state the frame rate."""
     beside, fps = path.parent / "attributes.json", None
     if beside.is_file():
         try:
@@ -160,10 +139,7 @@ def read_csv(path: Path, options: Options) -> Recording:
 
 
 def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: float | None = None) -> Recording:
-    """Read x, y and perhaps a confidence of each individual; `each` are the numbers that there may be.
-
-    Columns are called x1 or fish_x; one of times (s) or frames may be among them.
-    """
+    """Read `each` columns of an individual, as x1 or fish_x: x, y, perhaps a confidence; and one of times (s) or frames."""
     found: dict[str, dict[int, int]] = {}
     when = None
 
@@ -208,25 +184,26 @@ def read_wide(sheet: Sheet, rule: str, *, each: tuple[int, ...] = (2,), fps: flo
 
 def _timed(times: np.ndarray, frames: bool, sheet: Sheet, fps: float | None) -> tuple[int, float | None]:
     """Return first frame and frame rate of rows at times (s), or with frame numbers, that follow without a break."""
-
-    def after(row: int) -> str:
-        return sheet.at(row + 1)
-
-    steps = np.diff(times)
+    steps = np.diff(times, prepend=np.nan)
     check_times(times, sheet)
-    refuse_first(steps <= 0, after, "have times that grow from row to row", times[1:])
+    refuse_first(steps <= 0, sheet.at, "have times that grow from row to row", times)
     if frames:
-        refuse_first(steps != 1, after, "have frame numbers that follow without a break", times[1:])
+        refuse_first(np.abs(steps - 1) > 0, sheet.at, "have frame numbers that follow without a break", times)
         refuse_first(times != np.floor(times), sheet.at, "have frame numbers that are whole", times)
         return int(times[0]), fps
-    if len(steps):
-        typical = np.median(steps)
-        uneven = np.abs(steps / typical - 1) > 0.5
-        refuse_first(uneven, after, f"have evenly spaced times, with steps of {typical:.6g} s", steps)
+    typical = np.median(steps[1:]) if len(steps) > 1 else 1.0
+    rule = f"have evenly spaced times, with steps of {typical:.6g} s"
+    refuse_first(np.abs(steps / typical - 1) > 0.5, sheet.at, rule, steps)
     return 0, fps or stated_rate(times, np.arange(len(times)))
 
 
-IDTRACKER_FORMAT = Format("idtracker", lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"], read_idtracker)
+# In pixels. ProbId is the confidence where it is a probability; idTracker writes NaN where it did not compute one, and
+# negative numbers where it estimated the position during a crossing. Source: Perez-Escudero et al. 2014, Nature Methods 11.
+IDTRACKER_FORMAT = Format(
+    "idtracker",
+    lambda glance: glance.cells("\t")[:3] == ["X1", "Y1", "ProbId1"],
+    lambda path, options: read_wide(_sheet(path, "\t"), "X1, Y1, ProbId1, X2, ...", each=(3,)),
+)
 CSV_FORMAT = Format("idtracker.ai-csv", _is_csv, read_csv)
 
 
@@ -244,7 +221,6 @@ def read_toxtrac(path: Path, options: Options) -> Recording:
     """Read rows of frame, arena, track, x, y, label; a track within an arena is an individual.
 
     Positions are in pixels from the corner of the arena's region in the image, in Tracking_RealSpace.txt in mm.
-
     Source: Rodriguez et al. 2018, ToxTrac, Methods in Ecology and Evolution 9.
     """
     sheet = text_sheet(path, "\t", ("frame", "arena", "track", "x", "y", "label"), skip=0)
@@ -324,17 +300,13 @@ DEEPLABCUT_FORMAT = Format("deeplabcut", _is_deeplabcut, read_deeplabcut, has_ke
 
 
 def read_frame(frame: "pd.DataFrame", options: Options) -> Recording:
-    """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate).
-
-    What `Trajectories.to_pandas` states in its attributes holds.
-    """
+    """Read a long or a wide table, or one with columns (scorer, individual, body part, coordinate) or (individual, coordinate)."""
     if not len(frame):
         raise refusal("have at least one row", "none", "DataFrame")
-    stated: dict[str, Any] = {}
-    for name, known in (("unit", ("cm", "px", None)), ("y_axis", ("up", "down", None))):
-        if name in frame.attrs:
-            stated[name] = value = frame.attrs[name]
-            require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
+    stated = {name: frame.attrs[name] for name in ("unit", "y_axis") if name in frame.attrs}  # as `to_pandas` does
+    for name, value in stated.items():
+        known = {"unit": ("cm", "px", None), "y_axis": ("up", "down", None)}[name]
+        require(value in known, name, "be one that is known", brief(value), place="DataFrame, attributes")
     if "fps" in frame.attrs:
         stated["fps"] = check_rate(frame.attrs["fps"], "DataFrame, fps")
     levels = frame.columns.nlevels
@@ -363,11 +335,8 @@ def _frame_sheet(frame: "pd.DataFrame") -> Sheet:
                 found[:, k] = pd.to_numeric(series, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
             bad = (np.isnan(found[:, k]) & series.notna().to_numpy()) | np.isinf(found[:, k])
             for row in np.flatnonzero(bad)[:1]:
-                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), at(row))
+                raise refusal("have finite numbers or NaN", repr(series.iloc[row]), f"DataFrame, row {row}")
         return found, [["" if pd.isna(cell) else str(cell) for cell in frame.iloc[:, column]] for column in texts]
 
-    def at(row: int) -> str:
-        return f"DataFrame, row {row}"
-
     names = [str(name if not isinstance(name, tuple) else name[0]) for name in frame.columns]
-    return Sheet(names, read, "DataFrame", at)
+    return Sheet(names, read, "DataFrame", "DataFrame, row {}".format)

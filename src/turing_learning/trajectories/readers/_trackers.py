@@ -14,9 +14,7 @@ DIMENSIONS = ["track", "xy", "node", "frame"]
 
 
 def read_sleap(path: Path, options: Options) -> Recording:
-    """Read `tracks` (tracks, 2, nodes, frames) in pixels, one node of each track, with `point_scores` as confidence.
-
-    Where the attribute `dims` of `tracks` names the dimensions in another order, that order holds.
+    """Read `tracks` (tracks, 2, nodes, frames), or in the order of its `dims`, in pixels, with `point_scores` as confidence.
 
     Source: Pereira et al. 2022, SLEAP, Nature Methods 19; its documentation of the analysis format.
     """
@@ -91,14 +89,10 @@ HEAD = "head"
 _WANTED = ("X", "Y", "frame", "time", "missing", "ANGLE", "frame_rate")
 
 
-def _key(axis: str, point: str) -> str:
-    return axis if point == HEAD else f"{axis}#{point}"
-
-
-def _points(arrays: Iterable[str]) -> list[str]:
-    """Return the points of the body that have X and Y: "head" without a suffix, else the suffix after #."""
-    found = {name.partition("#")[2] or HEAD for name in arrays if name.partition("#")[0] == "X"}
-    return sorted(point for point in found if _key("Y", point) in arrays)
+def _points(arrays: Iterable[str]) -> dict[str, str]:
+    """Return the points of the body that have X and Y, "head" without a suffix, else what is after the #; each with its suffix."""
+    found = sorted((name[2:] or HEAD, name[1:]) for name in arrays if name.partition("#")[0] == "X")
+    return {point: suffix for point, suffix in found if f"Y{suffix}" in arrays}
 
 
 def _is_track(arrays: Iterable[str]) -> bool:
@@ -110,7 +104,6 @@ def read_trex(path: Path, options: Options) -> Recording:
 
     The weighted centroid (`X#wcentroid`) stands for the animal unless `keypoint` says otherwise. Frame rate
     from `frame_rate`, or from `time` (s). `ANGLE` (rad) is the heading if it is there wherever a position is.
-
     Source: Walter and Couzin 2021, TRex, eLife 10; its documentation of the output.
     """
     files = sorted(files_of(path), key=lambda file: natural(file.name)) if path.is_dir() else [path]
@@ -176,9 +169,9 @@ def _arrays(path: Path) -> dict[str, np.ndarray]:
 def _track(path: Path, arrays: Mapping[str, np.ndarray], options: Options) -> tuple[np.ndarray, float | None]:
     """Return frame, x, y, not a number where missing, and heading (rows, 4) of an individual, and the frame rate."""
     available = _points(arrays)
-    point = choose(options.keypoint or (CENTROID if CENTROID in available else None), available, path)
+    suffix = available[choose(options.keypoint or (CENTROID if CENTROID in available else None), [*available], path)]
     values = {}
-    for name in ("frame", _key("X", point), _key("Y", point), "ANGLE", "missing", "time"):
+    for name in ("frame", f"X{suffix}", f"Y{suffix}", "ANGLE", "missing", "time"):
         if name in arrays:
             column = arrays[name]
             if column.ndim != 1 or column.dtype.kind not in "fiub":
