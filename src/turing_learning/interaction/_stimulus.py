@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import ClassVar, Literal
+from typing import Literal
 
 import numpy as np
 
 from ..arrays import array
 from ..classifiers import ElmanClassifier
 from ..errors import choice, integer, require
+from ..models._parameters import Settings
 
 PASSIVE = ("random", "constant", "recorded")
 
@@ -17,7 +18,7 @@ _STEEPEST = 40.0  # sum at which a neuron is saturated
 
 
 @dataclass(frozen=True)
-class Stimulus:
+class Stimulus(Settings):
     """S stimuli at each time step, and who chooses them.
 
     Parameters
@@ -32,8 +33,6 @@ class Stimulus:
     recorded : (R, T, S)
         Series of stimuli, each as long as a trial.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     ranges: dict[str, tuple[float, float]]
     levels: int = 0

@@ -7,6 +7,8 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from ..errors import brief, require
+
 OPEN_WIDTH = 2.0
 """Width of the initial range where a side is open, in the units of a linear parameter or in decades of a logarithmic one."""
 
@@ -23,12 +25,19 @@ LARGEST_DECADE = 300.0
 """A logarithmic parameter with an open side stays within 1e-300 and 1e300."""
 
 
+class Settings:
+    """Base of the dataclasses that files of configuration fill, and whose unknown names pydantic rejects."""
+
+    __pydantic_config__: ClassVar = {"extra": "forbid"}
+
+
 @dataclass(frozen=True)
-class Parameter:
+class Parameter(Settings):
     """A parameter in its user's units.
 
     Optimizers work on numbers x whose initial range is [-1, 1]. It is mapped linearly (on a logarithmic scale,
-    in decades) to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror.
+    in decades) to the initial range of the parameter; beyond a bound the axis is folded back, as in a mirror
+    (docs/decisions/0012-own-systems.md).
 
     Parameters
     ----------
@@ -42,18 +51,12 @@ class Parameter:
         Range of the first models, within the bounds; by default from bound to bound. Where a side is open,
         the default is 2 units wide, or 2 decades on a logarithmic scale, around 0, or 1, if both are open.
 
-    Source
-    ------
-    docs/decisions/0012-own-systems.md.
-
     Examples
     --------
     >>> import numpy as np
     >>> Parameter(0, 20, unit="cm/s").to_units(np.array([-1.0, 0.0, 0.9, 1.1]))
     array([ 0., 10., 19., 19.])
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     low: float | None
     high: float | None
@@ -62,38 +65,27 @@ class Parameter:
     initial: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        if self.scale not in ("linear", "log"):
-            raise ValueError(f'`scale` must be "linear" or "log"; got {self.scale!r}.')
-        if not isinstance(self.unit, str):
-            raise ValueError(f"`unit` must be a text; got {self.unit!r}.")  # noqa: TRY004 - a setting that is refused
+        require(self.scale in ("linear", "log"), "scale", 'be "linear" or "log"', brief(self.scale))
+        require(isinstance(self.unit, str), "unit", "be a text", brief(self.unit))
         decades = self.scale == "log"
-        smallest = 1 / LARGEST if decades else -LARGEST
+        smallest, kind = (1 / LARGEST, " on a logarithmic scale") if decades else (-LARGEST, "")
+        rule = f"be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side"
         for name, value in (("low", self.low), ("high", self.high)):
-            if value is not None and not (_is_number(value) and smallest <= value <= LARGEST):
-                kind = " on a logarithmic scale" if decades else ""
-                raise ValueError(
-                    f"`{name}` must be a number from {smallest:g} to {LARGEST:g}{kind}, or None for an open side; "
-                    f"got {value!r}."
-                )
+            fits = value is None or (_is_number(value) and smallest <= value <= LARGEST)
+            require(fits, name, rule, brief(value))
             object.__setattr__(self, name, None if value is None else float(value))
-        low, high, initial = self.low, self.high, self.initial
-        if low is not None and high is not None and not low < high:
-            raise ValueError(f"`low` must be below `high`; got {low} and {high}.")
+        low, high, initial, half = self.low, self.high, self.initial, OPEN_WIDTH / 2
+        require(low is None or high is None or low < high, "low", "be below `high`", f"{low} and {high}")
         if initial is None:
-            first = (
-                self._value(-OPEN_WIDTH / 2 if high is None else self._axis(high) - OPEN_WIDTH) if low is None else low
-            )
-            last = (
-                self._value(OPEN_WIDTH / 2 if low is None else self._axis(low) + OPEN_WIDTH) if high is None else high
-            )
+            first = self._value(-half if high is None else self._axis(high) - 2 * half) if low is None else low
+            last = self._value(half if low is None else self._axis(low) + 2 * half) if high is None else high
             initial = (first, last)
         else:
             below = (self._value(-LARGEST_DECADE) if decades else -INITIAL_LARGEST) if low is None else low
             above = INITIAL_LARGEST if high is None else high
             pair = isinstance(initial, tuple | list) and len(initial) == 2 and all(map(_is_number, initial))
-            if not pair or not below <= initial[0] < initial[1] <= above:
-                rule = f"be two numbers from {below:g} to {above:g}, the lower first"
-                raise ValueError(f"`initial` must {rule}; got {initial!r}.")
+            rule = f"be two numbers from {below:g} to {above:g}, the lower first"
+            require(pair and below <= initial[0] < initial[1] <= above, "initial", rule, brief(initial))
         object.__setattr__(self, "initial", (float(initial[0]), float(initial[1])))
 
     def to_units(self, numbers: np.ndarray) -> np.ndarray:

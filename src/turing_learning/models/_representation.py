@@ -63,7 +63,7 @@ class Jumps:
 class Representation(Protocol):
     """From the optimizer's numbers (genomes) to the parameters of models, from these to behavior and to what results state.
 
-    Source: paper, section 3.2.2.
+    By default genomes are parameters, results state them as they are, and no numbers are exchanged (paper, section 3.2.2).
     """
 
     @property
@@ -73,32 +73,25 @@ class Representation(Protocol):
     @property
     def jumps(self) -> Jumps:
         """What jumps may do to genomes."""
+        return Jumps()
 
     def to_units(self, genomes: np.ndarray) -> np.ndarray:
         """Return the parameters (..., P) of genomes (..., P)."""
+        return genomes
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
         """Return what a robot with these parameters (..., P) executes."""
 
     def described(self, parameters: np.ndarray) -> np.ndarray:
         """Return models with these parameters (..., P) in those that the agents have too, to be compared with theirs."""
+        return parameters
 
 
 @dataclass(frozen=True)
-class ReactiveModel:
-    """A model with the agents' control system: left and right wheel speed for each sensor state; genomes are parameters.
+class ReactiveModel(Representation):
+    """A model with the agents' control system: left and right wheel speed for each sensor state (paper, section 3.2.2)."""
 
-    Parameters
-    ----------
-    states
-        Number of sensor states n.
-
-    Source
-    ------
-    Paper, section 3.2.2.
-    """
-
-    states: int
+    states: int  #: Number of sensor states n
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -119,32 +112,14 @@ class ReactiveModel:
         """Return the parameters (P,) of agents with these wheel speeds (2 n,) and field of view (rad): the wheel speeds."""
         return wheel_speeds
 
-    def to_units(self, genomes: np.ndarray) -> np.ndarray:
-        """Return the genomes (..., 2 n) themselves."""
-        return genomes
-
     def behavior(self, parameters: np.ndarray) -> Behavior:
         """Return the wheel speeds; the field of view is the scenario's."""
         return Behavior(parameters)
 
-    def described(self, parameters: np.ndarray) -> np.ndarray:
-        """Return the parameters (..., P) as they are."""
-        return parameters
-
 
 @dataclass(frozen=True)
 class MorphologyModel(ReactiveModel):
-    """A reactive model whose last parameter is the field of view: theta = 2 pi sig(x) of the optimizer's number x.
-
-    Parameters
-    ----------
-    states
-        Number of sensor states n.
-
-    Source
-    ------
-    Paper, section 4.6.1.
-    """
+    """A reactive model whose last parameter is the field of view, theta = 2 pi sig(x) of a number x (paper, section 4.6.1)."""
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -177,16 +152,13 @@ class MorphologyModel(ReactiveModel):
         return Behavior(parameters[..., :-1], parameters[..., -1])
 
 
-REPRESENTATIONS: dict[str, type[ReactiveModel]] = {
-    "reactive": ReactiveModel,
-    "morphology": MorphologyModel,
-}
+REPRESENTATIONS: dict[str, type[ReactiveModel]] = {"reactive": ReactiveModel, "morphology": MorphologyModel}
 """What a scenario may say of its models: name -> the representation of so many sensor states."""
 
 
 @dataclass(frozen=True)
-class ElmanModel:
-    """A model that assumes nothing of the agents' control system: an Elman network with memory.
+class ElmanModel(Representation):
+    """A model that assumes nothing of the agents' control system: an Elman network with memory (paper, section 4.6.2).
 
     With the sensor reading I_t, hidden activations h_t = sig(W I_t + U h_(t-1) + b) and h_0 = 0 at the start of a trial,
     the wheel speeds, as fractions of the maximum, are 2 sig(V h_t + c) - 1. A model holds, in this order:
@@ -197,7 +169,8 @@ class ElmanModel:
     4. output weights V (2, H), of the left wheel, then of the right,
     5. output biases c (2), left and right,
 
-    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons.
+    so that Q = H^2 + 4 H + 2: 7, 23 and 47 weights for one, three and five hidden neurons. The paper does not print the map of the
+    outputs: docs/decisions/0017-black-box-models.md.
 
     Parameters
     ----------
@@ -205,10 +178,6 @@ class ElmanModel:
         Number of sensor states n.
     hidden
         Hidden neurons H, >= 1.
-
-    Source
-    ------
-    Paper, section 4.6.2, which does not print the map of the outputs: docs/decisions/0017-black-box-models.md.
 
     Examples
     --------
@@ -236,15 +205,6 @@ class ElmanModel:
             "left_bias",
             "right_bias",
         )
-
-    @property
-    def jumps(self) -> Jumps:
-        """No exchange: no weights belong to a sensor state."""
-        return Jumps()
-
-    def to_units(self, genomes: np.ndarray) -> np.ndarray:
-        """Return the genomes (..., Q) themselves."""
-        return genomes
 
     def behavior(self, parameters: np.ndarray) -> Behavior:
         """Return the networks (..., Q), and 1 as the largest of their outputs; the field of view is the scenario's."""
@@ -282,9 +242,8 @@ class ElmanModel:
             Left and right wheel speed, -1 to 1, in each time step; the network is reset before the first.
         """
         h, count = self.hidden, len(self.parameter_names)
-        models = array(
-            "models", models, "... Q", empty=True, remedy=f"{h} hidden neurons have {count} weights.", Q=count
-        )
+        remedy = f"{h} hidden neurons have {count} weights."
+        models = array("models", models, "... Q", empty=True, remedy=remedy, Q=count)
         lead = models.shape[:-1]
         inputs, recurrent, biases, output, last = np.split(models, np.cumsum([h, h * h, h, 2 * h]), axis=-1)
         recurrent, output = recurrent.reshape(*lead, h, h), output.reshape(*lead, 2, h)

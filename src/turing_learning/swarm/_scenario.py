@@ -2,10 +2,11 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Literal
 
 from ..errors import brief, choice, integer, number, refuse, require
 from ..models import FULL_VIEW, ReactiveModel
+from ..models._parameters import Settings
 from ..models._representation import REPRESENTATIONS
 
 ITEM_KINDS = ("background", "robot", "object")
@@ -13,21 +14,13 @@ ITEM_KINDS = ("background", "robot", "object")
 
 @dataclass(frozen=True)
 class Start:
-    """Robots and objects, and the rectangle in which their centers are placed.
+    """Robots and objects, and the rectangle in which their centers are placed."""
 
-    Attributes
-    ----------
-    disks
-        (number, radius in cm) of the robots, then of the objects; objects only where there are some.
-    corner_cm
-        x and y of the corner of the rectangle.
-    sides_cm
-        Its width and height.
-    """
-
-    disks: tuple[tuple[int, float], ...]
-    corner_cm: float
-    sides_cm: tuple[float, float]
+    disks: tuple[
+        tuple[int, float], ...
+    ]  #: (number, radius in cm) of the robots, then of the objects where there are some
+    corner_cm: float  #: x and y of the corner of the rectangle
+    sides_cm: tuple[float, float]  #: Its width and height
 
     @property
     def bodies(self) -> int:
@@ -57,8 +50,8 @@ def most_disks(sides_cm: tuple[float, float], radius_cm: float) -> float:
 
 
 @dataclass(frozen=True)
-class Robot:
-    """A differential-wheeled robot, a disk.
+class Robot(Settings):
+    """A differential-wheeled robot, a disk: the e-puck as modeled by Enki (paper, section 4.1).
 
     Parameters
     ----------
@@ -71,13 +64,7 @@ class Robot:
         1 + wheel_noise; 0 to below 1.
     clamp_wheel_speeds
         Whether wheels turn no faster than the maximum, also if a controller or the noise asks for it.
-
-    Source
-    ------
-    Paper, section 4.1 (the e-puck as modeled by Enki).
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     radius_cm: float = 3.5
     mass_g: float = 150.0
@@ -93,8 +80,8 @@ class Robot:
 
 
 @dataclass(frozen=True)
-class Objects:
-    """Movable disks with dry friction.
+class Objects(Settings):
+    """Movable disks with dry friction (paper, section 4.1).
 
     Parameters
     ----------
@@ -104,13 +91,7 @@ class Objects:
         Of each (cm, g).
     friction
         Coefficient of dry friction on the ground, without unit; what it does is in docs/physics.md.
-
-    Source
-    ------
-    Paper, section 4.1.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     count: int = 0
     radius_cm: float = 5.0
@@ -125,7 +106,7 @@ class Objects:
 
 
 @dataclass(frozen=True)
-class Arena:
+class Arena(Settings):
     """The ground: unbounded, or a rectangle of walls with one corner at the origin.
 
     Parameters
@@ -133,8 +114,6 @@ class Arena:
     width_cm, height_cm
         Sides along x and y (cm); None for both without walls.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     width_cm: float | None = None
     height_cm: float | None = None
@@ -144,8 +123,7 @@ class Arena:
         both = (sides[0] is None) == (sides[1] is None)
         require(both, "arena.width_cm and arena.height_cm", "be both given or both left out", brief(sides))
         for name, side in zip(("width_cm", "height_cm"), sides, strict=True):
-            if side is not None:
-                number(f"arena.{name}", side, above=0)
+            number(f"arena.{name}", 1.0 if side is None else side, above=0)
 
     @property
     def bounded(self) -> bool:
@@ -154,8 +132,10 @@ class Arena:
 
 
 @dataclass(frozen=True)
-class Sensor:
+class Sensor(Settings):
     """A sensor of unlimited range: the reading I is the place of the nearest visible item's kind in `readings`.
+
+    Source: paper, sections 3.2.1 and 4.6.1.
 
     Parameters
     ----------
@@ -165,13 +145,7 @@ class Sensor:
     field_of_view
         Of the agents (rad), from 0 to 2 pi, centered on the heading; 0 is a line of sight. An item is visible
         if any part of its disk lies in view.
-
-    Source
-    ------
-    Paper, sections 3.2.1 and 4.6.1.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     readings: tuple[str, ...] = ("background", "robot")
     field_of_view: float = 0.0
@@ -194,8 +168,8 @@ class Sensor:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """How long individuals are observed, how time is cut, and where they start.
+class Trial(Settings):
+    """How long individuals are observed, how time is cut, and where they start (paper, sections 4.1 and 4.2).
 
     Parameters
     ----------
@@ -207,13 +181,7 @@ class Trial:
         Steps of the physics in a control cycle.
     start_side_cm
         Side (cm) of the square in which all start where there are no walls.
-
-    Source
-    ------
-    Paper, sections 4.1 and 4.2.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     duration_s: float = 10.0
     control_interval_s: float = 0.1
@@ -236,7 +204,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Scenario(Settings):
     """A swarm to be inferred: agents that execute `controller`, and replicas that execute models.
 
     Parameters
@@ -259,8 +227,6 @@ class Scenario:
         Whether `controller` is what the agents execute, so that models are compared with it. False for robots
         in a laboratory whose rule nobody knows: then it is that of a rehearsal's agents only.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     name: str
     title: str

@@ -66,20 +66,11 @@ class Drivers:
 
 @dataclass(frozen=True)
 class Simulation:
-    """What was observed in R trials of A robots and O objects for T control cycles.
+    """What was observed in R trials of A robots and O objects for T control cycles."""
 
-    Attributes
-    ----------
-    poses : (R, T + 1, A + O, 3)
-        x, y (cm), heading (rad, anticlockwise, in [-pi, pi)); robots first.
-    sensors : (R, T + 1, A)
-        Sensor state I at each pose.
-    speeds : (R, A, T, 2)
-        Linear speed (cm/s), negative when moving against the heading at the cycle's start; angular speed (rad/s).
-    """
-
-    poses: np.ndarray
-    sensors: np.ndarray
+    poses: np.ndarray  #: (R, T + 1, A + O, 3): x, y (cm), heading (rad, anticlockwise, in [-pi, pi)); robots first
+    sensors: np.ndarray  #: (R, T + 1, A): Sensor state I at each pose
+    #: (R, A, T, 2): Linear speed (cm/s), negative against the heading at the cycle's start; angular speed (rad/s)
     speeds: np.ndarray
 
 
@@ -116,18 +107,13 @@ def build_world(
 
 
 def simulate(
-    scenario: Scenario,
-    controllers: np.ndarray,
-    initial_poses: np.ndarray,
-    *,
-    control_steps: int,
-    seed: int = 0,
-    wheel_noise: float | None = None,
-    fields_of_view: np.typing.ArrayLike | None = None,
-    threads: int | None = None,
+    scenario: Scenario, controllers: np.ndarray, initial_poses: np.ndarray, *, control_steps: int, seed: int = 0,
+    wheel_noise: float | None = None, fields_of_view: np.typing.ArrayLike | None = None, threads: int | None = None,
     drivers: Drivers | None = None,
-) -> Simulation:
+) -> Simulation:  # fmt: skip
     """Run trials of a swarm; the numbers of robots and objects come from the arrays.
+
+    Source: paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
 
     Parameters
     ----------
@@ -154,10 +140,6 @@ def simulate(
     -------
     Simulation
         Poses, sensor states and speeds at every control cycle.
-
-    Source
-    ------
-    Paper, sections 3.2, 4.1 and 4.6.2; docs/physics.md.
     """
     controllers = np.ascontiguousarray(array("controllers", controllers, "R A S", S=2 * scenario.sensor.states))
     trials, robots = controllers.shape[:2]
@@ -179,14 +161,16 @@ def simulate(
         wrong = fields[~((fields >= 0) & (fields <= FULL_VIEW))]
         require(not wrong.size, "fields_of_view", f"be from 0 to 2 pi = {FULL_VIEW:.6f} rad", wrong[:1].tolist())
     if scenario.arena.bounded:
-        _check_inside(scenario, poses, robots)
+        size = (scenario.arena.width_cm, scenario.arena.height_cm)
+        radius = np.repeat([scenario.robot.radius_cm, scenario.objects.radius_cm], [robots, poses.shape[1] - robots])
+        outside = (poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])
+        for trial, body in np.argwhere(outside.any(axis=-1))[:1].tolist():
+            got, place = f"x, y = {poses[trial, body, :2].tolist()}", f"body {body} of trial {trial}"
+            refuse("initial_poses", f"lie inside the arena of {size[0]} x {size[1]} cm", got, place=place)
     keys = np.random.SeedSequence(seed).generate_state(trials, np.uint64)
     room = (trials, control_steps + 1)
-    result = Simulation(
-        poses=np.empty((*room, poses.shape[1], 3)),
-        sensors=np.empty((*room, robots), np.int8),
-        speeds=_new_speeds(trials, robots, control_steps),
-    )
+    sensors, speeds = np.empty((*room, robots), np.int8), _new_speeds(trials, robots, control_steps)
+    result = Simulation(np.empty((*room, poses.shape[1], 3)), sensors, speeds)
     poses = poses.copy()
     poses[..., 2] = (poses[..., 2] + math.pi) % (2 * math.pi) - math.pi
     outputs = (result.speeds, result.poses, result.sensors)
@@ -228,25 +212,11 @@ def _run(
     run_range(advance, trials, threads, poses, controllers, keys, *outputs, grain=slots_of(world.bodies))
 
 
-def _check_inside(scenario: Scenario, poses: np.ndarray, robots: int) -> None:
-    size = (scenario.arena.width_cm, scenario.arena.height_cm)
-    radius = np.where(np.arange(poses.shape[1]) < robots, scenario.robot.radius_cm, scenario.objects.radius_cm)
-    outside = ((poses[..., :2] < radius[:, None]) | (poses[..., :2] > np.array(size) - radius[:, None])).any(axis=-1)
-    if outside.any():
-        trial, body = (int(k) for k in np.argwhere(outside)[0])
-        got, place = f"x, y = {poses[trial, body, :2].tolist()}", f"body {body} of trial {trial}"
-        refuse("initial_poses", f"lie inside the arena of {size[0]} x {size[1]} cm", got, place=place)
-
-
 def initial_poses(
-    scenario: Scenario,
-    trials: int,
-    rng: np.random.Generator,
-    *,
-    robots: int | None = None,
+    scenario: Scenario, trials: int, rng: np.random.Generator, *, robots: int | None = None,
     side_cm: float | None = None,
-) -> np.ndarray:
-    """Place robots and objects uniformly in the scenario's start square, with uniform headings.
+) -> np.ndarray:  # fmt: skip
+    """Place robots and objects uniformly in the scenario's start square, with uniform headings (paper, section 4.2).
 
     Parameters
     ----------
@@ -265,16 +235,10 @@ def initial_poses(
     -------
     (R, A + O, 3)
         x, y (cm), heading (rad). Bodies may overlap; they are pushed apart as they begin to move.
-
-    Source
-    ------
-    Paper, section 4.2.
     """
-    individuals = scenario.individuals if robots is None else robots
     integer("trials", trials, 1)
-    integer("robots", individuals, 1)
-    if side_cm is not None:
-        number("side_cm", side_cm, above=0)
+    integer("robots", scenario.individuals if robots is None else robots, 1)
+    number("side_cm", 1.0 if side_cm is None else side_cm, above=0)
     start = scenario.start(robots, side_cm)
     if side_cm is None and start.crowd:
         rule, remedy = "have room where the scenario lets them start", "Take fewer, or another scenario."

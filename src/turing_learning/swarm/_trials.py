@@ -19,15 +19,11 @@ TRIALS = 10
 
 @dataclass(frozen=True, eq=False)
 class Execution:
-    """What each robot of R trials executes, as `simulate` and `observe` take it.
+    """What each robot of R trials executes, as `simulate` and `observe` take it."""
 
-    Wheel speeds (R, A, 2 n), of a network the largest that it may give; fields of view (R, A), None where all are the scenario's;
-    networks that drive some of the robots, None if all are reactive.
-    """
-
-    controllers: np.ndarray
-    fields_of_view: np.ndarray | None
-    drivers: Drivers | None
+    controllers: np.ndarray  #: Wheel speeds (R, A, 2 n), of a network the largest that it may give
+    fields_of_view: np.ndarray | None  #: (R, A), None where all are the scenario's
+    drivers: Drivers | None  #: Networks that drive some of the robots, None if all are reactive
 
 
 def execution_of(scenario: Scenario, models: Behavior, executed: np.ndarray) -> Execution:
@@ -51,24 +47,12 @@ def execution_of(scenario: Scenario, models: Behavior, executed: np.ndarray) -> 
 
 @dataclass(frozen=True, eq=False)
 class Trials:
-    """R trials of a scenario's A robots: who executes which model, from which poses, with which wheel noise.
+    """R trials of a scenario's A robots: who executes which model, from which poses, with which wheel noise."""
 
-    Attributes
-    ----------
-    scenario
-        Of the agents, the arena and the duration.
-    executed : (R, A)
-        The model that each robot executes; -1 for an agent.
-    poses : (R, A + O, 3)
-        x, y (cm), heading (rad) at the beginning; robots first, then objects.
-    keys : (R,)
-        Of the wheel noise, one for each trial.
-    """
-
-    scenario: Scenario
-    executed: np.ndarray
-    poses: np.ndarray
-    keys: np.ndarray
+    scenario: Scenario  #: Of the agents, the arena and the duration
+    executed: np.ndarray  #: (R, A): The model that each robot executes; -1 for an agent
+    poses: np.ndarray  #: (R, A + O, 3): x, y (cm), heading (rad) at the beginning; robots first, then objects
+    keys: np.ndarray  #: (R,): Of the wheel noise, one for each trial
 
     @classmethod
     def draw(cls, scenario: Scenario, executed: np.ndarray, rng: np.random.Generator) -> Self:
@@ -104,21 +88,12 @@ def alone(scenario: Scenario, trials: int) -> np.ndarray:
 class MixedSwarm:
     """Replicas mixed into a group of agents: one trial per model, in which every replica executes it.
 
-    Parameters
-    ----------
-    threads
-        Number of threads; None takes every processor. It does not change the samples.
-    model
-        What a model is; None takes the scenario's.
-
-    Source
-    ------
-    Paper, sections 3.2.2 and 4.2.
+    Source: paper, sections 3.2.2 and 4.2.
     """
 
     scenario: Scenario
-    threads: int | None = None
-    model: Representation | None = None
+    threads: int | None = None  #: Number of threads; None takes every processor. It does not change the samples
+    model: Representation | None = None  #: What a model is; None takes the scenario's
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
         """Return genuine samples (trials x agents, T, 2) and counterfeit samples (M, replicas, T, 2) of models (M, P)."""
@@ -137,11 +112,7 @@ class MixedSwarm:
 class SeparatedSwarm(MixedSwarm):
     """Groups of agents and groups of replicas, never mixed: a trial of each per model, all replicas of which execute it.
 
-    Both groups have as many individuals as the scenario. The parameters are those of `MixedSwarm`.
-
-    Source
-    ------
-    Paper, section 4.6.3.
+    Both groups have as many individuals as the scenario (paper, section 4.6.3).
     """
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
@@ -157,17 +128,10 @@ class ObservedSwarm:
     """A live source of genuine motion: swarms of a scenario without replicas, from new initial poses each time.
 
     `turing_learning.infer` makes one of a scenario that is given as `genuine`.
-
-    Parameters
-    ----------
-    scenario
-        What moves; its replicas are agents, too.
-    trials
-        Number of swarms R that are observed at once.
     """
 
-    scenario: Scenario
-    trials: int = TRIALS
+    scenario: Scenario  #: What moves; its replicas are agents, too
+    trials: int = TRIALS  #: Number of swarms R that are observed at once
 
     names = ("speed", "turn")
     headings = True

@@ -4,14 +4,14 @@ import logging
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass, replace
-from typing import Any, ClassVar, Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 
 from ..coevolution import Classifier, Samples
 from ..errors import Setting, Text, brief, integer, refuse, require
 from ..models import Behavior, Jumps, Parameter
-from ..models._parameters import LARGEST_DECADE
+from ..models._parameters import LARGEST_DECADE, Settings
 from ..trajectories import SIGNALS
 from ._calls import Answer, Failed, Runner, Simulator
 from ._genuine import Genuine, cut_samples, observed, shown
@@ -30,7 +30,7 @@ def same_time_step(one_s: float, other_s: float) -> bool:
 
 
 @dataclass(frozen=True)
-class CustomSystem(System):
+class CustomSystem(System, Settings):
     """A system that was observed, and how models of it are simulated.
 
     Parameters
@@ -53,8 +53,6 @@ class CustomSystem(System):
     digest
         SHA-256 of the genuine data; empty for a live source.
     """
-
-    __pydantic_config__: ClassVar = {"extra": "forbid"}
 
     name: str
     title: str
