@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -113,6 +113,8 @@ class FewTrials:
         All samples.
     batch
         What is known after the last batch; None before the first.
+    present : (N, Q)
+        The fittest classifiers after the last batch.
 
     Examples
     --------
@@ -120,24 +122,12 @@ class FewTrials:
     """
 
     def __init__(
-        self,
-        source: SampleSource,
-        classifier: Classifier,
-        classifiers: Optimizer,
-        *,
-        low: np.typing.ArrayLike,
-        high: np.typing.ArrayLike,
-        trials: int,
-        seed: int,
-        extended: Sequence[tuple[int, int]] = (),
-        observers: Observers | None = None,
-        genuine: np.ndarray | None = None,
-        groups: Sequence[Sequence[int]] = (),
-        dependent: Sequence[int] = (),
-        limits: np.typing.ArrayLike = False,
-        saturated: np.typing.ArrayLike = False,
-        together: int = 1,
-    ) -> None:
+        self, source: SampleSource, classifier: Classifier, classifiers: Optimizer, *, low: np.typing.ArrayLike,
+        high: np.typing.ArrayLike, trials: int, seed: int, extended: Sequence[tuple[int, int]] = (),
+        observers: Observers | None = None, genuine: np.ndarray | None = None,
+        groups: Sequence[Sequence[int]] = (), dependent: Sequence[int] = (), limits: np.typing.ArrayLike = False,
+        saturated: np.typing.ArrayLike = False, together: int = 1,
+    ) -> None:  # fmt: skip
         low, high = array("low", low, "P"), array("high", high, "P")
         require(low.shape == high.shape and (low < high).all(), "high", "be above `low`, for each parameter", f"{high}")
         self.trials = integer("trials", trials, 10)
@@ -146,15 +136,9 @@ class FewTrials:
         self._source, self._classifier, self._classifiers = source, classifier, classifiers
         self._observers, self._fixed = observers, genuine
         self._archive = ClassifierArchive(_ARCHIVE, seed=(ARCHIVE, self._seed))
-        self._design = TrialDesign(
-            len(low),
-            seed=(DESIGN, self._seed),
-            groups=groups,
-            dependent=dependent,
-            limits=limits,
-            saturated=saturated,
-            explorers=0.0 if genuine is None else _EXPLORERS,
-        )
+        known: dict[str, Any] = {"groups": groups, "dependent": dependent, "limits": limits, "saturated": saturated}
+        explorers = 0.0 if genuine is None else _EXPLORERS
+        self._design = TrialDesign(len(low), seed=(DESIGN, self._seed), explorers=explorers, **known)
         self._together = integer("together", together, 1)
         self._stages = (*extended, (trials, trials))
         self._schedule = batch_schedule(trials, len(low), extended)
@@ -165,7 +149,7 @@ class FewTrials:
         self._drawn = np.empty((0, 0 if observers is None else observers.parameters))
         self._seen = np.empty((0, 0), np.float32)  # outputs (S, F) of the observers for all trials
         self._seen_genuine = np.empty((0, 0), np.float32)
-        self._present = np.empty((0, classifier.parameters))
+        self.present = np.empty((0, classifier.parameters))
         self._density = _Density(None)
         self._pooled = np.empty((0, len(low)))
 
@@ -202,11 +186,6 @@ class FewTrials:
         return np.median(self.draws, axis=0)
 
     @property
-    def present(self) -> np.ndarray:
-        """The fittest classifiers (N, Q) after the last batch."""
-        return self._present
-
-    @property
     def observed(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Outputs of the observers for usable trials (S, F) and genuine samples (K, F), and which trials these are (S,)."""
         usable = np.flatnonzero(self.buffer.usable)
@@ -223,7 +202,8 @@ class FewTrials:
             if self.buffer.pool != self._pool:  # the run has got more trials: more genuine samples are judged
                 self.buffer.pool = self._pool
                 self._observe(len(self.buffer), len(self.buffer.genuine))
-            self._try(self._models())
+            spent, count = self.spent, (self._schedule[self._number] - self.spent) * self._together
+            self._try(self._design.propose(count, spent / self._budget) if spent else self._design.start(count))
             self._evolve()
             explained, self._pooled = self._match(0), self._design.walkers
         self._number += 1
@@ -245,13 +225,8 @@ class FewTrials:
         misfit = 1.0 if field is None else field.misfit
         return Batch(self._number - 1, self.spent, self.estimate, spread, explained, misfit)
 
-    def _models(self) -> np.ndarray:
-        """Return the models (M, P) of the next batch, in the design's units."""
-        spent, count = self.spent, (self._schedule[self._number] - self.spent) * self._together
-        return self._design.propose(count, spent / self._budget) if spent else self._design.start(count)
-
     def _try(self, models: np.ndarray) -> None:
-        """Simulate models (M, P) and let the observers see what comes."""
+        """Simulate models (M, P) in the design's units, and let the observers see what comes."""
         samples = self._source.collect(self._middle + self._half * models, self._rng(INTERROGATION))
         failed = getattr(self._source, "failed", None)
         usable = None if failed is None else ~np.asarray(failed, bool)
@@ -293,7 +268,7 @@ class FewTrials:
             self._classifiers.tell(fitness)
             best = int(np.argmax(fitness))
             self._archive.admit(genomes[best], float(accepted[best]))
-        self._present = genomes[np.argsort(-fitness, kind="stable")[:_PRESENT]]
+        self.present = genomes[np.argsort(-fitness, kind="stable")[:_PRESENT]]
 
     def _match(self, repeat: int) -> np.ndarray:
         """Map the moments and let the walkers follow; return how much of each parameter a trial tells (P,)."""
@@ -325,7 +300,7 @@ class FewTrials:
         self, trials: np.ndarray, rng: np.random.Generator, points: int = INDUCING
     ) -> tuple[MomentField, np.ndarray]:
         """Return a field of the moments of some trials, and how much of each parameter a trial tells (P,)."""
-        jury = np.concatenate((self._archive.genomes, self._present))
+        jury = np.concatenate((self._archive.genomes, self.present))
         samples, genuine = self.buffer.samples[trials], self.buffer.genuine
         outputs = np.concatenate((self._seen[trials], _judged(self._classifier, jury, samples)), axis=1)
         system = np.concatenate((self._seen_genuine, self._classifier.judge(jury, genuine).T), axis=1)
@@ -355,7 +330,7 @@ class FewTrials:
         return {
             "number": np.array(self._number, dtype=np.int64),
             "drawn": self._drawn.copy(),
-            "present": self._present.copy(),
+            "present": self.present.copy(),
             "pooled": self._pooled.copy(),
             **batch,
             **joined(parts),
@@ -365,7 +340,7 @@ class FewTrials:
         """Take over a state of a run with the same settings, but for `extended`."""
         require("number" in state, "state", "be that of an estimate from few trials", str(sorted(state)))
         self._number = int(state["number"])
-        self._drawn, self._present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
+        self._drawn, self.present = (np.array(state[name], dtype=np.float64) for name in ("drawn", "present"))
         self._pooled = np.array(state["pooled"], dtype=np.float64)
         self.buffer.restore(state_part(state, "buffer/"))
         self.buffer.pool = self._pool

@@ -27,12 +27,9 @@ class PassiveInterrogation:
         self.classifier = classifier
 
     def __call__(
-        self,
-        models: np.ndarray,
-        classifiers: np.ndarray,
-        rng: np.random.Generator,
+        self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator,
         referees: np.ndarray | None = None,
-    ) -> Judgments:
+    ) -> Judgments:  # fmt: skip
         """Collect samples of the M models (M, P) once; return the judgments of the N classifiers (N, Q).
 
         Referees (B, Q) judge the models' samples too.
@@ -74,12 +71,9 @@ class InteractiveInterrogation:
         self.source, self.opponents = source, integer("opponents", opponents, 1)
 
     def __call__(
-        self,
-        models: np.ndarray,
-        classifiers: np.ndarray,
-        rng: np.random.Generator,
+        self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator,
         referees: np.ndarray | None = None,
-    ) -> Judgments:
+    ) -> Judgments:  # fmt: skip
         """Return the judgments of the N classifiers (N, Q) on those of the M models (M, P) that they have met.
 
         Referees (B, Q) meet models, too, and no genuine samples.

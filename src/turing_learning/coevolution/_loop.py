@@ -99,24 +99,14 @@ class Coevolution:
     """
 
     def __init__(
-        self,
-        interrogation: Interrogation,
-        models: Optimizer,
-        classifiers: Optimizer,
-        *,
-        seed: Seed,
-        reward_models: Reward = model_reward,
-        reward_classifiers: Reward = classifier_reward,
+        self, interrogation: Interrogation, models: Optimizer, classifiers: Optimizer, *, seed: Seed,
+        reward_models: Reward = model_reward, reward_classifiers: Reward = classifier_reward,
         archive: ClassifierArchive | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.generation = 0
-        self._interrogation = interrogation
-        self._models = models
-        self._classifiers = classifiers
-        self._seed = check_seed(seed)
-        self._reward_models = reward_models
-        self._reward_classifiers = reward_classifiers
-        self._archive = archive
+        self._interrogation, self._models, self._classifiers = interrogation, models, classifiers
+        self._reward_models, self._reward_classifiers = reward_models, reward_classifiers
+        self._seed, self._archive = check_seed(seed), archive
 
     def step(self) -> Generation:
         """Run one generation: let the classifiers judge, reward both populations, improve both.

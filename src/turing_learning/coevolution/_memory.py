@@ -87,12 +87,6 @@ class SampleBuffer:
 
     Attributes
     ----------
-    parameters : (S, P)
-        Of the model of each trial.
-    samples : (S, C, T, D) float32
-        Its C samples.
-    usable : (S,) bool
-        Which trials have samples; those that failed count as trials.
     pool
         As given; all genuine samples are kept, so that it may be raised.
     """
@@ -107,17 +101,17 @@ class SampleBuffer:
 
     @property
     def parameters(self) -> np.ndarray:
-        """Parameters (S, P)."""
+        """Parameters of the model of each trial (S, P)."""
         return self._filled("parameters")
 
     @property
     def samples(self) -> np.ndarray:
-        """Samples (S, C, T, D)."""
+        """C samples of each trial (S, C, T, D) float32."""
         return self._filled("samples")
 
     @property
     def usable(self) -> np.ndarray:
-        """Which trials did not fail (S,)."""
+        """Which trials have samples (S,) bool; those that failed count as trials."""
         return self._filled("usable")
 
     @property
@@ -126,13 +120,9 @@ class SampleBuffer:
         return self._filled("genuine")[-self.pool :]
 
     def append(
-        self,
-        parameters: np.ndarray,
-        samples: np.ndarray,
-        genuine: np.ndarray,
-        rng: np.random.Generator,
+        self, parameters: np.ndarray, samples: np.ndarray, genuine: np.ndarray, rng: np.random.Generator,
         usable: np.ndarray | None = None,
-    ) -> np.ndarray:
+    ) -> np.ndarray:  # fmt: skip
         """Take over trials of models (M, P): samples (M, C, T, D), genuine ones (K, T, D) met beside them, and which are usable.
 
         Returns
@@ -188,11 +178,7 @@ class SampleBuffer:
             larger = np.empty((max(needed, held + held // 2), *rows.shape[1:]), rows.dtype)
             larger[:held] = self._arrays[name][:held]
             self._arrays[name] = larger
-        require(
-            rows.shape[1:] == self._arrays[name].shape[1:],
-            name,
-            f"have rows of shape {self._arrays[name].shape[1:]}",
-            f"{rows.shape[1:]}",
-        )
+        shape = self._arrays[name].shape[1:]
+        require(rows.shape[1:] == shape, name, f"have rows of shape {shape}", str(rows.shape[1:]))
         self._arrays[name][held:needed] = rows
         self._counts[name] = needed

@@ -1,6 +1,6 @@
 """From judgments to moments: numbers whose expectation is 0 for a model that is right, with noise of variance 1."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -11,47 +11,28 @@ _WORTH = 0.02  # share of a target's variance that a juror must explain out of i
 _SHRINKAGE = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class Moments:
-    """What trained jurors say of S trials.
+class Moments(NamedTuple):
+    """What trained jurors say of S trials."""
 
-    Attributes
-    ----------
-    values : (S, Q)
-        Output of each juror for a trial minus that for the genuine samples, decorrelated, with noise of variance 1.
-    explained : (P,)
-        Share of the variance of each parameter that a juror sees in a single trial, out of its fold; 0 or less: nothing.
-    """
-
-    values: np.ndarray
-    explained: np.ndarray
+    values: (
+        np.ndarray
+    )  # (S, Q), output of each juror minus that for the genuine samples, decorrelated, with noise of variance 1
+    explained: (
+        np.ndarray
+    )  # (P,), share of each parameter's variance that a juror sees in a trial out of its fold; 0: nothing
 
 
 def train_moments(
     parameters: np.ndarray, outputs: np.ndarray, genuine: np.ndarray, rng: np.random.Generator
 ) -> Moments:
-    """Train jurors on what classifiers say, and compare the models with the system by them.
+    """Train jurors on outputs of J classifiers for S trials (S, J) of models (S, P), and compare these with the system (K, J).
 
-    One juror for each parameter, and for each product of two: a linear read-out of all classifiers' outputs,
-    trained to tell the models in which it is large from those in which it is small, with the ridge penalty
-    that does best out of its fold. Each trial, and the genuine samples beside it, are judged by jurors that
-    were not trained on that trial. Jurors of products that see nothing are dropped.
+    One juror for each parameter, and for each product of two: a linear read-out of all outputs, trained to tell where it is large
+    from where it is small, with the ridge penalty that does best out of its fold. Each trial, and the system beside it, are judged
+    by jurors that were not trained on that trial; jurors of products that see nothing are dropped.
 
-    Parameters
-    ----------
-    parameters : (S, P)
-        Of the models of S trials.
-    outputs : (S, J)
-        Of J classifiers, mean over the samples of a trial.
-    genuine : (K, J)
-        Of the same classifiers for genuine samples.
-    rng
-        Draws the folds.
-
-    Source
-    ------
-    Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation (2012); Gourieroux, Monfort and
-    Renault, Indirect inference (1993).
+    Source: Fearnhead and Prangle, Constructing summary statistics for approximate Bayesian computation (2012); Gourieroux,
+    Monfort and Renault, Indirect inference (1993).
     """
     count, dimension = parameters.shape
     targets = _terms((parameters - np.median(parameters, axis=0)) / (parameters.std(axis=0) + 1e-9))

@@ -130,10 +130,7 @@ class Interrogation(Protocol):
     """Let all classifiers judge the system and all models."""
 
     def __call__(
-        self,
-        models: np.ndarray,
-        classifiers: np.ndarray,
-        rng: np.random.Generator,
+        self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator,
         referees: np.ndarray | None = None,
-    ) -> Judgments:
+    ) -> Judgments:  # fmt: skip
         """Return the judgments of N classifiers (N, Q), and of B archived ones (B, Q) if given, on M models (M, P)."""

@@ -60,15 +60,9 @@ class CMAEvolutionStrategy(Turns):
     """
 
     def __init__(
-        self,
-        dimension: int,
-        *,
-        size: int = 100,
-        seed: Seed = 0,
-        initial_low: np.typing.ArrayLike = -1.0,
-        initial_high: np.typing.ArrayLike = 1.0,
-        minimum_step_size: np.typing.ArrayLike = 0.01,
-    ) -> None:
+        self, dimension: int, *, size: int = 100, seed: Seed = 0, initial_low: np.typing.ArrayLike = -1.0,
+        initial_high: np.typing.ArrayLike = 1.0, minimum_step_size: np.typing.ArrayLike = 0.01,
+    ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 2)
         self.size = integer("size", size, 4)
         self._seed = check_seed(seed)

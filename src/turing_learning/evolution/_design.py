@@ -68,21 +68,11 @@ class TrialDesign:
     """
 
     def __init__(
-        self,
-        dimension: int,
-        *,
-        seed: Seed,
-        groups: Sequence[Sequence[int]] = (),
-        dependent: Sequence[int] = (),
-        limits: np.typing.ArrayLike = False,
-        saturated: np.typing.ArrayLike = False,
-        walkers: int = WALKERS,
-        moves: int = 12,
-        widening: float = 2.5,
-        exploration: float = 0.15,
-        margin: float = 0.05,
+        self, dimension: int, *, seed: Seed, groups: Sequence[Sequence[int]] = (), dependent: Sequence[int] = (),
+        limits: np.typing.ArrayLike = False, saturated: np.typing.ArrayLike = False, walkers: int = WALKERS,
+        moves: int = 12, widening: float = 2.5, exploration: float = 0.15, margin: float = 0.05,
         explorers: float = 0.0,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.dimension = integer("dimension", dimension, 1)
         self._seed = check_seed(seed)
         self._groups = [list(group) for group in groups]
@@ -129,7 +119,8 @@ class TrialDesign:
         order, scouts, explorers = rng.permutation(count), round(_SCOUTS * count), round(self._share * progress * count)
         for sent, cloud in ((order[:scouts], self._scouts), (order[scouts:][:explorers], self._explorers)):
             models[sent] = cloud[rng.integers(len(cloud), size=len(sent))]
-        return self._within(models)
+        furthest = np.where(self._limits | self._saturated, 1.0, 1.5)
+        return np.clip(models, -furthest, furthest)
 
     def move(self, density: Density) -> None:
         """Let all walkers follow a density."""
@@ -180,10 +171,6 @@ class TrialDesign:
         outside = np.maximum(np.abs(models) - 1, 0)
         height = density(self._stated(models)) - 0.5 * ((outside / self._margin) ** 2).sum(axis=1)
         return np.where((outside[:, self._limits] > 0).any(axis=1), -np.inf, height)
-
-    def _within(self, models: np.ndarray) -> np.ndarray:
-        furthest = np.where(self._limits | self._saturated, 1.0, 1.5)
-        return np.clip(models, -furthest, furthest)
 
     def _stated(self, models: np.ndarray) -> np.ndarray:
         return np.where(self._saturated, np.clip(models, -1, 1), models) if self._saturated.any() else models

@@ -50,14 +50,9 @@ class MomentField:
     """
 
     def __init__(
-        self,
-        parameters: np.ndarray,
-        moments: np.ndarray,
-        noise: float,
-        rng: np.random.Generator,
-        *,
+        self, parameters: np.ndarray, moments: np.ndarray, noise: float, rng: np.random.Generator, *,
         inducing: int = INDUCING,
-    ) -> None:
+    ) -> None:  # fmt: skip
         tried = rng.permutation(len(parameters))[:_TRIED_ON]
         center = np.median(parameters, axis=0)
         points = np.sort(rng.permutation(len(parameters))[:inducing])
