@@ -151,16 +151,16 @@ def resolve(
     origins: Origins,
 ) -> Configuration:
     """Return the configuration of a document with single settings over it; see `load_configuration`."""
-    _refuse_values_of_tables(document, origins)
     lists = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in overrides.items()}
     data = merged(document, nested(lists))
     given = data.get("scenario")
     data["scenario"] = _scenario_data(given, scenario, origins)
+    _require_known(data, origins)
     run = data.get("run", {})
     sections = [key for key, value in data.items() if value]
     if scenario_type(data["scenario"]) is StimulatedSystem:
         data = merged(STIMULATING, data)
-    elif isinstance(run, Mapping) and NO_DEFAULT_BUDGET.isdisjoint([*run, *sections]):
+    elif NO_DEFAULT_BUDGET.isdisjoint([*run, *sections]):
         data = merged(data, {"run": {"trials": DEFAULT_TRIALS}})
     if "run.generations" in overrides and "run.trials" not in overrides and data["run"].get("trials"):
         data = merged(data, {"run": {"trials": 0}})  # the budget of a file gives way
@@ -169,14 +169,13 @@ def resolve(
         scale = section.get("input_scale", "robot")  # of a custom system it is found in the data
         found = data["scenario"].get("input_scale") if scale == "robot" else scale
         data["classifiers"] = {**section, "input_scale": found}
-    _refuse_unknown_keys(data, origins)
     named = given if isinstance(given, str) else {"name", "preset"} & set(given or {})
     if not named and scenario is None and origins.path is not None:
         named = f'Write scenario = "{DEFAULT_SCENARIO}", or [scenario] and name = "{DEFAULT_SCENARIO}" below it.'
         rule, remedy = "be named, in the file or as an argument", f"{named} {nearest('', SCENARIOS)}"
         refuse("scenario", rule, "neither", remedy, place=str(origins.path), error=ConfigurationError)
     for section in ("models", "classifiers"):
-        if isinstance(data.get(section), Mapping) and "population" in data[section]:
+        if "population" in data.get(section, ()):
             data[section] = _split_population(data[section], section, origins)
     try:
         return Configuration.model_validate_json(json.dumps(data, default=_plain), strict=True)
@@ -191,14 +190,16 @@ def resolve(
 
 
 def merged(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document with another over it, table by table."""
+    """Return a document with another over it, table by table; a value in the place of a table stays, to be rejected."""
     result = dict(base)
     for key, value in over.items():
         below = result.get(key)
         if key == "scenario" and isinstance(below, str) and isinstance(value, Mapping):
             below = {"preset": below}
-        both = isinstance(below, Mapping) and isinstance(value, Mapping)
-        result[key] = merged(below, value) if both else value  # type: ignore[arg-type]
+        if below is None or not isinstance(value, Mapping):
+            result[key] = value
+        elif isinstance(below, Mapping):
+            result[key] = merged(below, value)
     return result
 
 
@@ -289,32 +290,23 @@ def _all_keys(kind: Any, prefix: str = "") -> Iterator[str]:
         yield from _all_keys(child, f"{prefix}{name}.")
 
 
-def _refuse_values_of_tables(
-    document: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = ""
-) -> None:
-    """Reject a value in the place of a table: a single setting laid over it would hide it."""
-    for name, below in _children(kind).items():
-        value, key = document.get(name), prefix + name
-        if isinstance(value, Mapping):
-            _refuse_values_of_tables(value, origins, below, f"{key}.")
-        elif name in document and _children(below) and key != "scenario":
-            in_file = replace(origins, labels={})  # not the place of the settings below it
-            in_file.refuse(key, "be a table", brief(value), f"Write [{key}] and its settings below it.")
-
-
-def _refuse_unknown_keys(
-    data: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = ""
-) -> None:
+def _require_known(data: Mapping[str, Any], origins: Origins, kind: Any = Configuration, prefix: str = "") -> None:
+    """Reject keys that are not known, and values in the place of tables."""
     known = _children(kind)
     for name, value in data.items():
+        key = prefix + name
         if name not in known:
-            elsewhere = [key for key in _all_keys(Configuration) if key.rpartition(".")[2] == name]
-            choices = [prefix + key for key in known] + (["scenario.preset"] if prefix == "scenario." else [])
-            advice = f"Did you mean `{elsewhere[0]}`?" if elsewhere else nearest(prefix + name, choices)
-            origins.refuse(prefix + name, "be a known setting", _shown(value), advice)
-        below = scenario_type(value) if prefix + name == "scenario" else known[name]
-        if isinstance(value, Mapping) and _children(below):
-            _refuse_unknown_keys(value, origins, below, f"{prefix}{name}.")
+            elsewhere = [each for each in _all_keys(Configuration) if each.rpartition(".")[2] == name]
+            choices = [prefix + each for each in known] + (["scenario.preset"] if prefix == "scenario." else [])
+            advice = f"Did you mean `{elsewhere[0]}`?" if elsewhere else nearest(key, choices)
+            origins.refuse(key, "be a known setting", _shown(value), advice)
+        below = scenario_type(value) if key == "scenario" else known[name]
+        if _children(below) and not isinstance(value, Mapping):
+            own = {each: label for each, label in origins.labels.items() if each == key}  # not of settings below it
+            remedy = f"Write [{key}] and its settings below it."
+            replace(origins, labels=own).refuse(key, "be a table", brief(value), remedy)
+        if _children(below):
+            _require_known(value, origins, below, f"{key}.")
 
 
 def _shown(value: Any) -> str:

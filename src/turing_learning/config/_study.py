@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from turing_learning.swarm import Scenario
 from turing_learning.systems import CustomSystem
 
 from ._configuration import Configuration
-from ._load import Origins, load_configuration, merged, nested, opened, preset_named, resolve
+from ._load import STUDY_TABLES, Origins, load_configuration, merged, nested, opened, preset_named, resolve
 from ._sections import ConfigurationError, dotted
 
 THIN: dict[str, Any] = {"run": {"history": "thin"}}
@@ -66,14 +66,6 @@ def single_settings(settings: Mapping[str, Any] | None, **arguments: Any) -> dic
     return stated_once(said)
 
 
-@dataclass(frozen=True)
-class Variant:
-    """One configuration of a study, and what makes it different from the others: dotted key -> value."""
-
-    settings: dict[str, Any]
-    configuration: Configuration
-
-
 def load_variants(
     path: str | Path | None = None,
     preset: str = "default",
@@ -82,17 +74,16 @@ def load_variants(
     scenario: str | Scenario | CustomSystem | None = None,
     labels: Mapping[str, str] | None = None,
     grid: Mapping[str, Sequence[Any]] | None = None,
-) -> tuple[Variant, ...]:
-    """Resolve the configurations of a study.
+) -> list[Configuration]:
+    """Resolve the configurations of a study; arguments are as in `load_configuration`.
 
-    Arguments are as in `load_configuration`; the history is thin unless one of them says otherwise. The file may
-    also hold one of two tables: ``[grid]``, in which a setting has a list of values, stands for all combinations, the
+    The file may also hold one of two tables: ``[grid]``, in which a setting has a list of values, stands for all combinations, the
     last setting changing fastest; ``[[list]]``, once for each configuration, holds the settings in which it differs.
     `grid`, dotted key -> values, takes the place of a table in the file.
     """
     document, origins = opened(path, overrides, labels)
     settings = _all_settings(document, grid, origins)
-    rest = {key: value for key, value in document.items() if key not in ("grid", "list")}
+    rest = {key: value for key, value in document.items() if key not in STUDY_TABLES}
     base = merged(merged(preset_named(preset), THIN), rest)
     fixed = {key: value for key, value in (overrides or {}).items() if key != "run.threads"} | ONE_THREAD
     variants = []
@@ -111,15 +102,15 @@ def load_variants(
         if configuration.given:
             rule, got = "be a name that a worker can import", "an object of this process"
             refuse(configuration.given[0].name, rule, got, "Give module:function.", error=ConfigurationError)
-        variants.append(Variant(own, configuration))
-    return tuple(variants)
+        variants.append(configuration)
+    return variants
 
 
 def _all_settings(
     document: Mapping[str, Any], grid: Mapping[str, Sequence[Any]] | None, origins: Origins
 ) -> list[dict[str, Any]]:
     """Return the settings of each configuration."""
-    given = [name for name in ("grid", "list") if name in document] + (["argument grid"] if grid is not None else [])
+    given = [name for name in STUDY_TABLES if name in document] + (["argument grid"] if grid is not None else [])
     if len(given) > 1:
         refuse("grid", "be given once, and without a list", " and ".join(given), error=ConfigurationError)
     if not given:
@@ -141,9 +132,8 @@ def _all_settings(
         remedy = "Write models.parents = [25, 50], for example, or leave the grid out."
         origins.refuse("grid", "name one setting or more", "an empty one", remedy)
     for key, values in choices.items():
-        if not isinstance(values, list | tuple) or not values:
-            empty = isinstance(values, list | tuple)
-            remedy = "Give one, or leave it out." if empty else f"Write {key} = [{brief(values)}], for example."
+        if not (several := isinstance(values, list | tuple)) or not values:
+            remedy = "Give one, or leave it out." if several else f"Write {key} = [{brief(values)}], for example."
             origins.refuse(f"grid.{key}", "be a list of one value or more", brief(values), remedy)
     count, most = math.prod(map(len, choices.values())), f"have at most {MOST_VARIANTS} combinations"
     require(count <= MOST_VARIANTS, "grid", most, count, error=ConfigurationError)

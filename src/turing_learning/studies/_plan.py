@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -34,16 +35,12 @@ MOST_RUNS = 1_000_000
 
 @dataclass(frozen=True)
 class Plan:
-    """What a study will run: the configuration of the first run, and for each run the settings that are not the same in all.
+    """What a study will run."""
 
-    Settings are dotted key -> value, the same keys in all runs. Of a custom system there are the name of its simulator, and its
-    genuine samples (K, T, D), which are None once they are in the folder of the study.
-    """
-
-    base: Configuration
-    settings: tuple[dict[str, Any], ...]
-    simulate: str = ""
-    samples: np.ndarray | None = field(default=None, compare=False)
+    base: Configuration  # of the first run
+    settings: tuple[dict[str, Any], ...]  # of each run those that are not the same in all: dotted key -> value
+    simulate: str = ""  # name of a custom system's simulator
+    samples: np.ndarray | None = field(default=None, compare=False)  # genuine ones (K, T, D); None once they are stored
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -94,15 +91,15 @@ def plan_study(
     options
         Of a custom system, as in `study`.
     """
+    check = partial(require, error=ConfigurationError)
     for key, value in (("settings", settings), ("grid", grid)):
-        fits = isinstance(value, Mapping | None)
-        require(fits, key, "be dotted keys with values", brief(value), error=ConfigurationError)
+        check(isinstance(value, Mapping | None), key, "be dotted keys with values", brief(value))
     behaviors, given = isinstance(scenario, str) and scenario == BEHAVIORS.name, settings or {}
     integer("runs", runs, 1, error=ConfigurationError)
-    require(not (behaviors and CONTROLLER in given), CONTROLLER, "be left out of a study of random behaviors, which draws it",
-            given.get(CONTROLLER), error=ConfigurationError)  # fmt: skip
-    require(SEED not in given, SEED, "be left out of a study", given.get(SEED),
-            "Give the seeds with `runs` and `first_seed`.", error=ConfigurationError)  # fmt: skip
+    rule = "be left out of a study of random behaviors, which draws it"
+    check(not (behaviors and CONTROLLER in given), CONTROLLER, rule, given.get(CONTROLLER))
+    remedy = "Give the seeds with `runs` and `first_seed`."
+    check(SEED not in given, SEED, "be left out of a study", given.get(SEED), remedy)
     known: str | Scenario | CustomSystem | None = BEHAVIORS if behaviors else scenario
     name, samples = "", None
     if is_custom(scenario, genuine, simulate, parameters):
@@ -117,23 +114,21 @@ def plan_study(
                 require(data.live is None, "genuine", rule, genuine)
                 samples = data.samples
     variants = load_variants(config, preset, settings, scenario=known, labels=labels, grid=grid)
-    names = variants[0].configuration.scenario.parameter_names
+    names = variants[0].scenario.parameter_names
     for number, variant in enumerate(variants, start=1):
-        require_seen(variant.configuration)
-        own, rule = variant.configuration.scenario, "be true in a study, whose agents are simulated"
-        simulated = getattr(own, "known", True)
-        require(simulated, "scenario.known", rule, False, "Leave it out.", error=ConfigurationError)
+        require_seen(variant)
+        own, rule = variant.scenario, "be true in a study, whose agents are simulated"
+        check(getattr(own, "known", True), "scenario.known", rule, False, "Leave it out.")
         sizes = f"{len(names)} in configuration 1 and {len(own.parameter_names)} in configuration {number}"
-        require(own.parameter_names == names, "scenario", "have the same model parameters in all configurations of a study",
-                sizes, "Make two studies.", error=ConfigurationError)  # fmt: skip
+        rule = "have the same model parameters in all configurations of a study"
+        check(own.parameter_names == names, "scenario", rule, sizes, "Make two studies.")
     count, most = len(variants) * runs, LARGEST_SEED - runs + 1
-    require(count <= MOST_RUNS, "runs", f"be at most {MOST_RUNS} in all", count, error=ConfigurationError)
-    first = variants[0].configuration.run.seed if first_seed is None else first_seed
-    require(is_integer(first) and 0 <= first <= most, "first_seed",
-            f"be an integer between 0 and {most}, so that {runs} seeds follow", first, error=ConfigurationError)  # fmt: skip
+    check(count <= MOST_RUNS, "runs", f"be at most {MOST_RUNS} in all", count)
+    first = variants[0].run.seed if first_seed is None else first_seed
+    rule = f"be an integer between 0 and {most}, so that {runs} seeds follow"
+    check(is_integer(first) and 0 <= first <= most, "first_seed", rule, first)
     configurations = []
-    for variant, seed in product(variants, range(first, first + runs)):
-        base = variant.configuration
+    for base, seed in product(variants, range(first, first + runs)):
         changed: dict[str, Any] = {"run": base.run.model_copy(update={"seed": seed})}
         if behaviors:
             changed["scenario"] = replace(base.swarm, controller=random_controller(seed))
@@ -141,8 +136,7 @@ def plan_study(
     flat = [flat_settings(configuration) for configuration in configurations]
     keys = dict.fromkeys(key for one in flat for key in one)
     varying = [key for key in keys if key == SEED or any(one.get(key) != flat[0].get(key) for one in flat)]
-    runs_differ = tuple({key: one.get(key) for key in varying} for one in flat)
-    return Plan(configurations[0], runs_differ, name, samples)
+    return Plan(configurations[0], tuple({key: one.get(key) for key in varying} for one in flat), name, samples)
 
 
 def random_controller(seed: int) -> tuple[float, ...]:
