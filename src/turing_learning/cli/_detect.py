@@ -5,10 +5,9 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import asdict
-from functools import partial
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -18,6 +17,10 @@ from turing_learning.errors import RefusedError, refuse, refusing_as, require
 from ._options import Files, Integer, Real, Tracks, titled
 from ._runs import opened
 
+if TYPE_CHECKING:
+    Motion = tl.detection.Motion | tl.detection.RecordedMotion
+
+MOST_SPELLS = 3  # in a cell
 SAMPLES = 10
 ALIKE = "judged-alike"
 MOTION_FILES = (".npy", ".npz", ".csv")
@@ -67,10 +70,9 @@ def detect(
     :param force: Replace files of `--out` that exist.
     :param as_json: Print JSON.
     """
-    from turing_learning.detection._present import timed_verdicts
     from turing_learning.results._folder import refuse_target
 
-    from ._tables import plain_console, print_standings, print_timeline, print_verdicts
+    from ._tables import plain_console, print_table
 
     got = "neither" if motion is None else "both"
     require((motion is None) != (simulate is None), "MOTION", "be given, or --simulate", got)
@@ -85,24 +87,25 @@ def detect(
             refuse_target(path, name="out", suffixes=(path.suffix,), force=force)
         writable = os.access(out.absolute().parent, os.W_OK)
         require(writable, "out", "be in a folder that can be written", str(out), "Choose another place.")
-    result, console = opened(run), plain_console()
+    result = opened(run)
     learned = tl.detection.run_classifiers(result)
-    given: tl.detection.Motion | tl.detection.RecordedMotion
-    if motion is None:
-        given = _demonstration(learned, simulate or 0, SAMPLES if samples is None else samples, seed)
+    given: Motion
+    if motion is None:  # of a simulated swarm: its agents, then those that do something else
+        count, each = simulate or 0, SAMPLES if samples is None else samples
+        planted = tl.detection.plant_abnormal(learned.simulated_scenario(), count, samples=each, seed=seed)
+        numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
+        order = sorted(range(len(numbered)), key=numbered.__getitem__)
+        given = tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
     else:
         given = _read(motion, "motion", tracks, learned)
     files = {"genuine": genuine or [], "abnormal": abnormal or []}
     chosen: dict[str, Any] = {"false_alarms": false_alarms, "seed": seed}
     found: tl.detection.Detection | None = None
-    timed: Sequence[tl.detection.TimedVerdict] = ()
     if rule == ALIKE:
         for name, paths in files.items():
             chosen[name] = [_read(path, f"--{name}", tracks, learned) for path in paths]
         found = tl.detection.detect(learned, given, **chosen)
-        timed, recorded = timed_verdicts(found, given), isinstance(given, tl.detection.RecordedMotion)
-        content: dict[str, Any] = _standings(found, timed, "spells_s" if recorded else "samples", learned.steps)
-        show = partial(print_standings, console, found, timed, seconds=recorded, steps=learned.steps)
+        said = _ranked(found, given, learned.steps)
     else:
         for name, paths in files.items():
             alone, remedy = f"be given once with the rule {rule}", f"Take --rule {ALIKE}."
@@ -110,33 +113,17 @@ def detect(
             for path in paths:
                 chosen[name] = _samples(path, f"--{name}", learned).samples
         detector = tl.detection.Detector.from_run(result, rule=rule, **chosen)
-        content = {"rule": rule, "false_alarms": detector.false_alarms, "classifiers": len(detector.genomes)}
-        if isinstance(given, tl.detection.RecordedMotion):
-            timed = detector.timeline(given)
-            names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
-            rows = [_row(each, names) | {"spells_s": each.spells} for each in timed]
-            content |= {"steps": detector.steps, "individuals": rows}
-            show = partial(print_timeline, console, detector, timed)
-        else:
-            verdicts = detector.verdicts(given)
-            content["samples"] = given.samples.shape[1]
-            content["individuals"] = [asdict(verdict) for verdict in verdicts]
-            if rule == "unanimous":
-                content["false_alarms"] = None
-            show = partial(print_verdicts, console, detector, given, verdicts)
-    print(json.dumps(content, indent=2)) if as_json else show()
+        recorded = isinstance(given, tl.detection.RecordedMotion)
+        said = _timed(detector, given) if recorded else _sampled(detector, given)  # type: ignore[arg-type]
+    if as_json:
+        print(json.dumps(said.content, indent=2))
+    else:
+        console = plain_console()
+        print_table(console, said.headings, said.rows)
+        for line in said.lines:
+            console.print(line)
     if out is not None and isinstance(given, tl.detection.RecordedMotion):
-        _write(out, given, timed, found, as_json)
-
-
-def _demonstration(
-    learned: "tl.detection.RunClassifiers", count: int, samples: int, seed: int
-) -> "tl.detection.Motion":
-    """Return motion of a simulated swarm: of its agents, then of so many individuals that do something else."""
-    planted = tl.detection.plant_abnormal(learned.simulated_scenario(), count, samples=samples, seed=seed)
-    numbered = [(kind, int(number)) for kind, _, number in (name.partition(" ") for name in planted.individuals)]
-    order = sorted(range(len(numbered)), key=numbered.__getitem__)
-    return tl.detection.Motion(tuple(planted.individuals[k] for k in order), planted.samples[order])
+        _write(out, given, said.timed, found, as_json)
 
 
 def _is_recording(path: Path, tracks: Tracks) -> bool:
@@ -146,9 +133,7 @@ def _is_recording(path: Path, tracks: Tracks) -> bool:
     return path.suffix.lower() not in MOTION_FILES or (bool(tracks.given) and not holds_motion(path))
 
 
-def _read(
-    path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers"
-) -> "tl.detection.Motion | tl.detection.RecordedMotion":
+def _read(path: Path, option: str, tracks: Tracks, learned: "tl.detection.RunClassifiers") -> "Motion":
     """Return the motion in a file: windows of a recording that fits the run, or samples."""
     if not _is_recording(path, tracks):
         return _samples(path, option, learned)
@@ -169,19 +154,29 @@ def _samples(path: Path, option: str, learned: "tl.detection.RunClassifiers") ->
         raise RefusedError(f"{error}{remedy}".replace("`motion`", f"`{option}`")) from error
 
 
-def _row(each: Any, names: Sequence[str]) -> dict[str, Any]:
-    """Return what JSON holds of an individual: null for NaN."""
-    found = {name: getattr(each, name) for name in names}
-    return {name: None if value != value else value for name, value in found.items()}
+@dataclass
+class _Said:
+    """What is printed of a detection: a table and lines below it, or JSON; and when each individual is abnormal."""
+
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    lines: Sequence[str]
+    content: dict[str, Any]
+    timed: "Sequence[tl.detection.TimedVerdict]" = ()
 
 
-def _standings(
-    found: "tl.detection.Detection", timed: "Sequence[tl.detection.TimedVerdict]", when: str, steps: int
-) -> dict[str, Any]:
-    """Return what JSON holds of a detection by ranks; `when` is the name of the stretches that make somebody abnormal."""
+def _ranked(found: "tl.detection.Detection", motion: "Motion", steps: int) -> _Said:
+    """Say how unlike normal ones individuals are, the most unlike first, and what can be promised."""
+    from turing_learning.detection._present import standings, timed_verdicts
+
+    timed, seconds = timed_verdicts(found, motion), isinstance(motion, tl.detection.RecordedMotion)
+    called = sum(bool(each.abnormal) for each in found.individuals)
+    others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
+    ways = [f"{each.individual} ({ranking.name})" for ranking, each in others if each.rank == 1]
+    by = f"ranked by {found.rankings[0].name}" + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
     names = ("individual", "rank", "score", "p_value", "abnormal", "windows")
-    individuals = zip(found.individuals, timed, strict=True)
-    return {
+    both, when = zip(found.individuals, timed, strict=True), "spells_s" if seconds else "samples"
+    content = {
         "rule": ALIKE,
         "by": found.rankings[0].name,
         "false_alarms": found.false_alarms,
@@ -189,7 +184,7 @@ def _standings(
         "steps": steps,
         "normal": {"recordings": found.recordings, "individuals": found.normal},
         "remarks": found.remarks,
-        "individuals": [_row(each, names) | {when: one.spells} for each, one in individuals],
+        "individuals": [_row(each, names) | {when: one.spells} for each, one in both],
         "rankings": [
             {"by": ranking.name}
             | _row(ranking, ("area", "called"))
@@ -197,6 +192,54 @@ def _standings(
             for ranking in found.rankings
         ],
     }
+    lines = [f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}", *found.remarks]
+    return _Said(*standings(found, timed, seconds=seconds), lines, content, timed)
+
+
+def _timed(detector: "tl.detection.Detector", motion: "tl.detection.RecordedMotion") -> _Said:
+    """Say which individuals of a recording are abnormal, and when."""
+    rows, timed = [], detector.timeline(motion)
+    for verdict in timed:
+        numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
+        cells = (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
+        spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
+        spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
+        rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
+    headings = ("individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)")
+    by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
+    line = f"{sum(verdict.abnormal for verdict in timed)} of {len(timed)} abnormal, {by}"
+    names = ("individual", "windows", "score", "strength", "threshold", "abnormal")
+    content = _by_votes(detector) | {"steps": detector.steps}
+    content["individuals"] = [_row(each, names) | {"spells_s": each.spells} for each in timed]
+    return _Said(headings, rows, [line], content, timed)
+
+
+def _sampled(detector: "tl.detection.Detector", motion: "tl.detection.Motion") -> _Said:
+    """Say which individuals are abnormal, by samples."""
+    rows, verdicts = [], detector.verdicts(motion)
+    for each in verdicts:
+        numbers = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
+        since = "-" if each.since is None else str(each.since)
+        rows.append((each.individual, *numbers, "abnormal" if each.abnormal else "normal", since))
+    headings = ("individual", "judged genuine", "score", "p-value", "verdict", "since sample")
+    votes, count, counted = detector.rule == "unanimous", motion.samples.shape[1], tl.report.counted
+    limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
+    by = f"{counted(count, 'sample')} each of {detector.steps} steps; rule {detector.rule}"
+    said = f"{by}, {counted(len(detector.genomes), 'classifier')}, {limit}"
+    line = f"{sum(verdict.abnormal for verdict in verdicts)} of {len(verdicts)} abnormal, by {said}"
+    content = _by_votes(detector) | {"samples": count, "individuals": [asdict(verdict) for verdict in verdicts]}
+    return _Said(headings, rows, [line], content | ({"false_alarms": None} if votes else {}))
+
+
+def _by_votes(detector: "tl.detection.Detector") -> dict[str, Any]:
+    classifiers = len(detector.genomes)
+    return {"rule": detector.rule, "false_alarms": detector.false_alarms, "classifiers": classifiers}
+
+
+def _row(each: Any, names: Sequence[str]) -> dict[str, Any]:
+    """Return what JSON holds of an individual: null for NaN."""
+    found = {name: getattr(each, name) for name in names}
+    return {name: None if value != value else value for name, value in found.items()}
 
 
 def _write(

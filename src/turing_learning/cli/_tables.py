@@ -11,8 +11,6 @@ import turing_learning as tl
 from turing_learning.report import counted, short_number
 from turing_learning.report._tabular import tables
 
-MOST_SPELLS = 3  # in a cell
-
 
 def plain_console(*, stderr: bool = False) -> Console:
     """Return where text is printed as it is: names of files and individuals may hold brackets."""
@@ -83,64 +81,3 @@ def print_scenarios(
         console.print(Text(name, style="bold") + f"  {system.title}", soft_wrap=True)
         shown = system.shown(np.array(system.true))
         console.print(f"    stimuli {', '.join(system.stimulus.names)}; {shown}", soft_wrap=True)
-
-
-def print_verdicts(
-    console: Console,
-    detector: "tl.detection.Detector",
-    motion: "tl.detection.Motion",
-    verdicts: "Sequence[tl.detection.SampleVerdict]",
-) -> None:
-    """Print which individuals are abnormal, by samples."""
-    rows = []
-    for each in verdicts:
-        numbers = (f"{100 * each.genuine_share:.0f} %", f"{each.score:.3f}", f"{each.p_value:.2g}")
-        since = "-" if each.since is None else str(each.since)
-        rows.append((each.individual, *numbers, "abnormal" if each.abnormal else "normal", since))
-    headings = ("individual", "judged genuine", "score", "p-value", "verdict", "since sample")
-    print_table(console, headings, rows)
-    votes = detector.rule == "unanimous"
-    limit = "all samples judged counterfeit" if votes else f"p-value up to {detector.false_alarms:g}"
-    samples = f"{counted(motion.samples.shape[1], 'sample')} each of {detector.steps} steps"
-    classifiers = counted(len(detector.genomes), "classifier")
-    found = sum(verdict.abnormal for verdict in verdicts)
-    console.print(f"{found} of {len(verdicts)} abnormal, by {samples}; rule {detector.rule}, {classifiers}, {limit}")
-
-
-def print_timeline(
-    console: Console, detector: "tl.detection.Detector", verdicts: "Sequence[tl.detection.TimedVerdict]"
-) -> None:
-    """Print which individuals of a recording are abnormal, and when."""
-    rows = []
-    for verdict in verdicts:
-        numbers = (f"{verdict.score:.3f}", f"{verdict.strength:.2f}", f"{verdict.threshold:.2f}")
-        cells = (*numbers, "abnormal" if verdict.abnormal else "normal") if verdict.windows else (*"---", "no window")
-        spells = [f"{begin:.1f} to {end:.1f}" for begin, end in verdict.spells[:MOST_SPELLS]]
-        spells += [f"{more} more"] if (more := len(verdict.spells) - MOST_SPELLS) > 0 else []
-        rows.append((verdict.individual, str(verdict.windows), *cells, ", ".join(spells) or "-"))
-    headings = ("individual", "windows", "score", "evidence", "threshold", "verdict", "when (s)")
-    print_table(console, headings, rows)
-    found = sum(verdict.abnormal for verdict in verdicts)
-    by = f"by windows of {detector.steps} steps; rule {detector.rule}, {len(detector.genomes)} classifiers"
-    console.print(f"{found} of {len(verdicts)} abnormal, {by}")
-
-
-def print_standings(
-    console: Console,
-    found: "tl.detection.Detection",
-    timed: "Sequence[tl.detection.TimedVerdict]",
-    *,
-    seconds: bool,
-    steps: int,
-) -> None:
-    """Print how unlike normal ones individuals are, the most unlike first, and what can be promised."""
-    from turing_learning.detection._present import standings
-
-    print_table(console, *standings(found, timed, seconds=seconds))
-    called = sum(bool(each.abnormal) for each in found.individuals)
-    others = [(ranking, each) for ranking in found.rankings[1:] for each in ranking.individuals]
-    ways = [f"{each.individual} ({ranking.name})" for ranking, each in others if each.rank == 1]
-    by = f"ranked by {found.rankings[0].name}" + f"; the other ways put first: {', '.join(ways)}" * bool(ways)
-    console.print(f"{called} of {len(timed)} abnormal, by windows of {steps} steps; {by}")
-    for remark in found.remarks:
-        console.print(remark)
