@@ -48,7 +48,7 @@ class RunView:
         self._seen, self._stopped, self._how = 0, 0, ""  # generations since the last picture, and without selection
 
     def __call__(self, progress: "tl.runs.Progress") -> None:
-        """Show a generation if it is time."""
+        """Show a generation if it is time, with an alarm if there was no selection."""
         self._seen += 1
         if (selection := progress.generation.selection) != "active":
             self._stopped, self._how = self._stopped + 1, selection
@@ -58,50 +58,34 @@ class RunView:
             return
         alarm = f"SELECTION STOPPED in {self._stopped} of the last {self._seen} generations ({self._how})"
         alarm, self._seen, self._stopped = alarm if self._stopped else "", 0, 0
+        rate = "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
+        outlook = "away from the truth" if progress.outlook == "other" else progress.outlook
+        outlook = f"models so far: {outlook}" if outlook else ""
+        generation, names = progress.generation, progress.parameter_names
+        models = {"estimate so far": progress.shown(generation.typical_model)}
+        both = {"models": generation.model_fitness, "classifiers": generation.classifier_fitness}
         if self._live is None:
-            self._console.print("  ".join(filter(None, (_line(progress), alarm))), soft_wrap=True)
+            typical = named_numbers(zip(names, *models.values(), strict=True))
+            fitness = ", ".join(f"{name} {np.median(values):.3f}" for name, values in both.items())
+            said = (progress.place, rate, typical, f"fitness: {fitness}", outlook, alarm)
+            self._console.print("  ".join(filter(None, said)), soft_wrap=True)
             return
-        self._next = time.monotonic() + INTERVAL_S
+        self._next, width = time.monotonic() + INTERVAL_S, self._live.console.width
+        models["best model"] = progress.shown(generation.best_model)
+        if progress.truth is not None:
+            models["truth"] = np.asarray(progress.truth)
+        rows = [[name, *map(short_number, model)] for name, model in models.items()]
+        bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
+        left = Text(f"{_clock(progress.seconds_left)} left")
+        parts: list[Table | Text] = [*tables(["", *names], rows, width)]
+        parts.append(_row(Text(progress.place, style="bold"), bar, Text(rate), left))
+        rows = [[name, f"{np.median(values):.3f}", f"{values.max():.3f}"] for name, values in both.items()]
+        parts += [
+            *tables(["fitness", "median", "best"], rows, width),
+            *([Text(outlook, style="dim")] if outlook else []),
+        ]
         self._live.transient = last  # the result's table follows
-        self._live.update(picture(progress, self._live.console.width, alarm), refresh=True)
-
-
-def _line(progress: "tl.runs.Progress") -> str:
-    generation = progress.generation
-    models = named_numbers(zip(progress.parameter_names, progress.shown(generation.typical_model), strict=True))
-    models_fitness, classifiers_fitness = np.median(generation.model_fitness), np.median(generation.classifier_fitness)
-    fitness = f"fitness: models {models_fitness:.3f}, classifiers {classifiers_fitness:.3f}"
-    return "  ".join(part for part in (progress.place, _rate(progress), models, fitness, _outlook(progress)) if part)
-
-
-def _outlook(progress: "tl.runs.Progress") -> str:
-    """Say how the recent models miss the truth, where it is known."""
-    outlook = progress.outlook
-    return "" if outlook is None else f"models so far: {'away from the truth' if outlook == 'other' else outlook}"
-
-
-def _rate(progress: "tl.runs.Progress") -> str:
-    return "" if progress.trials else f"{1 / max(progress.seconds_per_generation, 1e-9):.1f} generations/s"
-
-
-def picture(progress: "tl.runs.Progress", width: int, alarm: str) -> Group:
-    """Return the live view of a generation, with an alarm in red below it."""
-    generation = progress.generation
-    typical, best = progress.shown(generation.typical_model), progress.shown(generation.best_model)
-    models = {"estimate so far": typical, "best model": best}
-    if progress.truth is not None:
-        models["truth"] = np.asarray(progress.truth)
-    parameters = [[name, *map(short_number, model)] for name, model in models.items()]
-    both = {"models": generation.model_fitness, "classifiers": generation.classifier_fitness}
-    fitness = [[name, f"{np.median(values):.3f}", f"{values.max():.3f}"] for name, values in both.items()]
-    bar = ProgressBar(total=progress.total, completed=progress.completed, width=30)
-    left = f"{clock(progress.seconds_left)} left"
-    grid = _row(Text(progress.place, style="bold"), bar, Text(_rate(progress)), Text(left))
-    parts: list[Table | Text] = [*tables(["", *progress.parameter_names], parameters, width), grid]
-    parts += tables(["fitness", "median", "best"], fitness, width)
-    if outlook := _outlook(progress):
-        parts.append(Text(outlook, style="dim"))
-    return _alarmed(parts, alarm)
+        self._live.update(_alarmed(parts, alarm), refresh=True)
 
 
 def _row(*cells: Text | ProgressBar) -> Table:
@@ -114,7 +98,7 @@ def _alarmed(parts: list[Table | Text], alarm: str) -> Group:
     return Group(*parts, *([Text(f" {alarm} ", style="bold white on red")] if alarm else []))
 
 
-def clock(seconds: float) -> str:
+def _clock(seconds: float) -> str:
     """Return a duration (s) as minutes and seconds, with hours if there are any."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
@@ -167,4 +151,4 @@ def _ended(run: "tl.studies.StudyRun") -> str:
 
 
 def _left(progress: "tl.studies.StudyProgress") -> str:
-    return "" if progress.seconds_left is None else f"{clock(progress.seconds_left)} left"
+    return "" if progress.seconds_left is None else f"{_clock(progress.seconds_left)} left"

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Sequence
 
+import turing_learning as tl
 from turing_learning.errors import MissingExtraError, RefusedError
 
 from ._stopping import DONE, FAILED, INTERRUPTED, REFUSED, Interrupted, OptionWords
@@ -84,8 +85,12 @@ def _run(arguments: list[str]) -> int:
         return _say(f"error: {error}", REFUSED)
     except RefusedError as error:
         return _say(f"error: {error.text(OptionWords(arguments[0]))}", REFUSED)
-    except Exception as error:
-        return _say(f"error: {_failure(error)}", FAILED)
+    except (tl.results.RunStorageError, tl.systems.CustomSystemError, tl.studies.ExecutorError) as error:
+        return _say(f"error: {error}", FAILED)
+    except tl.robots.LaboratoryError as error:
+        return _say(f"error: {error}", FAILED)
+    except OSError as error:
+        return _say(f"error: {_of_files(error)}", FAILED)
     return outcome if isinstance(outcome, int) else DONE
 
 
@@ -94,20 +99,13 @@ def _say(text: str, code: int) -> int:
     return code
 
 
-def _failure(error: Exception) -> str:
-    """Return what to say of an error that ends a run; others are bugs, and are raised again."""
-    from turing_learning.results import RunStorageError
-    from turing_learning.robots import LaboratoryError
-    from turing_learning.studies import ExecutorError
-    from turing_learning.systems import CustomSystemError
-
-    if isinstance(error, OSError) and error.errno in _NO_ROOM:
-        if error.filename is None:  # files have names
-            what = f"what the command prints could not be written ({error.strerror})"
-            return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
+def _of_files(error: OSError) -> str:
+    """Return what to say of a file that cannot be used; other errors are bugs, and are raised again."""
+    if error.errno in _NO_ROOM and error.filename is None:  # files have names
+        what = f"what the command prints could not be written ({error.strerror})"
+        return f"{what}. Print elsewhere. What is stored can be shown, and a run that was not done be resumed."
+    if error.errno in _NO_ROOM:
         return f"no room is left for {error.filename} ({error.strerror}). Make room, then give the same command again."
-    if isinstance(error, OSError) and error.errno in _NO_WAY and error.filename is not None:
+    if error.errno in _NO_WAY and error.filename is not None:
         return f"{error.filename} cannot be used ({error.strerror}). Check that it is there, and that it may be read and written."
-    if isinstance(error, RunStorageError | CustomSystemError | ExecutorError | LaboratoryError):
-        return str(error)
     raise error
