@@ -276,19 +276,10 @@ class Case:
 
 
 def judge_alike(
-    eyes: Sequence[Eye],
-    motion: Windows,
-    normal: Sequence[Windows],
-    *,
-    names: Sequence[str],
-    cases: Sequence[Case] = (),
-    planted: Sequence[Case] = (),
-    said_of_cases: str = "",
-    false_alarms: float = 0.01,
-    relative: bool | None = None,
-    promised: bool = True,
-    recordings: int | None = None,
-) -> Detection:
+    eyes: Sequence[Eye], motion: Windows, normal: Sequence[Windows], *, names: Sequence[str],
+    cases: Sequence[Case] = (), planted: Sequence[Case] = (), said_of_cases: str = "", false_alarms: float = 0.01,
+    relative: bool | None = None, promised: bool = True, recordings: int | None = None,
+) -> Detection:  # fmt: skip
     """Rank individuals by how unlike normal ones they are; every normal one is scored by what was learned without its recording.
 
     Ways to look are compared by `cases`; those that learn from abnormal individuals are shown `planted`. The median of the

@@ -122,15 +122,9 @@ UNLIKE = 0.2
 
 
 def detect(
-    run: RunClassifiers,
-    motion: Moved,
-    *,
-    genuine: Sequence[Moved] = (),
-    abnormal: Sequence[Moved] = (),
-    false_alarms: float = 0.01,
-    seed: int = 0,
-    threads: int | None = None,
-) -> Detection:
+    run: RunClassifiers, motion: Moved, *, genuine: Sequence[Moved] = (), abnormal: Sequence[Moved] = (),
+    false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
+) -> Detection:  # fmt: skip
     """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines.
 
     Parameters
@@ -198,18 +192,9 @@ def detect(
         cases = [Case(each) for some in abnormal for each in _windows(some, beside) if len(each)]
         said, relative = f"{len(cases)} individuals that are known to be abnormal", False
     return judge_alike(
-        eyes,
-        windows,
-        normal,
-        names=motion.individuals,
-        cases=cases,
-        planted=planted,
-        said_of_cases=said,
-        false_alarms=false_alarms,
-        relative=relative,
-        promised=promised,
-        recordings=len(genuine),
-    )
+        eyes, windows, normal, names=motion.individuals, cases=cases, planted=planted, said_of_cases=said,
+        false_alarms=false_alarms, relative=relative, promised=promised, recordings=len(genuine),
+    )  # fmt: skip
 
 
 def _windows(motion: Moved, beside: bool) -> list[np.ndarray]:

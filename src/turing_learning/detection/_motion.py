@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from turing_learning.arrays import array
 from turing_learning.config import ConfigurationError
 from turing_learning.errors import refuse, require
 from turing_learning.trajectories import Trajectories
@@ -22,24 +23,16 @@ SUFFIXES = (".npy", ".npz", ".csv")
 _KEYS = ("individual", "sample", "step")
 
 
-def checked_motion(
-    name: str, motion: Any, *, signals: int, steps: int | None = None, where: Callable[[int], str] = str
-) -> np.ndarray:
-    """Return motion (individuals, samples, T, D) as floats; reject what is not that, empty, or not finite."""
-    check(not np.ma.is_masked(motion), name, "have no masked values", "a masked array")
-    try:
-        motion = np.asarray(motion)
-    except (ValueError, OverflowError):  # of different lengths, or bytes that are no text
-        reject(name, "be an array", f"a {type(motion).__name__} that is none")
-    fits = motion.ndim == 4 and motion.size and motion.shape[3] == signals and steps in (None, motion.shape[2])
-    rule = f"be real numbers of shape (individuals, samples, T, D) = (any, any, {steps or 'any'}, {signals}), not empty"
-    got, remedy = f"{motion.dtype} of shape {motion.shape}", "A classifier is calibrated for samples of one length."
-    check(fits and motion.dtype.kind in "fiu", name, rule, got, remedy)
+def checked_motion(name: str, motion: Any, *, where: Callable[[int], str] = str, **sizes: int) -> np.ndarray:
+    """Return motion (individuals, samples, T, D) as floats; reject what is not that, of other sizes T or D, or not finite."""
+    remedy = "A classifier is calibrated for samples of one length."
+    about: dict[str, Any] = {"finite": False, "remedy": remedy, "error": ConfigurationError, **sizes}
+    motion = array(name, motion, "individuals samples T D", **about)
     if not np.isfinite(motion).all():
         individual, *rest = (int(k) for k in np.argwhere(~np.isfinite(motion))[0])
         place = "individual {}, sample {}, step {}, signal {}".format(where(individual), *rest)
         reject(name, "be finite", str(motion[individual, *rest]), "Leave such samples out.", place=place)
-    return motion.astype(np.float64, copy=False)
+    return motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +102,7 @@ def load_motion(path: str | Path, *, steps: int, signals: int, names: Sequence[s
     if values.ndim == 4:
         fits, rule = len(individuals) == len(values), f"be one name for each of the {len(values)} individuals"
         check(fits, "individuals", rule, len(individuals), place=str(path))
-    where = individuals.__getitem__
-    return Motion(individuals, checked_motion("motion", values, signals=signals, steps=steps, where=where))
+    return Motion(individuals, checked_motion("motion", values, where=individuals.__getitem__, T=steps, D=signals))
 
 
 def _read_arrays(path: Path) -> tuple[tuple[str, ...], np.ndarray]:

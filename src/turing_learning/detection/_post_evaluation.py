@@ -77,15 +77,9 @@ def decide(judged_genuine: np.ndarray) -> np.ndarray:
 
 
 def post_evaluate(
-    classifier: Classifier,
-    genomes: np.ndarray,
-    scenario: Scenario,
-    models: np.ndarray,
-    *,
-    trials: int = 10,
-    seed: int = 0,
-    threads: int | None = None,
-) -> PostEvaluation:
+    classifier: Classifier, genomes: np.ndarray, scenario: Scenario, models: np.ndarray, *, trials: int = 10,
+    seed: int = 0, threads: int | None = None,
+) -> PostEvaluation:  # fmt: skip
     """Let classifiers decide about the agents and replicas of many swarms.
 
     A replica executes each model among agents, in several trials from initial poses that are common to all
@@ -119,17 +113,9 @@ def post_evaluate(
 
 
 def count_agents(
-    classifier: Classifier,
-    genomes: np.ndarray,
-    scenario: Scenario,
-    models: np.ndarray,
-    *,
-    part: slice = WHOLE,
-    trials: int = 10,
-    seed: int = 0,
-    threads: int | None = None,
-    should_stop: Callable[[], bool] | None = None,
-) -> np.ndarray | None:
+    classifier: Classifier, genomes: np.ndarray, scenario: Scenario, models: np.ndarray, *, part: slice = WHOLE,
+    trials: int = 10, seed: int = 0, threads: int | None = None, should_stop: Callable[[], bool] | None = None,
+) -> np.ndarray | None:  # fmt: skip
     """Count the individuals that classifiers decide to be agents: what `post_evaluate` does, in parts.
 
     Parameters
@@ -216,17 +202,10 @@ def sampled_generations(generations: int, points: int = 16) -> np.ndarray:
 
 
 def accuracy_over_generations(
-    classifier: Classifier,
-    populations: Any,
-    fitness: Any,
-    scenario: Scenario,
-    *,
-    models: np.ndarray | None = None,
-    generations: Sequence[int] | np.ndarray | None = None,
-    trials: int = 10,
-    seed: int = 0,
+    classifier: Classifier, populations: Any, fitness: Any, scenario: Scenario, *, models: np.ndarray | None = None,
+    generations: Sequence[int] | np.ndarray | None = None, trials: int = 10, seed: int = 0,
     threads: int | None = None,
-) -> GenerationAccuracies:
+) -> GenerationAccuracies:  # fmt: skip
     """Post-evaluate the classifiers of some generations of a run, all in the same trials.
 
     Parameters

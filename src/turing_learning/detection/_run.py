@@ -9,7 +9,6 @@ import numpy as np
 
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError, classifier_of, load_configuration
-from turing_learning.errors import integer
 from turing_learning.swarm import Scenario
 from turing_learning.systems import System
 from turing_learning.systems._custom import same_time_step
@@ -162,41 +161,24 @@ def run_classifiers(result: StoredRun) -> RunClassifiers:
     )
 
 
-def calibration_motion(
-    run: RunClassifiers,
-    genuine: np.ndarray | None,
-    abnormal: np.ndarray | None,
-    behaviors: int,
-    trials: int,
-    seed: int,
-    threads: int | None,
+def motion_to_calibrate(
+    run: RunClassifiers, behaviors: int, trials: int, seed: int, threads: int | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return genuine and abnormal motion: what is given, the rest stored by the run or simulated."""
-    if threads is not None:
-        integer("threads", threads, 1, error=ConfigurationError)
-    if genuine is not None and abnormal is not None:
-        return genuine, abnormal
-    rule, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
-    if run.calibration is not None:
-        found = run.calibration
-    elif run.scenario is not None:
-        rng = stream(seed, CALIBRATION)
-        controllers = random_controllers(run.scenario, behaviors, rng)
-        simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
-        found = (simulated.genuine, simulated.abnormal)
-    elif not run.complete:
-        reject("run", rule, "one that was stopped before its end", f"Resume it first, or {given}")
-    elif run.in_laboratory:
-        remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 in "
-        remedy += f"its laboratory.json, or {given}"
-        reject("run", rule, "one in a laboratory that has not", remedy)
-    else:
-        rule, remedy = (
-            "be given for a run on a custom system",
-            "Give motion (individuals, samples, T, D) of both kinds.",
-        )
-        reject("genuine", rule, "one without", remedy)
-    return found[0] if genuine is None else genuine, found[1] if abnormal is None else abnormal
+    """Simulate genuine and abnormal motion for a run that has stored none; reject one that cannot be simulated."""
+    if run.scenario is None:
+        rule, given = "have stored motion to calibrate with", "give `genuine` and `abnormal`."
+        if not run.complete:
+            reject("run", rule, "one that was stopped before its end", f"Resume it first, or {given}")
+        if run.in_laboratory:
+            remedy = "It does once its last models have been observed again: resume it, with `evaluation.repeats` of at least 1 "
+            remedy += f"in its laboratory.json, or {given}"
+            reject("run", rule, "one in a laboratory that has not", remedy)
+        remedy = "Give motion (individuals, samples, T, D) of both kinds."
+        reject("genuine", "be given for a run on a custom system", "one without", remedy)
+    rng = stream(seed, CALIBRATION)
+    controllers = random_controllers(run.scenario, behaviors, rng)
+    simulated = simulate_behaviors(run.scenario, controllers, trials=trials, rng=rng, threads=threads)
+    return simulated.genuine, simulated.abnormal
 
 
 def recorded_motion(
@@ -212,11 +194,8 @@ def recorded_motion(
     rule = f"have signals that a recording yields, {', '.join(SIGNALS)}"
     check(not unknown, "run", rule, ", ".join(unknown), f"Give {files}")
     headings = run.headings != "with" or recording.headings is not None
-    rule, remedy = (
-        "have headings, as the run has, whose speeds are negative backwards",
-        f"Give one with headings, or {files}",
-    )
-    check(headings, "motion", rule, "a recording without", remedy)
+    rule = "have headings, as the run has, whose speeds are negative backwards"
+    check(headings, "motion", rule, "a recording without", f"Give one with headings, or {files}")
     check(recording.unit == "cm", "motion", "be in cm", recording.unit, "Say how many pixels are 1 cm.")
     rule = "know its time step, as runs on windows of recorded motion do"
     check(run.interval_s != 0, "run", rule, "one on samples alone", f"Give {files}")

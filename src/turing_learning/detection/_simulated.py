@@ -66,13 +66,9 @@ def _unlike(known: np.ndarray, count: int, rng: np.random.Generator, near: float
 
 
 def simulate_behaviors(
-    scenario: Scenario,
-    controllers: np.ndarray,
-    *,
-    trials: int = 10,
-    rng: np.random.Generator,
+    scenario: Scenario, controllers: np.ndarray, *, trials: int = 10, rng: np.random.Generator,
     threads: int | None = None,
-) -> SimulatedBehaviors:
+) -> SimulatedBehaviors:  # fmt: skip
     """Simulate agents among whom the scenario's replicas execute something else, one swarm for each controller.
 
     Parameters

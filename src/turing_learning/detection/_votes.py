@@ -9,14 +9,14 @@ import numpy as np
 from turing_learning.analysis import Jury, competence
 from turing_learning.coevolution import Classifier
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import nearest, number
+from turing_learning.errors import integer, nearest, number
 from turing_learning.report import counted
 
 from ._alike import split
 from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
 from ._motion import Motion, RecordedMotion, check, checked_motion
 from ._post_evaluation import decide
-from ._run import StoredRun, calibration_motion, run_classifiers
+from ._run import StoredRun, motion_to_calibrate, run_classifiers
 
 RULES = ("fittest", "unanimous", "discriminant")
 """Names of the rules; see `Detector`."""
@@ -109,15 +109,9 @@ class Detector:
 
     @classmethod
     def calibrate(
-        cls,
-        classifier: Classifier,
-        genomes: np.ndarray,
-        *,
-        genuine: np.ndarray,
-        abnormal: np.ndarray,
-        rule: str = DEFAULT_RULE,
-        false_alarms: float = 0.01,
-    ) -> "Detector":
+        cls, classifier: Classifier, genomes: np.ndarray, *, genuine: np.ndarray, abnormal: np.ndarray,
+        rule: str = DEFAULT_RULE, false_alarms: float = 0.01,
+    ) -> "Detector":  # fmt: skip
         """Choose voters and weights; nothing is trained.
 
         Parameters
@@ -136,9 +130,9 @@ class Detector:
         """
         check_rule(rule)
         number("false_alarms", false_alarms, above=0, below=1, error=ConfigurationError)
-        signals = np.shape(genuine)[-1] if np.ndim(genuine) else 0
-        genuine = checked_motion("genuine", genuine, signals=signals)
-        abnormal = checked_motion("abnormal", abnormal, signals=signals, steps=genuine.shape[2])
+        genuine = checked_motion("genuine", genuine)
+        steps, signals = genuine.shape[2:]
+        abnormal = checked_motion("abnormal", abnormal, T=steps, D=signals)
         check(len(genuine) >= 2, "genuine", "hold at least 2 individuals", len(genuine))
         known, others = ({one.tobytes() for one in each.reshape(-1, *each.shape[2:])} for each in (genuine, abnormal))
         got = f"{abnormal.shape[0] * abnormal.shape[1]} samples that are all in `genuine`, too"
@@ -149,22 +143,14 @@ class Detector:
         weights = weigh(rule, everybody.votes(genuine[:half]), everybody.votes(abnormal))
         jury = Jury(classifier, everybody.genomes[weights > 0], weights[weights > 0])
         scores = [np.round(jury.score(each), DIGITS).ravel() for each in (genuine[half:], abnormal)]
-        return cls(jury, rule, false_alarms, scores[0], scores[1], steps=genuine.shape[2], signals=signals)
+        return cls(jury, rule, false_alarms, scores[0], scores[1], steps, signals)
 
     @classmethod
     def from_run(
-        cls,
-        result: StoredRun,
-        *,
-        rule: str = DEFAULT_RULE,
-        false_alarms: float = 0.01,
-        genuine: np.ndarray | None = None,
-        abnormal: np.ndarray | None = None,
-        behaviors: int = 100,
-        trials: int = 10,
-        seed: int = 0,
-        threads: int | None = None,
-    ) -> "Detector":
+        cls, result: StoredRun, *, rule: str = DEFAULT_RULE, false_alarms: float = 0.01,
+        genuine: np.ndarray | None = None, abnormal: np.ndarray | None = None, behaviors: int = 100,
+        trials: int = 10, seed: int = 0, threads: int | None = None,
+    ) -> "Detector":  # fmt: skip
         """Make a detector of the classifiers of a run.
 
         Parameters
@@ -178,10 +164,14 @@ class Detector:
             Number of random controllers that are simulated, >= 1, and of trials of each.
         """
         check_rule(rule)
+        if threads is not None:
+            integer("threads", threads, 1, error=ConfigurationError)
         run = run_classifiers(result)
-        own, other = calibration_motion(run, genuine, abnormal, behaviors, trials, seed, threads)
-        voters = run.voters(rule)
-        return cls.calibrate(run.classifier, voters, genuine=own, abnormal=other, rule=rule, false_alarms=false_alarms)
+        if genuine is None or abnormal is None:
+            own, other = run.calibration or motion_to_calibrate(run, behaviors, trials, seed, threads)
+            genuine, abnormal = own if genuine is None else genuine, other if abnormal is None else abnormal
+        motion: dict[str, Any] = {"genuine": genuine, "abnormal": abnormal}
+        return cls.calibrate(run.classifier, run.voters(rule), **motion, rule=rule, false_alarms=false_alarms)
 
     @property
     def genomes(self) -> np.ndarray:
@@ -312,7 +302,7 @@ class Detector:
 
     def _judge_all(self, motion: Any, name: str, names: tuple[str, ...] | None = None) -> np.ndarray:
         where = str if names is None else names.__getitem__
-        motion = checked_motion(name, motion, signals=self.signals, steps=self.steps, where=where)
+        motion = checked_motion(name, motion, where=where, T=self.steps, D=self.signals)
         return np.round(self.jury.score(motion), DIGITS)
 
 

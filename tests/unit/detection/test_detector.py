@@ -160,9 +160,9 @@ def test_a_detector_that_cannot_be_made_is_refused(detector, options, message):
         (
             np.ones((3, 4, 2)),
             np.zeros((2, 3, 4, 2)),
-            r"^`genuine` must be real numbers of shape \(individuals, samples",
+            r"^`genuine` must be of shape \(individuals, samples, T, D\); got",
         ),
-        (np.ones((2, 3, 4, 2)), np.zeros((2, 3, 5, 2)), r"^`abnormal` must be .*\(any, any, 4, 2\), not empty; got "),
+        (np.ones((2, 3, 4, 2)), np.zeros((2, 3, 5, 2)), r"^`abnormal` must be of .* = \(any, any, 4, 2\); got "),
         (
             np.ones((2, 3, 4, 2)),
             np.ones((2, 3, 4, 2)) * [1, 2],
@@ -189,15 +189,13 @@ def test_motion_that_is_not_finite_is_refused_with_its_place(detector, motion_at
 
 
 def test_samples_of_another_length_are_refused(detector):
-    message = r"^`samples` must be .* = \(any, any, 4, 2\), not empty; got float64 of shape \(1, 3, 5, 2\)"
+    message = r"^`samples` must be .* = \(any, any, 4, 2\); got \(1, 3, 5, 2\)"
     with pytest.raises(ConfigurationError, match=message):
         detector().judge(np.zeros((3, 5, 2)))
 
 
 def test_no_sample_has_no_verdict(detector):
-    with pytest.raises(
-        ConfigurationError, match=r"^`samples` must be .* not empty; got float64 of shape \(1, 0, 4, 2\)"
-    ):
+    with pytest.raises(ConfigurationError, match=r"^`samples` must be .* and not empty; got \(1, 0, 4, 2\)"):
         detector().abnormal(np.zeros((0, 4, 2)))
 
 
