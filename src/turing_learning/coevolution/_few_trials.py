@@ -43,27 +43,15 @@ class Observers(Classifier, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """What is known after a batch of trials.
+    """What is known after a batch of trials."""
 
-    Attributes
-    ----------
-    number
-        0 for the first batch.
-    trials
-        Trials spent so far.
-    estimate, spread : (P,)
-        Median, and standard deviation, of the draws of the right model.
-    explained : (P,)
-        Share of the variance of each parameter, among the trials that are matched, that jurors see in a single trial.
-    misfit
-        Chi square per moment of the best model, at least 1: above about 5 no model explains the judgments.
-    """
-
-    number: int
-    trials: int
-    estimate: np.ndarray
-    spread: np.ndarray
+    number: int  #: 0 for the first batch
+    trials: int  #: Trials spent so far
+    estimate: np.ndarray  #: (P,), median of the draws of the right model
+    spread: np.ndarray  #: (P,), their standard deviation
+    #: (P,), share of the variance of each parameter, among the matched trials, that jurors see in one trial
     explained: np.ndarray
+    #: Chi square per moment of the best model, at least 1: above about 5 no model explains the judgments
     misfit: float
 
 

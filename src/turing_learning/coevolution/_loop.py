@@ -16,41 +16,22 @@ from ._rewards import Judgments, Reward, classifier_reward, model_reward, specif
 
 @dataclass(frozen=True, eq=False)
 class Generation:
-    """Both populations of one generation, scored.
+    """Both populations of one generation, scored."""
 
-    Attributes
-    ----------
-    number
-        0 for the first.
-    models : (M, P)
-        Parameters of the models.
-    model_step_sizes : (M, P)
-        Their step sizes.
-    model_fitness : (M,)
-        Their subjective fitness, equation 1 of the paper, whatever reward the optimizer is told.
-    model_scores : (M,)
-        What the optimizer ranks them by: what it is told, by default the subjective fitness, or its mean over their lives.
-    classifiers : (N, Q)
-        Parameters of the classifiers.
-    classifier_step_sizes : (N, Q)
-        Their step sizes.
-    classifier_fitness : (N,)
-        Their subjective fitness, equation 2 of the paper, whatever reward the optimizer is told.
-    selection
-        "active"; "all accepted" or "all rejected" where every classifier accepts, or rejects, every model.
-    referees : (B, Q)
-        Archived classifiers that judged the models beside them; (0, Q) where there were none.
-    """
-
-    number: int
-    models: np.ndarray
-    model_step_sizes: np.ndarray
+    number: int  #: 0 for the first
+    models: np.ndarray  #: (M, P), parameters of the models
+    model_step_sizes: np.ndarray  #: (M, P), their step sizes
+    #: (M,), their subjective fitness, equation 1 of the paper, whatever reward the optimizer is told
     model_fitness: np.ndarray
+    #: (M,), what the optimizer ranks them by: what it is told, by default that fitness, or its mean over their lives
     model_scores: np.ndarray
-    classifiers: np.ndarray
-    classifier_step_sizes: np.ndarray
+    classifiers: np.ndarray  #: (N, Q), parameters of the classifiers
+    classifier_step_sizes: np.ndarray  #: (N, Q), their step sizes
+    #: (N,), their subjective fitness, equation 2 of the paper, whatever reward the optimizer is told
     classifier_fitness: np.ndarray
+    #: "active"; "all accepted" or "all rejected" where every classifier accepts, or rejects, every model
     selection: str
+    #: (B, Q), archived classifiers that judged the models beside them; (0, Q) where there were none
     referees: np.ndarray
 
     @property

@@ -12,13 +12,6 @@ from ._rewards import Judgments
 class Samples:
     """What the classifiers get to see in one generation: series of D signals over T time steps.
 
-    Attributes
-    ----------
-    genuine : (K, T, D)
-        Samples of the system under investigation; floats, finite.
-    counterfeit : (M, C, T, D)
-        C samples of each of the M models; floats, finite.
-
     Raises
     ------
     TypeError
@@ -27,8 +20,8 @@ class Samples:
         If a shape is wrong or empty, the two disagree in T or D, or a value is not finite.
     """
 
-    genuine: np.ndarray
-    counterfeit: np.ndarray
+    genuine: np.ndarray  #: (K, T, D), samples of the system under investigation; floats, finite
+    counterfeit: np.ndarray  #: (M, C, T, D), C samples of each of the M models; floats, finite
 
     def __post_init__(self) -> None:
         _check("genuine", self.genuine, "(K, T, D)", 3)

@@ -14,29 +14,17 @@ THRESHOLD = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Judgments:
-    """The outputs of N classifiers for all samples of a generation.
+    """The outputs of N classifiers for all samples of a generation."""
 
-    Attributes
-    ----------
-    genuine_outputs : (N, K)
-        Outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine).
-    counterfeit_outputs : (N, M, C)
-        Outputs for C samples of each of the M models.
-    referee_outputs : (B, M, C)
-        Outputs of B archived classifiers for samples of the models. None means no referees.
-    referee_specificity : (B,)
-        Share of genuine samples that each archived classifier judged genuine in its own generation; None without referees.
-    met, referees_met : (N, M) and (B, M) bool
-        Which models each has met; its other outputs are 0 and do not count. None means all.
-
-    """
-
-    genuine_outputs: np.ndarray
-    counterfeit_outputs: np.ndarray
+    genuine_outputs: np.ndarray  #: (N, K), outputs for the K genuine samples, from 0 (counterfeit) to 1 (genuine)
+    counterfeit_outputs: np.ndarray  #: (N, M, C), outputs for C samples of each of the M models
+    #: (B, M, C), outputs of B archived classifiers for samples of the models; None: no referees
     referee_outputs: np.ndarray | None = None
+    #: (B,), share of genuine samples that each judged genuine in its own generation; None without referees
     referee_specificity: np.ndarray | None = None
+    #: (N, M) bool, which models each has met; its other outputs are 0 and do not count; None: all
     met: np.ndarray | None = None
-    referees_met: np.ndarray | None = None
+    referees_met: np.ndarray | None = None  #: (B, M) bool, the same of the archived ones
 
     def __post_init__(self) -> None:
         _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)

@@ -158,74 +158,42 @@ TRAINED_EYE = Eye(TRAINED, _more_statistics)
 
 @dataclass(frozen=True)
 class Standing:
-    """How unlike normal ones an individual is.
+    """How unlike normal ones an individual is."""
 
-    Attributes
-    ----------
-    individual, rank, windows
-        Its name, 1 for the most abnormal, and the number of its windows W.
-    score
-        Mean of `shares`; NaN without windows.
-    p_value
-        Share of normal individuals with so high a score, the individual itself counted; NaN where none are known.
-    abnormal
-        Whether the p-value is at most the level; None where no level can be promised.
-    shares, flagged : (W,)
-        What each window adds to the score, and whether it belongs to the stretch that makes an individual abnormal.
-    """
-
-    individual: str
-    rank: int
-    score: float
+    individual: str  #: Its name
+    rank: int  #: 1 for the most abnormal
+    score: float  #: Mean of `shares`; NaN without windows
+    #: Share of normal individuals with so high a score, the individual itself counted; NaN where none are known
     p_value: float
-    abnormal: bool | None
-    windows: int
-    shares: np.ndarray
-    flagged: np.ndarray
+    abnormal: bool | None  #: Whether the p-value is at most the level; None where no level can be promised
+    windows: int  #: Number of its windows W
+    shares: np.ndarray  #: (W,), what each window adds to the score
+    flagged: np.ndarray  #: (W,), whether it belongs to the stretch that makes an individual abnormal
 
 
 @dataclass(frozen=True, eq=False)
 class Ranking:
-    """What one way to look says, by its `name`, of the individuals in the order of the motion.
-
-    Attributes
-    ----------
-    area
-        Probability that a case that is known to be abnormal scores above a normal individual; None without such cases.
-    called
-        How many of the normal individuals would have been called abnormal, each by the recordings of the others; NaN for none.
-    """
+    """What one way to look says, by its `name`, of the individuals in the order of the motion."""
 
     name: str
     individuals: tuple[Standing, ...]
+    #: Probability that a case that is known to be abnormal scores above a normal individual; None without such cases
     area: float | None
+    #: How many normal individuals would have been called abnormal, each by the recordings of the others; NaN for none
     called: float
 
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """What is said of the individuals of a recording.
+    """What is said of the individuals of a recording."""
 
-    Attributes
-    ----------
-    rankings
-        The first is the one to read: that which tells known cases best; all together unless one way is clearly better.
-    false_alarms
-        Share of normal individuals that may be called abnormal, as it was asked for.
-    level
-        The share that can be promised; None if none can.
-    normal, recordings
-        Number of normal individuals, and of recordings that they are from; 0 where all are of one pool.
-    cases
-        What abnormal cases are known, in words; empty for none.
-    """
-
+    #: The first is the one to read: that which tells known cases best; all together unless one way is clearly better
     rankings: tuple[Ranking, ...]
-    false_alarms: float
-    level: float | None
-    normal: int
-    recordings: int
-    cases: str
+    false_alarms: float  #: Share of normal individuals that may be called abnormal, as it was asked for
+    level: float | None  #: The share that can be promised; None if none can
+    normal: int  #: Number of normal individuals
+    recordings: int  #: That they are from; 0 where all are of one pool
+    cases: str  #: What abnormal cases are known, in words; empty for none
 
     @property
     def individuals(self) -> tuple[Standing, ...]:

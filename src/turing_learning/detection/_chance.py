@@ -65,42 +65,18 @@ def _choices(known: int, samples: int) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class TimedVerdict:
-    """What a detector says about an individual over time.
+    """What a detector says about an individual over time."""
 
-    Attributes
-    ----------
-    individual
-        Its name.
-    windows
-        Number of its windows W; with none there is no verdict, and it is not abnormal.
-    score
-        Mean score of its windows; 1 without windows.
-    strength
-        Of the evidence against it, see `Detector.timeline`.
-    threshold
-        Above it the individual is called abnormal.
-    abnormal
-        Whether it behaves abnormally at some time.
-    spells
-        Begin and end (s) of the times in which it does.
-    times : (W, 2)
-        Begin and end (s) of the windows.
-    scores : (W,)
-        Of the windows.
-    flagged : (W,) bool
-        Which windows belong to a spell.
-    """
-
-    individual: str
-    windows: int
-    score: float
-    strength: float
-    threshold: float
-    abnormal: bool
-    spells: tuple[tuple[float, float], ...]
-    times: np.ndarray
-    scores: np.ndarray
-    flagged: np.ndarray
+    individual: str  #: Its name
+    windows: int  #: Number of its windows W; with none there is no verdict, and it is not abnormal
+    score: float  #: Mean score of its windows; 1 without windows
+    strength: float  #: Of the evidence against it, see `Detector.timeline`
+    threshold: float  #: Above it the individual is called abnormal
+    abnormal: bool  #: Whether it behaves abnormally at some time
+    spells: tuple[tuple[float, float], ...]  #: Begin and end (s) of the times in which it does
+    times: np.ndarray  #: (W, 2), begin and end (s) of the windows
+    scores: np.ndarray  #: (W,), of the windows
+    flagged: np.ndarray  #: (W,) bool, which windows belong to a spell
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,18 +37,11 @@ def checked_motion(name: str, motion: Any, *, where: Callable[[int], str] = str,
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Samples of the motion of individuals, in the order in which they were observed.
+    """Samples of the motion of individuals, in the order in which they were observed."""
 
-    Attributes
-    ----------
-    individuals
-        Names.
-    samples : (individuals, samples, T, D)
-        In the units of the signals that the classifiers were evolved with; in simulated swarms linear speed
-        (cm/s) and angular speed (rad/s).
-    """
-
-    individuals: tuple[str, ...]
+    individuals: tuple[str, ...]  #: Names
+    #: (individuals, samples, T, D), in the units of the signals that the classifiers were evolved with; in simulated
+    #: swarms linear speed (cm/s) and angular speed (rad/s)
     samples: np.ndarray
 
 
@@ -189,29 +182,16 @@ def _keys(heading: list[str]) -> list[str]:
 
 @dataclass(frozen=True, eq=False)
 class RecordedMotion:
-    """Windows of the motion of individuals, in order of time.
+    """Windows of the motion of individuals, in order of time."""
 
-    Attributes
-    ----------
-    individuals
-        Names (A,).
-    samples : A arrays (W, T, D)
-        Windows of each individual, without gaps and jumps; W differs, and may be 0.
-    times : A arrays (W, 2)
-        When each window begins and ends, from the first frame of the recording (s).
-    duration_s
-        Of the recording (s).
-    recording
-        Where the windows are from; None if that is not known.
-    company : A arrays (W, T, 9), or none
-        What each does beside the others at the same times; none for one alone.
-    """
-
-    individuals: tuple[str, ...]
+    individuals: tuple[str, ...]  #: Names (A,)
+    #: A arrays (W, T, D), windows of each individual, without gaps and jumps; W differs, and may be 0
     samples: tuple[np.ndarray, ...]
+    #: A arrays (W, 2), when each window begins and ends, from the first frame of the recording (s)
     times: tuple[np.ndarray, ...]
-    duration_s: float
-    recording: Trajectories | None = None
+    duration_s: float  #: Of the recording (s)
+    recording: Trajectories | None = None  #: Where the windows are from; None if that is not known
+    #: A arrays (W, T, 9), or none, what each does beside the others at the same times; none for one alone
     company: tuple[np.ndarray, ...] = ()
 
 

@@ -25,18 +25,10 @@ MOST_GRID_MODELS = 10_000_000
 
 @dataclass(frozen=True, eq=False)
 class PostEvaluation:
-    """How well classifiers decide about individuals.
+    """How well classifiers decide about individuals."""
 
-    Attributes
-    ----------
-    sensitivity : (N,)
-        Share of the replicas that were decided to be models.
-    specificity : (N,)
-        Share of the agents that were decided to be agents.
-    """
-
-    sensitivity: np.ndarray
-    specificity: np.ndarray
+    sensitivity: np.ndarray  #: (N,), share of the replicas that were decided to be models
+    specificity: np.ndarray  #: (N,), share of the agents that were decided to be agents
 
     @property
     def accuracy(self) -> np.ndarray:

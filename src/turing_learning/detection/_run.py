@@ -44,58 +44,30 @@ class StoredRun(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class RunClassifiers:
-    """The classifiers that a run leaves.
+    """The classifiers that a run leaves."""
 
-    Attributes
-    ----------
-    classifier
-        Judges.
-    last : (N, Q)
-        The last generation.
-    best : (up to 100, Q)
-        The subjectively best of generations that are evenly spread over the run, the last included.
-    jurors : (up to 300, Q)
-        One of the 20 fittest of each of as many generations, drawn at random from the whole run; of a run of
-        trials all evolved ones that judged at its end.
-    observers
-        Of a run of trials its random classifiers, too: what judges by them, and their genomes (R, S).
-    steps, signals
-        Steps T and signals D of a sample.
-    scenario
-        The simulated swarm of the run; None where the computer cannot simulate its individuals.
-    kind
-        What the run is, in messages.
-    smooth_frames
-        Frames over which positions were averaged for the run.
-    names
-        Of the D signals.
-    interval_s
-        Duration of a time step (s); 0 if it is not known.
-    headings
-        Whether samples are measured "with" headings or "without"; empty if that is not known, or makes no difference.
-    calibration
-        Genuine and abnormal motion (individuals, 1, T, D) that the run has stored; None if there is none.
-    complete
-        Whether the run has come to its end.
-    in_laboratory
-        Whether robots in a laboratory were observed.
-    """
-
-    classifier: Classifier
-    last: np.ndarray
+    classifier: Classifier  #: Judges
+    last: np.ndarray  #: (N, Q), the last generation
+    #: (up to 100, Q), the subjectively best of generations that are evenly spread over the run, the last included
     best: np.ndarray
+    #: (up to 300, Q), one of the 20 fittest of each of as many generations, drawn at random from the whole run; of a
+    #: run of trials all evolved ones that judged at its end
     jurors: np.ndarray
-    steps: int
-    signals: int
+    steps: int  #: Steps T of a sample
+    signals: int  #: Signals D of a sample
+    #: The simulated swarm of the run; None where the computer cannot simulate its individuals
     scenario: Scenario | None
-    names: tuple[str, ...]
-    interval_s: float
+    names: tuple[str, ...]  #: Of the D signals
+    interval_s: float  #: Duration of a time step (s); 0 if it is not known
+    #: Whether samples are measured "with" headings or "without"; empty if that is not known, or makes no difference
     headings: str
+    #: Genuine and abnormal motion (individuals, 1, T, D) that the run has stored; None if there is none
     calibration: tuple[np.ndarray, np.ndarray] | None = None
-    complete: bool = True
-    in_laboratory: bool = False
-    kind: str = "one on a custom system"
-    smooth_frames: int = 1
+    complete: bool = True  #: Whether the run has come to its end
+    in_laboratory: bool = False  #: Whether robots in a laboratory were observed
+    kind: str = "one on a custom system"  #: What the run is, in messages
+    smooth_frames: int = 1  #: Frames over which positions were averaged for the run
+    #: Of a run of trials its random classifiers, too: what judges by them, and their genomes (R, S)
     observers: tuple[Classifier, np.ndarray] | None = None
 
     def outputs(self, windows: np.ndarray) -> np.ndarray:

@@ -31,30 +31,15 @@ _LOGGER = logging.getLogger("turing_learning")
 
 @dataclass(frozen=True)
 class SampleVerdict:
-    """What a detector says about an individual.
+    """What a detector says about an individual."""
 
-    Attributes
-    ----------
-    individual
-        Its name.
-    score
-        Mean over its samples of the weighted share of votes that say genuine; 0 to 1.
-    p_value
-        How often chance makes a score as low, see `Detector.p_values`.
-    genuine_share
-        Share of its samples that are judged genuine: whose score is nearer to the mean score of genuine
-        samples than to that of abnormal ones.
-    abnormal
-        Whether it behaves abnormally.
-    since
-        Number, from 1, of the sample at which abnormal motion most likely begins; None for a normal individual.
-    """
-
-    individual: str
-    score: float
-    p_value: float
+    individual: str  #: Its name
+    score: float  #: Mean over its samples of the weighted share of votes that say genuine; 0 to 1
+    p_value: float  #: How often chance makes a score as low, see `Detector.p_values`
+    #: Share of its samples whose score is nearer to the mean score of genuine samples than to that of abnormal ones
     genuine_share: float
-    abnormal: bool
+    abnormal: bool  #: Whether it behaves abnormally
+    #: Number, from 1, of the sample at which abnormal motion most likely begins; None for a normal individual
     since: int | None
 
 

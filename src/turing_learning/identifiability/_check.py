@@ -151,30 +151,15 @@ def fault(
 
 @dataclass(frozen=True)
 class Profile(Stored):
-    """Fresh classifiers against models that differ from the estimate in one parameter.
+    """Fresh classifiers against models that differ from the estimate in one parameter."""
 
-    Attributes
-    ----------
-    parameter
-        Its name.
-    values
-        Values of the parameter, ascending over its initial range, the estimate among them.
-    numbers
-        The same as numbers from -1 to 1 over the initial range.
-    place
-        Which of them is the estimate.
-    accuracies, criticals
-        Of the test at each value, see `TwoSampleTest`.
-    rejected
-        Whether values below the estimate, and values above it, are shown to fit worse, see `sides_rejected`; None in older checks.
-    """
-
-    parameter: str
-    values: tuple[float, ...]
-    numbers: tuple[float, ...]
-    place: int
-    accuracies: tuple[float, ...]
-    criticals: tuple[float, ...]
+    parameter: str  #: Its name
+    values: tuple[float, ...]  #: Values of the parameter, ascending over its initial range, the estimate among them
+    numbers: tuple[float, ...]  #: The same as numbers from -1 to 1 over the initial range
+    place: int  #: Which of them is the estimate
+    accuracies: tuple[float, ...]  #: Of the test at each value, see `TwoSampleTest`
+    criticals: tuple[float, ...]  #: The same, see `TwoSampleTest`
+    #: Whether values below the estimate, and above it, are shown to fit worse, see `sides_rejected`; None in older checks
     rejected: tuple[bool, bool] | None = None
 
     @property
@@ -243,30 +228,18 @@ def profile(
 
 @dataclass(frozen=True)
 class Recovery(Stored):
-    """A run whose truth is the estimate: what it found.
+    """A run whose truth is the estimate: what it found."""
 
-    Attributes
-    ----------
-    seed, generations
-        Of the run.
-    truth, estimate
-        Name -> value.
-    interval
-        Name -> two ends; both are NaN, in `check.json` null, where they are not known.
-    error_share
-        Name -> absolute error as a share of the initial range.
-    accuracy, attainable
-        Of fresh classifiers that tell samples of its truth from its estimate, and from its truth; None for runs of generations.
-    """
-
-    seed: int
-    generations: int
-    truth: Mapping[str, float]
-    estimate: Mapping[str, float]
+    seed: int  #: Of the run
+    generations: int  #: Of the run
+    truth: Mapping[str, float]  #: Name -> value
+    estimate: Mapping[str, float]  #: Name -> value
+    #: Name -> two ends; both are NaN, in `check.json` null, where they are not known
     interval: Mapping[str, list[float]]
-    error_share: Mapping[str, float]
+    error_share: Mapping[str, float]  #: Name -> absolute error as a share of the initial range
+    #: Of fresh classifiers that tell its truth from its estimate; None for runs of generations
     accuracy: float | None = None
-    attainable: float | None = None
+    attainable: float | None = None  #: Of those that tell its truth from its truth; None for runs of generations
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields by name, as in `check.json`."""
@@ -275,33 +248,17 @@ class Recovery(Stored):
 
 @dataclass(frozen=True)
 class PinnedDown:
-    """What the samples say of one parameter; shares are of its initial range.
+    """What the samples say of one parameter; shares are of its initial range."""
 
-    Attributes
-    ----------
-    parameter
-        Its name.
-    interval_share
-        Width of the interval of the estimate; None where it is not known.
-    open_share
-        Width of what its profile may leave open, at most; None without profile.
-    recovery_error
-        Largest error of the recoveries; None without recovery.
-    bound
-        The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none.
-    rejected
-        Whether classifiers tell the model from the samples: nothing is known of the parameters of a model that is wrong.
-    sides
-        Of a run of trials: whether values below the estimate, and values above it, are shown to fit worse than it. Only a
-        parameter of which both are is pinned down: nothing is claimed beside an end of its range, or without profiles.
-    """
-
-    parameter: str
-    interval_share: float | None
-    open_share: float | None
-    recovery_error: float | None
-    bound: str = ""
+    parameter: str  #: Its name
+    interval_share: float | None  #: Width of the interval of the estimate; None where it is not known
+    open_share: float | None  #: Width of what its profile may leave open, at most; None without profile
+    recovery_error: float | None  #: Largest error of the recoveries; None without recovery
+    bound: str = ""  #: The bound that the estimate sits at, in words, such as "6 rad/s"; empty for none
+    #: Whether classifiers tell the model from the samples: nothing is known of the parameters of a model that is wrong
     rejected: bool = False
+    #: Of a run of trials: whether values below the estimate, and above it, are shown to fit worse. Only a parameter of
+    #: which both are is pinned down: nothing is claimed beside an end of its range, or without profiles.
     sides: tuple[bool, bool] | None = None
 
     @property
@@ -336,29 +293,14 @@ class PinnedDown:
 
 @dataclass(frozen=True, repr=False)
 class Check(Tabular):
-    """Whether the estimate of a run can be believed.
+    """Whether the estimate of a run can be believed."""
 
-    Attributes
-    ----------
-    test
-        Fresh classifiers against the model with the estimated parameters.
-    parameters
-        What is said of each parameter.
-    profiles
-        Of each parameter; empty if they were left out.
-    recoveries
-        Runs whose truth is the estimate; empty if they were left out.
-    quantities
-        Distributions, genuine beside simulated.
-    unfinished
-        Generations, or trials of a run of trials, after which an unfinished run was checked, and those of the whole; else None.
-    """
-
-    test: TwoSampleTest
-    parameters: tuple[PinnedDown, ...]
-    profiles: tuple[Profile, ...]
-    recoveries: tuple[Recovery, ...]
-    quantities: tuple[Quantity, ...]
+    test: TwoSampleTest  #: Fresh classifiers against the model with the estimated parameters
+    parameters: tuple[PinnedDown, ...]  #: What is said of each parameter
+    profiles: tuple[Profile, ...]  #: Of each parameter; empty if they were left out
+    recoveries: tuple[Recovery, ...]  #: Runs whose truth is the estimate; empty if they were left out
+    quantities: tuple[Quantity, ...]  #: Distributions, genuine beside simulated
+    #: Generations, or trials, after which an unfinished run was checked, and those of the whole; else None
     unfinished: tuple[int, int] | None = None
 
     @property

@@ -62,33 +62,17 @@ class Effort:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Genuine samples, a simulator of models, and the network of the classifiers.
+    """Genuine samples, a simulator of models, and the network of the classifiers."""
 
-    Attributes
-    ----------
-    learning : (K, T, D)
-        Genuine samples to train classifiers with.
-    testing : (H, T, D)
-        Genuine samples that neither the run nor the fresh classifiers have learned from.
-    groups : (H,)
-        Which of them belong together, because they are of one individual.
-    grouping
-        What a group is, in a word.
-    simulate
-        (values (M, P) in their users' units, rng) -> samples (at most M, C, T, D); simulations that fail are left out.
-    classifier
-        Judges samples as they were observed.
-    parameters
-        Name -> parameter with its initial range, P of them.
-    """
-
-    learning: np.ndarray
+    learning: np.ndarray  #: (K, T, D), genuine samples to train classifiers with
+    #: (H, T, D), genuine samples that neither the run nor the fresh classifiers have learned from
     testing: np.ndarray
-    groups: np.ndarray
-    grouping: str
+    groups: np.ndarray  #: (H,), which of them belong together, because they are of one individual
+    grouping: str  #: What a group is, in a word
+    #: (values (M, P) in their users' units, rng) -> samples (at most M, C, T, D); simulations that fail are left out
     simulate: Callable[[np.ndarray, np.random.Generator], np.ndarray]
-    classifier: Classifier
-    parameters: Mapping[str, Parameter]
+    classifier: Classifier  #: Judges samples as they were observed
+    parameters: Mapping[str, Parameter]  #: Name -> parameter with its initial range, P of them
 
     def __post_init__(self) -> None:
         rule, count = f"keep at least {LEAST_TESTING} samples for testing", len(self.testing)
@@ -147,23 +131,13 @@ class Stored:
 
 @dataclass(frozen=True)
 class Quantity(Stored):
-    """The distribution of one quantity.
+    """The distribution of one quantity."""
 
-    Attributes
-    ----------
-    name, unit
-        What it is.
-    edges
-        Of the bins.
-    genuine, simulated
-        Share of the values in each bin.
-    """
-
-    name: str
-    unit: str
-    edges: tuple[float, ...]
-    genuine: tuple[float, ...]
-    simulated: tuple[float, ...]
+    name: str  #: What it is
+    unit: str  #: Of its values
+    edges: tuple[float, ...]  #: Of the bins
+    genuine: tuple[float, ...]  #: Share of the genuine values in each bin
+    simulated: tuple[float, ...]  #: The same of simulated ones
 
     @property
     def overlap(self) -> float:

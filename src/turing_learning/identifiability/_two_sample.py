@@ -91,32 +91,16 @@ def train_jury(
 
 @dataclass(frozen=True)
 class TwoSampleTest(Stored):
-    """Whether fresh classifiers can tell held-out genuine samples from simulated ones.
+    """Whether fresh classifiers can tell held-out genuine samples from simulated ones."""
 
-    Attributes
-    ----------
-    accuracy
-        Mean share of right votes on held-out samples, both kinds weighing the same; 0.5 is guessing.
-    p_value
-        How often guessing would do as well or better, see `permutation_test`.
-    critical
-        The accuracy from which on the p-value is at most 0.05.
-    genuine_samples, genuine_groups
-        Held-out samples, and how many groups they belong to; groups are what is permuted.
-    counterfeit_samples, counterfeit_groups
-        The same of simulated samples, in bundles of the size of the genuine groups.
-    grouping
-        What a genuine group is.
-    """
-
-    accuracy: float
-    p_value: float
-    critical: float
-    genuine_samples: int
-    genuine_groups: int
-    counterfeit_samples: int
-    counterfeit_groups: int
-    grouping: str
+    accuracy: float  #: Mean share of right votes on held-out samples, both kinds weighing the same; 0.5 is guessing
+    p_value: float  #: How often guessing would do as well or better, see `permutation_test`
+    critical: float  #: The accuracy from which on the p-value is at most 0.05
+    genuine_samples: int  #: Number of held-out samples
+    genuine_groups: int  #: How many groups they belong to, which are what is permuted
+    counterfeit_samples: int  #: Number of simulated samples
+    counterfeit_groups: int  #: In bundles of the size of the genuine groups
+    grouping: str  #: What a genuine group is
 
     @property
     def told_apart(self) -> bool:
