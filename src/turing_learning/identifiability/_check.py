@@ -100,13 +100,9 @@ def sides_rejected(
 
 
 def fault(
-    accuracy: float,
-    recovered: np.typing.ArrayLike,
-    attainable: np.typing.ArrayLike,
-    others: np.typing.ArrayLike = (),
-    *,
-    level: float = LEVEL,
-) -> str:
+    accuracy: float, recovered: np.typing.ArrayLike, attainable: np.typing.ArrayLike,
+    others: np.typing.ArrayLike = (), *, level: float = LEVEL,
+) -> str:  # fmt: skip
     """Say whether an estimate is fine, its model is wrong, or its search has failed: a parametric bootstrap.
 
     Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from

@@ -89,13 +89,9 @@ def stream(seed: int, *use: int) -> np.random.Generator:
 
 
 def evidence_of(
-    configuration: Configuration,
-    source: Source,
-    effort: Effort,
-    seed: int,
-    groups: np.ndarray | None = None,
+    configuration: Configuration, source: Source, effort: Effort, seed: int, groups: np.ndarray | None = None,
     grouping: str = "",
-) -> Evidence:
+) -> Evidence:  # fmt: skip
     """Return genuine samples of a run's system, and what simulates models of it, from the run's source, opened again.
 
     Agents of a simulated swarm are observed one in each trial, so that no two samples have met; models are executed by a replica

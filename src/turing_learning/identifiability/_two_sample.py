@@ -109,15 +109,9 @@ class TwoSampleTest(Stored):
 
 
 def two_sample_test(
-    evidence: Evidence,
-    values: np.ndarray,
-    effort: Effort,
-    *,
-    seed: int,
-    use: tuple[int, ...] = (TESTING,),
-    generations: int | None = None,
-    population: int | None = None,
-) -> TwoSampleTest:
+    evidence: Evidence, values: np.ndarray, effort: Effort, *, seed: int, use: tuple[int, ...] = (TESTING,),
+    generations: int | None = None, population: int | None = None,
+) -> TwoSampleTest:  # fmt: skip
     """Train fresh classifiers on genuine samples and samples of one model; test them on held-out samples.
 
     Parameters

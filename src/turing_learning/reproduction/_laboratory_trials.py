@@ -66,14 +66,9 @@ def laboratory_file(work: Work, preset: str) -> Path:
 
 def emulated_runs(work: Work) -> LaboratoryRuns:
     """Conduct the runs in the emulated laboratory, a piece of work for each that can be resumed."""
-    path, sizes = laboratory_file(work, "default"), work.sizes["runs"]
+    path, sizes, folder = laboratory_file(work, "default"), work.sizes["runs"], work.store.path
     given = {
-        f"emulated-seed{seed}": (
-            path,
-            work.store.path / f"emulated-run-seed{seed}",
-            _settings(sizes, seed),
-            sizes["kept"],
-        )
+        f"emulated-seed{seed}": (path, folder / f"emulated-run-seed{seed}", _settings(sizes, seed), sizes["kept"])
         for seed in seeds_of(sizes)
     }
     return LaboratoryRuns.stacked(work.all_arrays(_emulated, given))
@@ -162,11 +157,10 @@ class Gathering:
 def gatherings(work: Work, model: np.ndarray) -> tuple[Gathering, Gathering]:
     """Let swarms of agents and of replicas of a model (P,) go, a piece of work for each trial."""
     sizes, found = work.sizes["validation"], []
+    controllers = zip(KINDS, (np.array(robots.LABORATORY.controller), model), strict=True)
     given = {
         f"validation-{kind}-trial{trial:02d}": (sizes, controller, trial, number)
-        for number, (kind, controller) in enumerate(
-            zip(KINDS, (np.array(robots.LABORATORY.controller), model), strict=True)
-        )
+        for number, (kind, controller) in enumerate(controllers)
         for trial in range(1, sizes["trials"] + 1)
     }
     pieces = list(work.all_arrays(_filmed, given).values())

@@ -2,7 +2,7 @@
 
 import logging
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
@@ -18,9 +18,10 @@ from turing_learning.evolution import EvolutionStrategy, generation_rng
 from turing_learning.purposes import LEAST_SQUARES_MODELS, LEAST_SQUARES_TRIALS
 from turing_learning.swarm import MixedSwarm, Scenario
 
+from ._experiment import Stop
+
 LATE = 0.3  # share of the generations, the last ones, that the typical model of `least_squares` is about
 CLOSE = 1e-6  # agreement of a minimum that was searched for with the one that the theorem states
-Stop = Callable[[], bool]
 
 
 def least_squares(
@@ -29,13 +30,9 @@ def least_squares(
 ) -> dict[str, np.ndarray] | None:  # fmt: skip
     """Infer a controller by least squares, with the optimizer and the trials of Turing Learning (paper, section 4.5).
 
-    Speeds are divided by the robot's largest, as the classifiers' inputs are: then both wheels count the same. In
-    cm/s and rad/s, the difference of the wheels would have a seventh of the weight of their sum. The result does not
-    depend on the number of threads (None: all processors).
-
-    Returns the best model (P,) of the last generation, with the smallest error in its one trial: the paper's rule;
-    and the typical one, the median over the last three tenths of the generations of the median of all models. None
-    if it was stopped.
+    Returns the best model (P,) of the last generation in its one trial, the paper's rule; and the typical one, the median over the
+    last three tenths of the generations of the median of all models; None if it was stopped. Speeds are divided by the robot's
+    largest: in cm/s and rad/s, the difference of the wheels would have a seventh of the weight of their sum.
     """
     integer("generations", generations, 1)
     source, parameters = MixedSwarm(scenario, threads), len(scenario.parameter_names)
@@ -54,11 +51,9 @@ def least_squares(
 
 
 def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,)) -> np.ndarray:
-    """Return the squared error (M,) of each model against the agents of its trial, over agents, steps and signals.
+    """Return the squared error (M,) of each model against the agents of its trial, of the mixed swarm (paper, section 4.5).
 
-    Genuine samples of the mixed swarm (n_a M, T, D) are all models' first agents, then all second ones, and so on;
-    the error is averaged over the C counterfeit ones (M, C, T, D). Signals are divided by `scale` (D,) or (1,).
-    Paper, section 4.5, its metric-based method.
+    It is summed over agents, steps and signals, which are divided by `scale` (D,) or (1,), and averaged over C counterfeit samples.
     """
     genuine, counterfeit = samples.genuine, samples.counterfeit
     models, signals = len(counterfeit), genuine.shape[-1]
@@ -72,12 +67,10 @@ def squared_errors(samples: Samples, scale: Sequence[float] | np.ndarray = (1.0,
 
 
 def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike) -> np.ndarray:
-    """Return the model (n,) with the smallest expected squared error, for n states.
+    """Return the model (n,) with the smallest expected squared error, for n states with probabilities (T, n) in T time steps.
 
-    With probabilities (T, n) of the states that do not change in T time steps, every state gets the expected value
-    of the agent's outputs (n,); otherwise state i gets the mean of that expected value over time, weighted by the
-    probability of the state, or the plain mean if it never occurs. Paper, section 4.5, theorem 1 and corollaries 2
-    and 3; the third for any number of states.
+    State i gets the mean over time of the expected value of the agent's outputs (n,), weighted by the probability of the state, or
+    the plain mean if it never occurs. Paper, section 4.5, theorem 1 and corollaries 2 and 3; the third for any number of states.
     """
     chances, outputs = _checked(probabilities, values)
     expected = chances @ outputs
@@ -90,10 +83,9 @@ def least_squares_optimum(probabilities: np.typing.ArrayLike, values: np.typing.
 def expected_squared_error(
     model: np.typing.ArrayLike, probabilities: np.typing.ArrayLike, values: np.typing.ArrayLike
 ) -> float:
-    """Return the expected squared error of a model (n,), summed over T time steps and their n times n cases.
+    """Return the expected squared error of a model (n,) of an agent with outputs `values` (n,), summed over T time steps.
 
-    `probabilities` (T, n) are those of the states, of model and agent alike; `values` (n,) the agent's outputs. Paper,
-    section 4.5, the proof of theorem 1.
+    `probabilities` (T, n) are those of the states, of both alike. Paper, section 4.5, the proof of theorem 1.
     """
     chances, outputs = _checked(probabilities, values)
     squares = np.square(np.asarray(model, dtype=np.float64)[:, None] - outputs)
@@ -207,10 +199,7 @@ class Groups:
 
 
 def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Compute wheel speeds (..., 2), as fractions of the maximum, from the motion (..., 2) of free robots.
-
-    The linear speed (cm/s) is measured along the chord of a cycle; the angular speed is in rad/s.
-    """
+    """Compute wheel speeds, as fractions of the maximum, from speeds along chords (cm/s) and turn rates (rad/s): (..., 2)."""
     linear, angular = motion[..., 0], motion[..., 1]
     chord_over_arc = np.sinc(angular * scenario.trial.control_interval_s / (2 * np.pi))
     forward = linear / np.where(np.abs(chord_over_arc) < 1e-3, 1.0, chord_over_arc)
@@ -221,9 +210,8 @@ def wheel_speeds(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
 def summaries(motion: np.ndarray, scenario: Scenario) -> np.ndarray:
     """Compute the summaries (..., S) of groups with motion (..., C, T, 2); C T is a multiple of 20, T > 10.
 
-    Of both wheels: mean, standard deviation, autocorrelations; their covariance; and their means in each
-    twentieth of the group's cycles, in the order of the turn rate, which tells the sensor states of reactive
-    behaviors apart.
+    Of both wheels: mean, standard deviation, autocorrelations, covariance; and the means in each twentieth of all cycles in
+    the order of the turn rate, which tells the sensor states of reactive behaviors apart.
     """
     wheels = wheel_speeds(motion, scenario)
     cycles = wheels.reshape(*wheels.shape[:-3], -1, 2)
@@ -246,10 +234,9 @@ def baseline(name: str) -> ModuleType:
 
 
 def fit_mixture(genuine: np.ndarray, scenario: Scenario, seed: int) -> Inferred:
-    """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2).
+    """Infer a reactive behavior from the levels of the wheel speeds in the agents' motion (K, T, 2): centers of a mixture.
 
-    The estimate are the centers of the heaviest components, in the order of their weights: the rarest level is that
-    of the last sensor state. The scenario tells the wheels and the number of sensor states, not the controller.
+    The heaviest components count, in the order of their weights: the rarest level is that of the last sensor state.
     """
     wheels = wheel_speeds(genuine, scenario).reshape(-1, 2)
     chosen = np.random.default_rng(seed).choice(wheels, min(len(wheels), CYCLES), replace=False)
@@ -265,10 +252,9 @@ class _BudgetSpentError(Exception):
 def infer_by_abc_smc(
     groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None
 ) -> Inferred | None:
-    """Infer a behavior by ABC-SMC as `pyabc` does it, with an adaptive distance; None if it was stopped.
+    """Infer a behavior by ABC-SMC as `pyabc` does it, from summaries (S,) of the agents' motion; None if it was stopped.
 
-    `observed` are summaries of the agents' motion (S,), `evaluations` the number of groups to be simulated, at
-    least 100. The last complete population counts. Populations have a size that leaves room for about ten.
+    `evaluations` groups are simulated, in populations of a size that leaves room for about ten; the last complete one counts.
     """
     integer("evaluations", evaluations, 100)
     pyabc = baseline("pyabc")
@@ -311,12 +297,11 @@ def infer_by_npe(
     groups: Groups, observed: np.ndarray, evaluations: int, seed: int, should_stop: Stop | None = None, *,
     rounds: int = 1,
 ) -> Inferred | None:  # fmt: skip
-    """Infer a behavior by neural posterior estimation as `sbi` does it: a flow on standardized summaries.
+    """Infer a behavior by neural posterior estimation as `sbi` does it: a flow on standardized summaries; None if stopped.
 
-    With several rounds, each but the first draws its models from the part of the prior in which the posterior of the
-    round before has its mass, and all rounds train the network. At least 20 groups are simulated in a round. None if it
-    was stopped. Greenberg and others, Automatic posterior transformation for likelihood-free inference, 2019; Deistler
-    and others, Truncated proposals for scalable and hassle-free simulation-based inference, 2022.
+    Each round but the first draws its models where the posterior of the round before has its mass; all train the network. Greenberg
+    and others, Automatic posterior transformation for likelihood-free inference, 2019; Deistler and others, Truncated proposals for
+    scalable and hassle-free simulation-based inference, 2022.
     """
     enough = rounds >= 1 and evaluations >= 20 * rounds
     require(enough, "evaluations", "be at least 20 in each of 1 or more rounds", f"{evaluations} in {rounds}")
@@ -349,10 +334,7 @@ def infer_by_npe(
 
 
 def _truncated(utils: Any, posterior: Any) -> Any:
-    """Return the uniform prior where the posterior has its mass, drawn by rejection from a box around it.
-
-    Of the whole prior, next to no draw may lie there, and all that are rejected would be kept in memory.
-    """
+    """Return the uniform prior where the posterior has its mass, drawn from a box around it: all that is rejected is kept."""
     inside = utils.get_density_thresholder(posterior, quantile=OUTSIDE, num_samples_to_estimate_support=AROUND)
     draws = posterior.sample((AROUND,), show_progress_bars=False)
     least, most = draws.min(dim=0).values, draws.max(dim=0).values

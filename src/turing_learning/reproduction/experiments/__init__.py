@@ -25,9 +25,8 @@ def _changed(values: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
     return values | {k: _changed(values[k], v) if isinstance(v, dict) else v for k, v in changes.items()}
 
 
-def _described(id: str, full: dict[str, Any], fast: dict[str, Any], **about: Any) -> Experiment:
-    return Experiment(id=id, conduct=_IN_ORDER[id], full=full, fast=_changed(full, fast), **about)
-
-
-EXPERIMENTS: dict[str, Experiment] = {id: _described(id, **prose()["experiments"][id]) for id in _IN_ORDER}
+EXPERIMENTS: dict[str, Experiment] = {
+    id: Experiment(id=id, conduct=_IN_ORDER[id], **about | {"fast": _changed(about["full"], about["fast"])})
+    for id, about in ((id, prose()["experiments"][id]) for id in _IN_ORDER)
+}
 """Experiments by their sections."""

@@ -118,13 +118,8 @@ def _predictions(findings: Findings, one: Baseline, work: Work) -> pd.DataFrame:
 
 
 TURING_LEARNING, ABC_SMC, NPE_IN_ROUNDS, MIXTURE = "Turing Learning", "ABC-SMC", "NPE in rounds", "mixture"
-METHODS = {
-    "turing-learning": TURING_LEARNING,
-    "abc-smc": ABC_SMC,
-    "npe": "NPE",
-    "npe-rounds": NPE_IN_ROUNDS,
-    MIXTURE: MIXTURE,
-}
+METHODS = {"turing-learning": TURING_LEARNING, "abc-smc": ABC_SMC, "npe": "NPE", "npe-rounds": NPE_IN_ROUNDS}
+METHODS[MIXTURE] = MIXTURE
 """Key of a method -> its name."""
 
 
@@ -197,11 +192,7 @@ def as_json(inferred: methods.Inferred, seconds: float) -> dict[str, Any]:
 def runs_frame(
     scenario: Scenario, found: Mapping[tuple[str, int], Sequence[Mapping[str, Any]]], seeds: Sequence[int]
 ) -> pd.DataFrame:
-    """Return every run: method, number of trials, seed, estimate, MAE, ends of the interval, processor time (s).
-
-    `found` holds the pieces of work of each method and number of trials (of the mixture, observed ones), seed by
-    seed. Ends are empty where they are not known, or the method has none.
-    """
+    """Return every run of `found`, pieces of work by method and number of trials, seed by seed; ends not known are empty."""
     names, frames = scenario.parameter_names, {}
     columns = [f"{end}_{name}" for name in names for end in ("low", "high")]
     for key, pieces in found.items():
@@ -215,10 +206,7 @@ def runs_frame(
 
 
 def summary_frame(scenario: Scenario, runs: pd.DataFrame) -> pd.DataFrame:
-    """Return medians over the seeds, the worst MAE, and the share of true parameters inside their intervals.
-
-    An interval that is not known holds nothing; `unknown` is the number of these. The mixture has none.
-    """
+    """Return medians over the seeds, the worst MAE, the share of true parameters in their intervals; of `unknown` ones none is."""
     names, truth, rows = list(scenario.parameter_names), np.array(scenario.controller), []
     for (method, trials), own in runs.groupby(["method", "trials"], sort=False):
         errors = np.median(absolute_error(own[names].to_numpy(), truth), axis=0)
