@@ -100,6 +100,8 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
     :param out: File to write; fish.txt or swarm.csv by default.
     :param force: Replace a file that exists.
     """
+    import numpy as np
+
     from turing_learning._files import write_atomically
     from turing_learning.results._folder import refuse_target
 
@@ -112,25 +114,18 @@ def sample(what: str, /, *, out: Path | None = None, force: bool = False) -> Non
         print("Five zebrafish, an excerpt of an example of Tracktor (Sridhar, Roche and Gingins 2019; MIT licence).")
         print("Frame rate and scale are not stated: 30 frames/s and 20 pixels/cm are assumptions.")
     else:
-        write_atomically(path, _swarm().encode())
+        scenario = tl.swarm.AGGREGATION
+        poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
+        controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], 4))
+        steps = round(SWARM_S / scenario.trial.control_interval_s)
+        moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[0]
+        robots = ((t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses))
+        rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
+        write_atomically(path, "\n".join(("frame,id,x,y,heading", *rows, "")).encode())
         print("Eleven robots of the scenario aggregation, simulated: vl0 = -0.7, vr0 = -1, vl1 = 1, vr1 = -1.")
         print("They gather for 40 s, driving backwards, as `infer` will remark.")
     options = shlex.join(FISH if what == "fish" else SWARM)
     print(f"Now: turing-learning infer --trajectories {shlex.quote(str(path))} {options}")
-
-
-def _swarm() -> str:
-    """Return a table frame, id, x, y (cm), heading (rad) of a simulated swarm."""
-    import numpy as np
-
-    scenario = tl.swarm.AGGREGATION
-    poses = tl.swarm.initial_poses(scenario, 1, np.random.default_rng(1))
-    controllers = np.broadcast_to(scenario.controller, (*poses.shape[:2], 4))
-    steps = round(SWARM_S / scenario.trial.control_interval_s)
-    moved = tl.swarm.simulate(scenario, controllers, poses, control_steps=steps, seed=1).poses[0]
-    robots = ((t, who, *pose) for t, poses in enumerate(moved) for who, pose in enumerate(poses))
-    rows = (f"{t},{who},{x:.3f},{y:.3f},{angle:.4f}" for t, who, x, y, angle in robots)
-    return "\n".join(("frame,id,x,y,heading", *rows)) + "\n"
 
 
 def warm_up() -> None:

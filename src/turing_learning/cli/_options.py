@@ -105,20 +105,17 @@ class Recording(Tracks):
         if not self.trajectories:
             refuse("--trajectories", "be given for recorded motion", "none", example)
         if self.model is None:
-            refuse("--model", "be given for recorded motion", "none", (example, *self._also(self.trajectories[0])))
+            also: tuple[Any, ...] = ()
+            try:
+                self.read(self.trajectories[0], "--trajectories")
+            except RefusedError as error:
+                if (why := error.refusal) is not None and why.rule == "be given":
+                    more = why.remedy if isinstance(why.remedy, tuple) else (why.remedy,)
+                    also = (". Give ", Setting(why.name), ", too. ", *more)
+            refuse("--model", "be given for recorded motion", "none", (example, *also))
         rule = f"be one of {', '.join(known)}"
         require(self.model in known, "--model", rule, repr(self.model), nearest(self.model, known))
         return RecordedMotion(self.given)
-
-    def _also(self, path: Path) -> tuple[Any, ...]:
-        """Return what else has to be given to read a file."""
-        try:
-            self.read(path, "--trajectories")
-        except RefusedError as error:
-            if error.refusal is not None and error.refusal.rule == "be given":
-                more = error.refusal.remedy if isinstance(error.refusal.remedy, tuple) else (error.refusal.remedy,)
-                return (". Give ", Setting(error.refusal.name), ", too. ", *more)
-        return ()
 
     def system(self) -> dict[str, Any]:
         """Return what `turing_learning.infer` takes, and print what is found in the recordings."""

@@ -173,6 +173,7 @@ def arena(
     :param seed: Seed of everything; 0 by default.
     :param force: Replace files in the folder.
     """
+    from turing_learning.robots.emulation._laboratory import obey, usage
     from turing_learning.store import told
 
     require(seed >= 0, "seed", "be 0 or more", str(seed), place="--seed")
@@ -187,24 +188,17 @@ def arena(
         for name, address in (*service.addresses.items(), ("camera", service.camera_url), ("laboratory", str(path))):
             print(f"{name:12} {address}")
         print("type `remote` to let the robots begin, `help` for everything else; Ctrl-C ends", flush=True)
-        _listen(service.laboratory)
+        for line in sys.stdin:
+            if line.strip() == "help":
+                for command, meaning in usage(service.laboratory):
+                    print(f"{command:32} {meaning}", flush=True)
+            elif line.strip():
+                try:
+                    obey(service.laboratory, line)
+                except ValueError as error:
+                    print(error, flush=True)
+        threading.Event().wait()  # until a signal comes, as nothing more can be typed
     print("\nthe laboratory is closed")
-
-
-def _listen(laboratory: "tl.robots.EmulatedLaboratory") -> None:
-    """Obey what is typed; wait for a signal when nothing more can be."""
-    from turing_learning.robots.emulation._laboratory import obey, usage
-
-    for line in sys.stdin:
-        if line.strip() == "help":
-            for command, meaning in usage(laboratory):
-                print(f"{command:32} {meaning}", flush=True)
-        elif line.strip():
-            try:
-                obey(laboratory, line)
-            except ValueError as error:
-                print(error, flush=True)
-    threading.Event().wait()
 
 
 @contextmanager

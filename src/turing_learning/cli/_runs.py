@@ -206,9 +206,23 @@ def simulate(
 
 def scenarios() -> None:
     """List the scenarios."""
-    from ._tables import plain_console, print_scenarios
+    import numpy as np
+    from rich.text import Text
 
-    print_scenarios(plain_console(), tl.swarm.SCENARIOS, tl.interaction.STIMULATED)
+    from ._tables import plain_console
+
+    line = partial(plain_console().print, soft_wrap=True)
+    for name, scenario in tl.swarm.SCENARIOS.items():
+        line(Text(name, style="bold") + f"  {scenario.description}")
+        names, view = tl.models.ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
+        values = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
+        if view > 0 or scenario.representation == "morphology":  # else a line of sight, as everywhere
+            values.append(f"field of view {view:.4g} rad")
+        objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
+        line(f"    {scenario.agents} agents, {scenario.replicas} replica{objects}; {', '.join(values)}")
+    for name, system in tl.interaction.STIMULATED.items():
+        line(Text(name, style="bold") + f"  {system.title}")
+        line(f"    stimuli {', '.join(system.stimulus.names)}; {system.shown(np.array(system.true))}")
 
 
 def pool(runs: list[Path], /) -> None:

@@ -1,11 +1,9 @@
 """What commands print at their end."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
-from rich.text import Text
 
 import turing_learning as tl
 from turing_learning.report import counted, short_number
@@ -60,24 +58,3 @@ def print_study(console: Console, result: "tl.StudyResult") -> None:
     console.print(result)
     print_files(console, report=result.path / "report.html", tables=result.path / "summary.csv")
     console.print(f"study:  {result.path}", soft_wrap=True)
-
-
-def print_scenarios(
-    console: Console,
-    scenarios: Mapping[str, "tl.swarm.Scenario"],
-    stimulated: Mapping[str, "tl.interaction.StimulatedSystem"],
-) -> None:
-    """Print every system's name, what it is, and its agents' parameters; of those with stimuli also these."""
-    for name, scenario in scenarios.items():
-        console.print(Text(name, style="bold") + f"  {scenario.description}", soft_wrap=True)
-        names, view = tl.models.ReactiveModel(scenario.sensor.states).parameter_names, scenario.sensor.field_of_view
-        values = [f"{name} = {speed:g}" for name, speed in zip(names, scenario.controller, strict=True)]
-        if view > 0 or scenario.representation == "morphology":  # else a line of sight, as everywhere
-            values.append(f"field of view {view:.4g} rad")
-        objects = f", {scenario.objects.count} objects" if scenario.objects.count else ""
-        bodies = f"{scenario.agents} agents, {scenario.replicas} replica{objects}"
-        console.print(f"    {bodies}; {', '.join(values)}", soft_wrap=True)
-    for name, system in stimulated.items():
-        console.print(Text(name, style="bold") + f"  {system.title}", soft_wrap=True)
-        shown = system.shown(np.array(system.true))
-        console.print(f"    stimuli {', '.join(system.stimulus.names)}; {shown}", soft_wrap=True)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from turing_learning._files import in_home, write_atomically
 from turing_learning.config import ConfigurationError
-from turing_learning.errors import integer, require
+from turing_learning.errors import integer, refuse, require
 from turing_learning.kernels.parallel import default_threads
 from turing_learning.store import told
 from turing_learning.workers import Workers
@@ -81,12 +81,11 @@ class Hands:
 
 @dataclass(frozen=True)
 class Backend:
-    """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible.
+    """Who executes: how to submit a run, count the futures that are being executed, and end all at once where that is possible."""
 
-    A run is submitted by the study folder, its number, and a file that stops it; see `execute`, whose answer is in the future.
-    """
-
-    submit: Callable[[str, int, str], "Future[str]"]
+    submit: Callable[
+        [str, int, str], "Future[str]"
+    ]  # study folder, number of the run, file that stops it: see `execute`
     running: Callable[[Iterable["Future[str]"]], int] = lambda futures: sum(future.running() for future in futures)
     kill: Callable[[], None] = lambda: None
 
@@ -98,19 +97,17 @@ def backend_of(
     """Return who executes the runs that are left; `client` is that of the cluster, if one is given."""
     if client is not None and hands.cluster is not None:
         require_visible(client, folder.study_path.absolute(), hands.cluster)
-        executor = client.get_executor(pure=False)
 
         def running(futures: Iterable["Future[str]"]) -> int:
-            try:
-                cores = sum(client.ncores().values())
-            except (
+            cores = 0
+            with suppress(
                 OSError
-            ):  # the scheduler does not answer; if it stays away, the futures end with an error of their own
-                cores = 0
+            ):  # no answer; if the scheduler stays away, the futures end with an error of their own
+                cores = sum(client.ncores().values())
             return min(sum(not future.done() for future in futures), cores)
 
         # nothing is killed: the workers look for the file that stops them; a dead worker's run is executed again by another
-        yield Backend(partial(executor.submit, execute), running)
+        yield Backend(partial(client.get_executor(pure=False).submit, execute), running)
     elif hands.executor is not None:
         submit = hands.executor.submit
         yield Backend(lambda *run: submit(execute, *run))
@@ -150,20 +147,20 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
         return
     try:
         from distributed import Client
-    except ImportError as error:
-        raise ConfigurationError(
-            f"`cluster` must be left out without the extra `cluster`; got {address!r}. "
-            'Install it: pip install "turing-learning[cluster]"'
-        ) from error
+    except ImportError:
+        remedy = 'Install it: pip install "turing-learning[cluster]"'
+        refuse("cluster", "be left out without the extra `cluster`", repr(address), remedy, error=ConfigurationError)
     with _quiet():
         try:
             _require_address(address)
             client = Client(address, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError, ImportError) as error:
-            raise ConfigurationError(
-                f"`cluster` must be the address of a Dask scheduler that answers; got {address!r} "
-                f"({' '.join(str(error).split())}). Start one with `dask scheduler`, and give the address that it prints."
-            ) from error
+            rule, got = (
+                "be the address of a Dask scheduler that answers",
+                f"{address!r} ({' '.join(str(error).split())})",
+            )
+            remedy = "Start one with `dask scheduler`, and give the address that it prints."
+            refuse("cluster", rule, got, remedy, error=ConfigurationError)
         try:
             with suppress(TimeoutError):  # workers that were started just before
                 client.wait_for_workers(1, timeout=WORKER_S)
@@ -177,8 +174,10 @@ def dask_cluster(address: str | None) -> Iterator["Client | None"]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """Silence the logs of Dask, which has a traceback for a scheduler that is gone."""
-    names = [name for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")]
-    talking = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
+    loggers = [
+        logging.getLogger(name) for name in list(logging.root.manager.loggerDict) if name.startswith("distributed")
+    ]
+    talking = [logger for logger in loggers if not logger.disabled]
     for logger in talking:
         logger.disabled = True
     try:
@@ -203,15 +202,16 @@ def _require_address(address: str) -> None:
 
 def require_visible(client: "Client", path: Path, address: str) -> None:
     """Raise ConfigurationError unless all workers of a cluster can run the package and see a file of the study."""
+    check = partial(require, error=ConfigurationError)
     try:
         seen = client.run(_sees, str(path), on_error="return")
     except Exception as error:  # whatever the cluster raises: the study cannot begin
         raise ConfigurationError(f"`cluster` must be able to work; got {address!r} ({error!r}).") from error
     for worker, answer in seen.items():
-        require(not isinstance(answer, BaseException), "cluster", "have turing-learning installed on all workers",
-                f"{answer!r} from {worker}", error=ConfigurationError)  # fmt: skip
-        require(answer, "out", "be a folder that all workers of the cluster share",
-                f"{path.parent}, which {worker} does not see", "Choose a shared folder.", error=ConfigurationError)  # fmt: skip
+        good, rule = not isinstance(answer, BaseException), "have turing-learning installed on all workers"
+        check(good, "cluster", rule, f"{answer!r} from {worker}")
+        rule, got = "be a folder that all workers of the cluster share", f"{path.parent}, which {worker} does not see"
+        check(answer, "out", rule, got, "Choose a shared folder.")
 
 
 def _sees(path: str) -> bool:
@@ -265,17 +265,16 @@ def write_slurm(script: str | Path, study: str | Path, runs: int, *, force: bool
 
 def refuse_script(path: Path, *, force: bool) -> None:
     """Raise ConfigurationError unless a job script may be written to a path."""
-    name = "write-slurm"
+    name, check = "write-slurm", partial(require, error=ConfigurationError)
     _require_plain(name, path)
-    there = path.parent.is_dir() and not path.is_dir()
-    require(there, name, "be a file in a folder that exists", str(path), error=ConfigurationError)
-    require(os.access(path.parent, os.W_OK), name, "be a file that can be written", str(path), "Choose another place.",
-            error=ConfigurationError)  # fmt: skip
-    require(force or not path.exists(), name, "be a file that does not exist", str(path),
-            "Choose another name, or replace it with --force.", error=ConfigurationError)  # fmt: skip
+    there, free = path.parent.is_dir() and not path.is_dir(), force or not path.exists()
+    check(there, name, "be a file in a folder that exists", str(path))
+    elsewhere, replace = "Choose another place.", "Choose another name, or replace it with --force."
+    check(os.access(path.parent, os.W_OK), name, "be a file that can be written", str(path), elsewhere)
+    check(free, name, "be a file that does not exist", str(path), replace)
 
 
 def _require_plain(name: str, path: Path) -> None:
     """Reject a path with control characters: in a script the rest of a line would be executed."""
-    require(str(path).isprintable(), name, "have a path without control characters", ascii(str(path)),
-            "Choose another place.", error=ConfigurationError)  # fmt: skip
+    rule, remedy = "have a path without control characters", "Choose another place."
+    require(str(path).isprintable(), name, rule, ascii(str(path)), remedy, error=ConfigurationError)

@@ -157,8 +157,8 @@ def study(
     hands = Hands(workers, executor, cluster)
     for name, value in options.items():
         known = genuine is not None and name in CustomOptions.__annotations__ and name != "timeout_s"
-        require(known, name, "be a known option of a study", value, nearest(name, signature(study).parameters),
-                error=ConfigurationError)  # fmt: skip
+        rule, remedy = "be a known option of a study", nearest(name, signature(study).parameters)
+        require(known, name, rule, value, remedy, error=ConfigurationError)
     lengths = {"generations": generations, "trials": trials}
     plan = plan_study(
         scenario,
@@ -251,20 +251,19 @@ class Conduct:
     """Execute all runs of a study that are not complete; failed ones are tried again. The caller holds the lock of the folder."""
 
     def __init__(self, folder: StudyFolder, plan: Plan) -> None:
-        self._folder, self._plan = folder, plan
+        self._folder, self._plan, base = folder, plan, plan.base.run
         runs = (read_run(folder, plan, number) for number in plan.numbers)
         self._ended = {run.number: run for run in runs if run.complete}
-        base = plan.base.run
         self._asked = {
             number: plan.configuration(number).length
             if own.get("run.trials", base.trials)
             else int(own.get("run.generations", base.generations))
             for number, own in enumerate(plan.settings, start=1)
         }
-        self._stop = folder.path.absolute() / f"stop-{uuid4().hex}{PARTIAL}"
+        self._path = folder.path.absolute()
+        self._stop = self._path / f"stop-{uuid4().hex}{PARTIAL}"
         self._new: list[StudyRun] = []
-        self._begun = time.monotonic()
-        self._look()
+        self._begun, self._next_look, self._partial = time.monotonic(), 0.0, dict.fromkeys(self.left, 0)
         self._before = self._generations()
 
     @property
@@ -284,20 +283,19 @@ class Conduct:
         """
         futures: dict[Future[str], int] = {}
         try:
-            for number in self.left:
-                try:
-                    futures[backend.submit(str(self._folder.path.absolute()), number, str(self._stop))] = number
-                except (BrokenExecutor, RuntimeError) as error:
-                    raise self._broken(error) from error
+            with self._alive(RuntimeError):
+                for number in self.left:
+                    futures[backend.submit(str(self._path), number, str(self._stop))] = number
             while futures:
                 yield self.progress(backend.running(futures))
                 done, _ = wait(futures, timeout=TICK_S, return_when=FIRST_COMPLETED)
                 for future in done:
                     number = futures.pop(future)
                     try:
-                        state = future.result()
-                    except (BrokenExecutor, CancelledError, FutureTimeout) as error:
-                        raise self._broken(error) from error
+                        with self._alive(CancelledError, FutureTimeout):
+                            state = future.result()
+                    except ExecutorError:
+                        raise
                     except Exception as error:
                         state = FAILED
                         note_failure(self._folder.run_path(number), error)
@@ -314,13 +312,10 @@ class Conduct:
     def end(self, number: int) -> None:
         """Take note that a run has ended, one way or the other."""
         self._ended[number] = read_run(self._folder, self._plan, number)
-        self._partial.pop(number, None)
         self._new.append(self._ended[number])
 
     def progress(self, running: int) -> StudyProgress:
         """Return how far the study is."""
-        if time.monotonic() >= self._next_look:
-            self._look()
         finished, self._new = tuple(self._new), []
         done = [run for run in self._ended.values() if run.complete]
         seconds, generations, total = time.monotonic() - self._begun, self._generations(), sum(self._asked.values())
@@ -338,19 +333,23 @@ class Conduct:
             seconds_left=None if made <= 0 else max(0.0, (total - generations) * seconds / made),
         )
 
-    def _look(self) -> None:
-        self._next_look = time.monotonic() + LOOK_EVERY_S
-        self._partial = {n: stored_generations(self._folder.run_path(n) / "checkpoints") for n in self.left}
-
     def _generations(self) -> int:
-        return sum(self._partial.values()) + sum(self._asked[number] for number in self._ended)
+        """Return how many generations the runs have, by a look at their checkpoints now and then."""
+        if time.monotonic() >= self._next_look:
+            self._next_look = time.monotonic() + LOOK_EVERY_S
+            self._partial = {n: stored_generations(self._folder.run_path(n) / "checkpoints") for n in self.left}
+        return sum(self._asked[n] if n in self._ended else self._partial[n] for n in self._plan.numbers)
 
-    def _broken(self, error: BaseException) -> ExecutorError:
-        path = self._folder.path.absolute()
-        return ExecutorError(
-            f"`executor` must stay alive until the study ends; got {type(error).__name__}"
-            f"{': ' if str(error) else ''}{' '.join(str(error).split())}. Go on with `{resume_command(path)}`."
-        )
+    @contextmanager
+    def _alive(self, *broken: type[Exception]) -> Iterator[None]:
+        """Say of workers that break inside the block how to go on."""
+        kinds: tuple[type[Exception], ...] = (BrokenExecutor, *broken)
+        try:
+            yield
+        except kinds as error:
+            reason = ": ".join(filter(None, (type(error).__name__, " ".join(str(error).split()))))
+            text = f"`executor` must stay alive until the study ends; got {reason}."
+            raise ExecutorError(f"{text} Go on with `{resume_command(self._path)}`.") from error
 
 
 def _execute(

@@ -199,6 +199,11 @@ class StudyResult(Tabular):
         """The configurations that have complete runs."""
         return tuple({json.dumps(one.group, sort_keys=True): one.group for one in self.summaries}.values())
 
+    @property
+    def varying(self) -> list[str]:
+        """Settings that are not the same in all runs, but for what chance decides."""
+        return [key for key in self.runs[0].settings if key not in (SEED, CONTROLLER)]
+
     def below(self, limit: float) -> int:
         """Return the number of complete runs whose estimate has an MAE below a limit."""
         return sum(mae < limit for mae in self.maes)
@@ -352,14 +357,12 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
         for run in own:
             traces = RunFolder(folder.run_path(run.number)).traces()
             if traces is not None and run.result and run.result["truth"]:
-                truth = np.array(list(run.result["truth"].values()))
-                models = {kind: described(traces[f"{kind}_model"]) for kind in KINDS}
-                errors = {kind: absolute_error(model, truth) for kind, model in models.items()}
-                stored.append(
-                    {f"{kind}_model": model for kind, model in models.items()}
-                    | {f"{kind}_error": error for kind, error in errors.items()}
-                    | {f"{kind}_mae": error.mean(axis=-1) for kind, error in errors.items()}
-                )
+                truth, each = np.array(list(run.result["truth"].values())), {}
+                for kind in KINDS:
+                    model = each[f"{kind}_model"] = described(traces[f"{kind}_model"])
+                    error = each[f"{kind}_error"] = absolute_error(model, truth)
+                    each[f"{kind}_mae"] = error.mean(axis=-1)
+                stored.append(each)
         if stored:
             shortest = min(len(each["best_mae"]) for each in stored)  # runs stop within their tolerance
             medians = {name: np.median([each[name][:shortest] for each in stored], axis=0) for name in stored[0]}
@@ -369,24 +372,18 @@ def convergences(folder: StudyFolder, plan: Plan, runs: Iterable[StudyRun]) -> l
 
 def run_rows(result: StudyResult, names: Sequence[str]) -> list[dict[str, Any]]:
     """Return what runs.csv holds of each run; names are those of the parameters."""
-    keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
     numbers = ("truth", *(column for model in MODELS for column in (model, ERRORS[model])))
     rows = []
     for run in result.runs:
         content = run.result or {}
         intervals = content.get("interval") or {}
-        rows.append(
-            {"run": run.number, "seed": run.seed}
-            | {key: run.settings[key] for key in keys}
-            | {"state": run.state, "verdict": run.verdict, "reason": run.reason}
-            | {name: content.get(name) for name in _COUNTS}
-            | {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
-            | {
-                f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side]
-                for side, end in enumerate(("low", "high"))
-                for name in names
-            }
-        )
+        row = {"run": run.number, "seed": run.seed} | {key: run.settings[key] for key in result.varying}
+        row |= {"state": run.state, "verdict": run.verdict, "reason": run.reason}
+        row |= {name: content.get(name) for name in _COUNTS}
+        row |= {f"{column}_{name}": (content.get(column) or {}).get(name) for column in numbers for name in names}
+        for side, end in enumerate(("low", "high")):
+            row |= {f"interval_{end}_{name}": (intervals.get(name) or (None, None))[side] for name in names}
+        rows.append(row)
     return rows
 
 
@@ -394,36 +391,29 @@ def write_tables(
     folder: StudyFolder, result: StudyResult, medians: Sequence[Convergence], names: Sequence[str]
 ) -> None:
     """Write runs.csv, summary.csv and convergence.csv; the same runs give the same bytes, whoever executed them."""
-    keys = [key for key in result.runs[0].settings if key not in (SEED, CONTROLLER)]
-    statistics = [each.name for each in fields(ParameterSummary)][1:]
-    summaries = [
-        {key: row.group.get(key) for key in keys}
-        | {name: getattr(row, name) for name in statistics}
-        | ({} if row.model == "best_model" else {"paper": None})
-        for row in result.summaries
-    ]
+    import pandas as pd
+
+    def write(name: str, rows: Iterable[dict[str, Any]], columns: Sequence[str] | None = None) -> None:
+        """Write rows as CSV, whose cells keep their types; lists and tables in them are JSON."""
+        cells = [
+            {key: json.dumps(cell) if isinstance(cell, list | dict) else cell for key, cell in row.items()}
+            for row in rows
+        ]
+        folder.write(name, pd.DataFrame(cells, columns=columns, dtype=object))
+
+    keys, statistics = result.varying, [each.name for each in fields(ParameterSummary)][1:]
+    summaries = [{key: row.group.get(key) for key in keys} | vars(row) for row in result.summaries]
     columns = [f"{kind}_{what}" for what in ("model", "error") for kind in KINDS]
+    named = {f"{column}_{name}": (column, p) for column in columns for p, name in enumerate(names)}
     generations = [
         {key: one.group.get(key) for key in keys}
         | {"generation": g}
-        | {f"{column}_{name}": one.medians[column][g, p] for column in columns for p, name in enumerate(names)}
+        | {name: one.medians[column][g, p] for name, (column, p) in named.items()}
         | {f"{kind}_mae": one.medians[f"{kind}_mae"][g] for kind in KINDS}
         for one in medians
         for g in range(len(one.medians["best_mae"]))
     ]
-    named = [f"{column}_{name}" for column in columns for name in names]
-    _write(folder, "runs.csv", run_rows(result, names))
-    _write(folder, "summary.csv", summaries, [*keys, *statistics])
-    _write(folder, "convergence.csv", generations, [*keys, "generation", *named, "best_mae", "typical_mae"])
-
-
-def _write(
-    folder: StudyFolder, name: str, rows: Sequence[dict[str, Any]], columns: Sequence[str] | None = None
-) -> None:
-    """Write rows as CSV, whose cells keep their types; lists and tables in them are JSON."""
-    import pandas as pd
-
-    cells = [
-        {key: json.dumps(cell) if isinstance(cell, list | dict) else cell for key, cell in row.items()} for row in rows
-    ]
-    folder.write(name, pd.DataFrame(cells, columns=columns, dtype=object))
+    write("runs.csv", run_rows(result, names))
+    write("summary.csv", (row if row["model"] == "best_model" else row | {"paper": None} for row in summaries),
+          [*keys, *statistics])  # fmt: skip
+    write("convergence.csv", generations, [*keys, "generation", *named, *(f"{kind}_mae" for kind in KINDS)])
