@@ -60,27 +60,13 @@ PYTHON = Words()
 
 @dataclass(frozen=True)
 class Refusal:
-    """Why a value is rejected.
+    """Why a value is rejected."""
 
-    Attributes
-    ----------
-    name
-        Argument, setting or file, as Python names it.
-    rule
-        What it must do: "be 1 or more", "have the shape (K, T, D)".
-    got
-        What was given, as text.
-    place
-        Where, for example "robots.csv:3"; empty if the name says it.
-    remedy
-        What to do: one or more sentences; empty if the rule says it.
-    """
-
-    name: str
-    rule: Text
-    got: str
-    place: str = ""
-    remedy: Text = ""
+    name: str  # of an argument, setting or file, in Python
+    rule: Text  # what it must do: "be 1 or more", "have the shape (K, T, D)"
+    got: str  # what was given
+    place: str = ""  # for example "robots.csv:3"; empty if the name says it
+    remedy: Text = ""  # what to do, in one or more sentences; empty if the rule says it
 
     def text(self, words: Words = PYTHON) -> str:
         """Return the message in the words of a door."""
@@ -101,13 +87,7 @@ def said(text: Text, words: Words = PYTHON) -> str:
 
 
 class RefusedError(ValueError):
-    """A value is rejected at a door; nothing has been changed.
-
-    Attributes
-    ----------
-    refusal
-        Why, as data; None where the message is all there is.
-    """
+    """A value is rejected at a door; nothing has been changed. `refusal` says why, None where the message is all there is."""
 
     def __init__(self, why: Refusal | str) -> None:
         super().__init__(str(why))

@@ -77,20 +77,18 @@ def refuse_format(version: Any, newest: int, path: Path, noun: str) -> None:
 
 @dataclass(frozen=True)
 class Kind:
-    """What a store holds."""
+    """What a store holds.
 
-    noun: str
-    """What it is called, and the name of the argument in messages: "study"."""
-    head: str
-    """The JSON file that says what the folder is; it has a ``format_version``."""
-    identity: tuple[str, ...] = ()
-    """Keys of the head whose values must stay the same for its life."""
-    pieces: tuple[str, ...] = ()
-    """Patterns of other files that are read again. They are sealed when a store that has no seals is resumed."""
-    newest: int = 1
-    """Newest format version that can be read."""
-    beside: tuple[str, ...] = ()
-    """Files that belong to the head. What of these and of the head is removed while the folder is locked is written again."""
+    Pieces are sealed when a store that has no seals is resumed. What is removed of the head and of the files beside it while the
+    folder is locked is written again.
+    """
+
+    noun: str  # what it is called, and the name of the argument in messages: "study"
+    head: str  # the JSON file that says what the folder is; it has a ``format_version``
+    identity: tuple[str, ...] = ()  # keys of the head whose values stay the same for its life
+    pieces: tuple[str, ...] = ()  # patterns of other files that are read again
+    newest: int = 1  # newest format version that can be read
+    beside: tuple[str, ...] = ()  # files that belong to the head
 
 
 class Store:
@@ -102,7 +100,11 @@ class Store:
     """
 
     def __init__(self, path: str | Path, kind: Kind) -> None:
-        require(_names_a_place(path), kind.noun, "be the path of a folder", brief(path), error=RunFolderError)
+        try:  # a name that the operating system takes; the folder may be missing
+            good = isinstance(path, str | os.PathLike) and b"\0" not in os.fsencode(path)
+        except UnicodeEncodeError:  # half a character
+            good = False
+        require(good, kind.noun, "be the path of a folder", brief(path), error=RunFolderError)
         self.path, self.kind = in_home(path), kind
         self._seals: Seals | None = None
         self._place: tuple[int, int] | None = None  # device and inode of the folder that is locked
@@ -125,8 +127,8 @@ class Store:
         """Return what the folder says that it is; reject what is something else, of a later version, or changed."""
         content, noun = self._peek(), self.kind.noun
         if content is None:
-            refuse(noun, f"be a {noun} folder", f"{self.path} without a readable {self.kind.head}",
-                   f"Give the folder that `{noun}` has made.", error=RunFolderError)  # fmt: skip
+            got, remedy = f"{self.path} without a readable {self.kind.head}", f"Give the folder that `{noun}` has made."
+            refuse(noun, f"be a {noun} folder", got, remedy, error=RunFolderError)
         refuse_format(content["format_version"], self.kind.newest, self.head_path, noun)
         self.read(self.kind.head)
         return content
@@ -142,9 +144,8 @@ class Store:
 
     def foreign_names(self) -> list[str]:
         """Return the names in the folder that are not of a store that has only been begun."""
-        own = {LOCK, SEALS}
         names = (path.name for path in self.path.iterdir()) if self.path.exists() else ()
-        return sorted(name for name in names if name not in own and not name.endswith(PARTIAL))
+        return sorted(name for name in names if name not in (LOCK, SEALS) and not name.endswith(PARTIAL))
 
     def _peek(self) -> dict[str, Any] | None:
         try:
@@ -373,14 +374,6 @@ def _identity(head: Mapping[str, Any], kind: Kind) -> str:
     """Return the digest of what must stay the same."""
     kept = json.loads(json.dumps([head.get(key) for key in kind.identity]))
     return hashlib.sha256(json.dumps([kind.noun, kept], sort_keys=True).encode()).hexdigest()
-
-
-def _names_a_place(path: object) -> bool:
-    """Return whether the operating system takes a value for a path, of a folder that may be missing."""
-    try:
-        return isinstance(path, str | os.PathLike) and b"\0" not in os.fsencode(path)
-    except UnicodeEncodeError:  # half a character
-        return False
 
 
 def _place(path: Path) -> tuple[int, int] | None:

@@ -77,15 +77,11 @@ class Workers:
         one_thread: bool = False,
     ) -> None:
         if _loading:
-            raise RuntimeError(
-                "workers must not be started while a worker imports the script. A script that is run with workers keeps its calls "
-                'under `if __name__ == "__main__":`'
-            )
+            remedy = 'A script that is run with workers keeps its calls under `if __name__ == "__main__":`'
+            raise RuntimeError(f"workers must not be started while a worker imports the script. {remedy}")
         content = function if isinstance(function, bytes) else packed(function)
-        known = (
-            spawn.get_preparation_data("worker") if script else {}
-        )  # how `multiprocessing` imports the calling script
-        parts = {key: value for key, value in known.items() if key in _SCRIPT}
+        # how `multiprocessing` imports the calling script
+        parts = {key: each for key, each in spawn.get_preparation_data("worker").items() if script and key in _SCRIPT}
         setting = {"patient": patient, "path": sys.path, "script": parts}
         environment = dict.fromkeys(ONE_THREAD, "1") | dict(os.environ) if one_thread else dict(os.environ)
         self._slots = [_Slot((pickle.dumps(setting), content), environment, timeout_s) for _ in range(count)]
@@ -148,10 +144,10 @@ def _serve_slot(
 ) -> None:
     """Execute calls in one place, by one process after the other; the body of a thread of the parent."""
     try:
-        if warm_up is not None and first:
-            with suppress(Exception):  # the calls will say why
-                slot.call(warm_up)
         if first:
+            with suppress(Exception):  # the calls will say why
+                if warm_up is not None:
+                    slot.call(warm_up)
             warm.set()
         warm.wait()
         while (item := calls.get()) is not None:
@@ -195,11 +191,10 @@ class _Slot:
             if process is None:
                 raise _Gone("killed on demand")
             late = threading.Event()
-            timer = None if self._timeout_s is None else threading.Timer(self._timeout_s, _expire, (process, late))
-            answer, sent = None, False
+            timer = threading.Timer(self._timeout_s or threading.TIMEOUT_MAX, _expire, (process, late))
+            answer, sent, timer.daemon = None, False, True
             try:
-                if timer is not None:
-                    timer.daemon = True
+                if self._timeout_s is not None:
                     timer.start()
                 self._send(content)
                 sent = True
@@ -207,7 +202,7 @@ class _Slot:
             except OSError:
                 pass
             finally:
-                if timer is not None:
+                if timer.is_alive():
                     timer.cancel()
                     timer.join()
             if answer is None or late.is_set():
