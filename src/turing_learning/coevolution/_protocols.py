@@ -1,10 +1,11 @@
 """Protocols: what systems, simulations and judges have to offer, and the samples they pass."""
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from ..arrays import array
 from ._rewards import Judgments
 
 
@@ -24,25 +25,14 @@ class Samples:
     counterfeit: np.ndarray  #: (M, C, T, D), C samples of each of the M models; floats, finite
 
     def __post_init__(self) -> None:
-        _check("genuine", self.genuine, "(K, T, D)", 3)
-        _check("counterfeit", self.counterfeit, "(M, C, T, D)", 4)
-        if self.genuine.shape[-2:] != self.counterfeit.shape[-2:]:
-            raise ValueError(
-                "`genuine` and `counterfeit` must agree in time steps T and signals D; "
-                f"got {self.genuine.shape} and {self.counterfeit.shape}."
-            )
-
-
-def _check(name: str, samples: np.ndarray, symbols: str, dimensions: int) -> None:
-    if not isinstance(samples, np.ndarray) or not np.issubdtype(samples.dtype, np.floating):
-        received = samples.dtype if isinstance(samples, np.ndarray) else type(samples).__name__
-        raise TypeError(f"`{name}` must be an array of floats; got {received}.")
-    if samples.ndim != dimensions or samples.size == 0:
-        raise ValueError(f"`{name}` must be of shape {symbols} and not empty; got {samples.shape}.")
-    # minimum and maximum are finite only where all values are: half the time of a look at each value
-    if not (np.isfinite(samples.min()) and np.isfinite(samples.max())):
-        place = tuple(int(k) for k in np.argwhere(~np.isfinite(samples))[0])
-        raise ValueError(f"`{name}` must be finite; got {samples[place]} at {place} of {symbols}.")
+        sizes: dict[str, Any] = {}
+        for name, shape in (("genuine", "K T D"), ("counterfeit", "M C T D")):
+            samples = getattr(self, name)
+            if not isinstance(samples, np.ndarray) or not np.issubdtype(samples.dtype, np.floating):
+                received = samples.dtype if isinstance(samples, np.ndarray) else type(samples).__name__
+                raise TypeError(f"`{name}` must be an array of floats; got {received}.")
+            array(name, samples, shape, dtype=samples.dtype, **sizes)
+            sizes = {"T": samples.shape[-2], "D": samples.shape[-1]}
 
 
 @runtime_checkable

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from ..arrays import array
 from ..errors import refuse, require
 
 THRESHOLD = 0.5
@@ -27,25 +29,22 @@ class Judgments:
     referees_met: np.ndarray | None = None  #: (B, M) bool, the same of the archived ones
 
     def __post_init__(self) -> None:
-        _check("genuine_outputs", self.genuine_outputs, "(N, K)", 2)
-        _check("counterfeit_outputs", self.counterfeit_outputs, "(N, M, C)", 3)
-        if self.referee_outputs is not None:
-            _check("referee_outputs", self.referee_outputs, "(B, M, C)", 3)
-            samples, shape = self.counterfeit_outputs.shape[1:], self.referee_outputs.shape
-            rule = f"be of shape (B, M, C) = (any, {samples[0]}, {samples[1]})"
-            require(shape[1:] == samples, "referee_outputs", rule, str(shape))
-        for name, met, outputs in (
-            ("met", self.met, self.counterfeit_outputs),
-            ("referees_met", self.referees_met, self.referee_outputs),
-        ):
-            if met is not None:
-                fits = outputs is not None and met.shape == outputs.shape[:2] and met.dtype == bool
-                require(fits, name, "be truth values (N, M), one for each output", f"shape {met.shape}")
+        sizes: dict[str, Any] = {}
+        for name, shape in (
+            ("genuine_outputs", "N K"), ("counterfeit_outputs", "N M C"), ("referee_outputs", "B M C"),
+            ("met", "N M"), ("referees_met", "B M"),
+        ):  # fmt: skip
+            given = getattr(self, name)
+            if given is None:
+                continue
+            truth = name in ("met", "referees_met")
+            array(name, given, shape, dtype=bool if truth else given.dtype, finite=False, **sizes)
+            sizes |= dict(zip(shape.split(), given.shape, strict=True))
+            if not truth and not (given.min() >= 0 and given.max() <= 1):  # so that NaN, too, is rejected
+                place = tuple(int(k) for k in np.argwhere(~((given >= 0) & (given <= 1)))[0])
+                refuse(name, "be from 0 to 1", f"{given[place]} at {place} of ({', '.join(shape.split())})")
         met_by_some = self.met is None or bool(self.met.any(axis=0).all())
         require(met_by_some, "met", "hold a classifier for each model", "a model that none has met")
-        shapes = self.genuine_outputs.shape, self.counterfeit_outputs.shape
-        rule = "have as many classifiers N as `counterfeit_outputs`"
-        require(shapes[0][0] == shapes[1][0], "genuine_outputs", rule, f"{shapes[0]} and {shapes[1]}")
 
     @cached_property
     def genuine(self) -> np.ndarray:
@@ -72,14 +71,6 @@ class Judgments:
         if (self.counterfeit if self.met is None else self.counterfeit[self.met]).all():
             return "all accepted"
         return "active" if self.counterfeit.any() else "all rejected"
-
-
-def _check(name: str, outputs: np.ndarray, symbols: str, dimensions: int) -> None:
-    fits = outputs.ndim == dimensions and outputs.size > 0
-    require(fits, name, f"be of shape {symbols} and not empty", str(outputs.shape))
-    if not (outputs.min() >= 0 and outputs.max() <= 1):  # so that NaN, too, is rejected
-        place = tuple(int(k) for k in np.argwhere(~((outputs >= 0) & (outputs <= 1)))[0])
-        refuse(name, "be from 0 to 1", f"{outputs[place]} at {place} of {symbols}")
 
 
 Reward = Callable[[Judgments], np.ndarray]

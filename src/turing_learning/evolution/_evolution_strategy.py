@@ -107,7 +107,7 @@ class EvolutionStrategy(Turns):
         self._turn("tell")
         generation, fitness = self._generation, array("fitness", fitness, "size", size=self.size)
         scores = fitness.copy() if self._memory is None else self._memory.score(generation, fitness)
-        best = fittest(scores, self.parents)
+        best = np.argsort(-scores, kind="stable")[: self.parents]  # the fittest first; of equals the older
         if self._memory is not None:
             self._memory.keep(best)
         rng = generation_rng(self._seed, generation + 1)
@@ -149,8 +149,3 @@ class EvolutionStrategy(Turns):
             self._memory.totals, self._memory.weights = held["totals"], held["weights"]
         self._generation, self._population, self._steps = generation, held["population"], held["step_sizes"]
         self._awaits_fitness, self._asked_steps = False, self._steps
-
-
-def fittest(fitness: np.ndarray, count: int) -> np.ndarray:
-    """Return the indices (count,) of the fittest, the fittest first; of equals the first come first."""
-    return np.argsort(-fitness, kind="stable")[:count]

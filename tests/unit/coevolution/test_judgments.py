@@ -41,19 +41,19 @@ def test_selection_does_not_depend_on_genuine_samples():
 
 @pytest.mark.parametrize("genuine", [GENUINE[0], GENUINE[:, :0]])
 def test_genuine_outputs_of_a_wrong_shape_are_refused(genuine):
-    with pytest.raises(ValueError, match=r"`genuine_outputs` must be of shape \(N, K\) and not empty; got"):
+    with pytest.raises(ValueError, match=r"`genuine_outputs` must be of shape \(N, K\)( and not empty)?; got \("):
         Judgments(genuine, COUNTERFEIT)
 
 
 def test_counterfeit_outputs_of_a_wrong_shape_are_refused():
-    with pytest.raises(ValueError, match=r"`counterfeit_outputs` must be of shape \(N, M, C\) and not empty; got"):
+    with pytest.raises(
+        ValueError, match=r"`counterfeit_outputs` must be of shape \(N, M, C\) = \(2, any, any\); got \(2, 3\)"
+    ):
         Judgments(GENUINE, COUNTERFEIT[..., 0])
 
 
 def test_outputs_of_different_numbers_of_classifiers_are_refused():
-    with pytest.raises(
-        ValueError, match=r"must have as many classifiers N as `counterfeit_outputs`; got \(1, 5\) and \(2, 3, 1\)"
-    ):
+    with pytest.raises(ValueError, match=r"`counterfeit_outputs` must be .* = \(1, any, any\); got \(2, 3, 1\)"):
         Judgments(GENUINE[:1], COUNTERFEIT)
 
 
