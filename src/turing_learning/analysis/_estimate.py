@@ -41,14 +41,9 @@ def is_known(*values: float | None) -> bool:
 
 
 def known_or(instead: float | None, interval: Mapping[str, Sequence[float | None]]) -> dict[str, list[Any]]:
-    """Return an interval, name -> two ends, in which each end that is not known is something else.
+    """Return an interval, name -> two ends, with something instead of each end that is not known.
 
-    Parameters
-    ----------
-    instead
-        None for a file. `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
-    interval
-        As in Python or in a file.
+    That is None for a file, and `UNKNOWN` in Python: as one and the same object, so that lists of it are equal.
     """
     return {name: [end if is_known(end) else instead for end in ends] for name, ends in interval.items()}
 
@@ -110,20 +105,15 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     """
     last = _last(typical_models, window)
     middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
-    growth = np.array(
-        [
-            _growth(_independent(series)) if moves else UNKNOWN
-            for series, moves in zip(last.T, _moves(last), strict=True)
-        ]
-    )
+    known = zip(last.T, _moves(last), strict=True)
+    growth = np.array([_growth(_independent(series)) if moves else UNKNOWN for series, moves in known])
     return (middle + growth * (ends - middle)).T
 
 
 def _moves(typical_models: np.ndarray) -> np.ndarray:
     """Return whether the typical models (W, ...) move: whether their central 90 % are more than one value."""
     low, high = np.percentile(typical_models, CENTRAL, axis=0)
-    moves: np.ndarray = low < high
-    return moves
+    return np.less(low, high)
 
 
 def _growth(count: float) -> float:
@@ -236,9 +226,8 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     scores = ndtri((ranks - 3 / 8) / (count * length + 1 / 4))
     moves = _moves(np.moveaxis(typical, 1, 0))
     moving = moves.sum(axis=0)
-    within = np.divide(
-        scores.var(axis=1).sum(axis=0, where=moves), moving, out=np.full(parameters, UNKNOWN), where=moving > 0
-    )
+    scatter, unknown = scores.var(axis=1).sum(axis=0, where=moves), np.full(parameters, UNKNOWN)
+    within = np.divide(scatter, moving, out=unknown, where=moving > 0)
     between = scores.mean(axis=1).var(axis=0, ddof=1)
     return np.sqrt(1 + between / within)
 

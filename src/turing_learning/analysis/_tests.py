@@ -15,18 +15,10 @@ LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Comparison:
-    """Two-sided Mann-Whitney tests of several samples against one reference.
+    """Two-sided Mann-Whitney tests of several samples against one reference."""
 
-    Attributes
-    ----------
-    p_values : (S,)
-        Of each test, not corrected.
-    level
-        Significance level of all tests together.
-    """
-
-    p_values: np.ndarray
-    level: float
+    p_values: np.ndarray  #: (S,), of each test, not corrected
+    level: float  #: Significance level of all tests together
 
     @property
     def significant(self) -> np.ndarray:
@@ -93,12 +85,8 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
     for name, judgments in (("agents", agents), ("models", models)):
         given = np.asarray(judgments)
         judged = array(name, given.astype(int) if given.dtype == bool else given, "... S R")
-        require(
-            np.isin(judged, (0, 1)).all(),
-            name,
-            "hold nothing but 0 and 1",
-            judged[~np.isin(judged, (0, 1))][:1].tolist(),
-        )
+        wrong = judged[~np.isin(judged, (0, 1))]
+        require(not wrong.size, name, "hold nothing but 0 and 1", wrong[:1].tolist())
         shares.append(judged.any(axis=-1).mean(axis=-1))
     return (shares[0] + (1 - shares[1])) / 2
 
@@ -132,21 +120,11 @@ def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> n
 
 @dataclass(frozen=True, eq=False)
 class Jury:
-    """Classifiers with votes.
+    """Classifiers with votes."""
 
-    Attributes
-    ----------
-    classifier
-        Judges.
-    genomes : (N, Q)
-        Those that vote.
-    weights : (N,)
-        Of the votes, summing to 1; none where no classifier can tell samples apart.
-    """
-
-    classifier: Classifier
-    genomes: np.ndarray
-    weights: np.ndarray
+    classifier: Classifier  #: Judges
+    genomes: np.ndarray  #: (N, Q), those that vote
+    weights: np.ndarray  #: (N,), of the votes, summing to 1; none where no classifier can tell samples apart
 
     def votes(self, samples: np.ndarray) -> np.ndarray:
         """Return whether each classifier judges each of samples (..., T, D) genuine (N, ...)."""

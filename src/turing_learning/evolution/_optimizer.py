@@ -114,16 +114,7 @@ class RenewedOptimizer:
         self._last = last
         self._generation = 0
         self._optimizer = make(0)
-
-    @property
-    def size(self) -> int:
-        """Candidates per generation."""
-        return self._optimizer.size
-
-    @property
-    def dimension(self) -> int:
-        """Parameters of a candidate."""
-        return self._optimizer.dimension
+        self.size, self.dimension = self._optimizer.size, self._optimizer.dimension
 
     @property
     def step_sizes(self) -> np.ndarray:
