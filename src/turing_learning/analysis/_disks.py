@@ -11,6 +11,9 @@ CENTERS = 24  # tried along each edge of the lattice's cell; a finer grid finds 
 def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
     """Compute the dispersion of disks: the sum of their squared distances from their centroid, over 4 r^2.
 
+    Source: Gauci et al. 2014, Int. J. Robotics Research 33, equation 5, which the paper cites in section 4.3; a sum
+    over the disks, not a mean.
+
     Parameters
     ----------
     positions : (..., S, 2)
@@ -22,11 +25,6 @@ def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
     -------
     (...)
         Without unit.
-
-    Source
-    ------
-    Gauci et al. 2014, Int. J. Robotics Research 33, equation 5, which the paper cites in section 4.3; a sum over the
-    disks, not a mean.
     """
     centers = array("positions", positions, "... S 2")
     number("radius_cm", radius_cm, above=0)
@@ -40,6 +38,8 @@ def least_dispersion(disks: int) -> float:
     The best packings that are known lie on a hexagonal lattice. A set of lattice points with the smallest second moment
     consists of the points that are nearest to its own centroid, so that it is enough to try centers in one cell.
 
+    Source: Graham and Sloane 1990, Penny-packing and two-dimensional codes, Discrete and Computational Geometry 5.
+
     Parameters
     ----------
     disks
@@ -49,10 +49,6 @@ def least_dispersion(disks: int) -> float:
     -------
     float
         For example 0.5 for 2 disks, 6.0 for 7, 343.5 for 50.
-
-    Source
-    ------
-    Graham and Sloane 1990, Penny-packing and two-dimensional codes, Discrete and Computational Geometry 5.
     """
     integer("disks", disks, 1)
     reach = int(np.ceil(np.sqrt(disks))) + 2  # of lattice points around one cell: any compact set of disks fits in
@@ -77,6 +73,8 @@ def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndar
     Two disks are neighbors if no other one fits between them, that is, if their centers are less than 4 r
     apart. A cluster is all that is connected through neighbors.
 
+    Source: Gauci et al. 2014, Int. J. Robotics Research 33, which the paper cites in section 5.4.
+
     Parameters
     ----------
     positions : (..., S, 2)
@@ -88,10 +86,6 @@ def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndar
     -------
     (...) int
         Between 1 and S.
-
-    Source
-    ------
-    Gauci et al. 2014, Int. J. Robotics Research 33, which the paper cites in section 5.4.
     """
     from scipy.sparse.csgraph import connected_components
 

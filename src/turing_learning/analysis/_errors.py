@@ -24,6 +24,8 @@ DYNAMIC_READINGS = np.repeat((0, 1, 0), 10)
 def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
     """Compute the absolute error (AE) in each parameter.
 
+    Source: paper, section 4.3, equation 9.
+
     Parameters
     ----------
     estimate : (..., P)
@@ -35,10 +37,6 @@ def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) ->
     -------
     (..., P)
         In the units of the parameters.
-
-    Source
-    ------
-    Paper, section 4.3, equation 9.
     """
     inferred, true = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     fits = true.ndim == 1 and true.size > 0 and inferred.shape[-1:] == true.shape
@@ -48,6 +46,8 @@ def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) ->
 
 def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
     """Compute the mean absolute error (MAE) over all parameters.
+
+    Source: paper, section 4.3, equation 10.
 
     Parameters
     ----------
@@ -60,10 +60,6 @@ def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLik
     -------
     (...)
         In the units of the parameters.
-
-    Source
-    ------
-    Paper, section 4.3, equation 10.
     """
     return absolute_error(estimate, truth).mean(axis=-1)
 
@@ -113,15 +109,15 @@ def _name_assignment(estimate: np.ndarray, truth: np.ndarray) -> str:
 def dynamic_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
     """Return the outputs (..., 30, 2) of networks (..., Q) for I = 0 (steps 1 to 10), 1 (11 to 20) and 0 (21 to 30).
 
-    Source
-    ------
-    Paper, section 4.6.2, figure 12.
+    Source: paper, section 4.6.2, figure 12.
     """
     return model.respond(networks, DYNAMIC_READINGS)
 
 
 def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.ArrayLike) -> np.ndarray:
     """Compute how far the outputs of networks are from the agents' parameters over 20 steps of each constant reading.
+
+    Source: paper, section 4.6.2: the metric by which the network of median performance is chosen.
 
     Parameters
     ----------
@@ -134,10 +130,6 @@ def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.A
     -------
     (...)
         Sum of the squared differences over all parameters and steps.
-
-    Source
-    ------
-    Paper, section 4.6.2: the metric by which the network of median performance is chosen.
     """
     true = array("truth", truth, "P", finite=False, P=2 * model.states)
     return np.square(model.constant_responses(networks) - true).sum(axis=(-2, -1))

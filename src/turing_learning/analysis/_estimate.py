@@ -89,6 +89,9 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
     docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.
 
+    Source: docs/decisions/0011 and 0022; Geyer, Practical Markov chain Monte Carlo (1992), for the autocorrelation
+    time.
+
     Parameters
     ----------
     typical_models, window
@@ -98,10 +101,6 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     -------
     (P, 2)
         Lower and upper end for each parameter; both NaN where they are not known.
-
-    Source
-    ------
-    docs/decisions/0011 and 0022; Geyer, Practical Markov chain Monte Carlo (1992), for the autocorrelation time.
     """
     last = _last(typical_models, window)
     middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
@@ -169,6 +168,10 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     in the scatter alone. Where no run has moved, each is one value of whatever scatters, and the scatter of
     the runs is all of it. Where neither a run has moved nor two differ, the interval is not known.
 
+    Source: docs/decisions/0026. The prediction interval of normally distributed regions: Higgins, Thompson and
+    Spiegelhalter, A re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill and
+    Wang, Confidence intervals on nonnegative linear combinations of variances (1980).
+
     Parameters
     ----------
     typical_models
@@ -178,12 +181,6 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     -------
     (P, 2)
         Lower and upper end for each parameter; both NaN where they are not known.
-
-    Source
-    ------
-    docs/decisions/0026. The prediction interval of normally distributed regions: Higgins, Thompson and Spiegelhalter, A
-    re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill and Wang, Confidence intervals on
-    nonnegative linear combinations of variances (1980).
     """
     typical = _checked_runs(typical_models)
     estimates, count = np.median(typical, axis=1), len(typical)
@@ -203,6 +200,10 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     are. Ranks make it the same on any scale, and let no excursion of a run hide that the others disagree. The
     scatter within is that of the runs that have moved (see `interval`).
 
+    Source: Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal scores of
+    the ranks: Vehtari et al., Rank-normalization, folding, and localization: an improved R-hat (2021). Runs are not
+    split into halves.
+
     Parameters
     ----------
     typical_models
@@ -212,11 +213,6 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     -------
     (P,)
         At least about 1, for each parameter; NaN where no run has moved, so that nothing is known of the scatter within.
-
-    Source
-    ------
-    Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal scores of the ranks: Vehtari
-    et al., Rank-normalization, folding, and localization: an improved R-hat (2021). Runs are not split into halves.
     """
     from scipy.stats import rankdata
 
@@ -286,6 +282,8 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     and if the population has contracted, or its typical model has been through all that the population still
     spans: then the parameter is open, not on its way.
 
+    Source: docs/decisions/0033.
+
     Parameters
     ----------
     typical_models : (G, P)
@@ -299,10 +297,6 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
     -------
     (P,) bool
         Whether each parameter has settled.
-
-    Source
-    ------
-    docs/decisions/0033.
     """
     last = np.asarray(typical_models, dtype=float)[-window:]
     half = np.diff(interval(last, window), axis=1)[:, 0] / 2

@@ -36,6 +36,8 @@ def compare(
 ) -> Comparison:
     """Test samples against a reference, each with a two-sided Mann-Whitney test, and Bonferroni's correction.
 
+    Source: paper, section 4.3.
+
     Parameters
     ----------
     reference : (R,)
@@ -44,10 +46,6 @@ def compare(
         For example the dispersion of replicas; they may differ in length.
     level
         Significance level of all tests together, in (0, 1).
-
-    Source
-    ------
-    Paper, section 4.3.
     """
     from scipy.stats import mannwhitneyu
 
@@ -65,6 +63,8 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
     An individual counts as a model only if it is judged counterfeit in all of its trials. Agents and models
     have half of the weight each.
 
+    Source: paper, section 4.4.
+
     Parameters
     ----------
     agents : (..., S, R) bool
@@ -76,10 +76,6 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
     -------
     (...)
         In [0, 1].
-
-    Source
-    ------
-    Paper, section 4.4.
     """
     shares = []
     for name, judgments in (("agents", agents), ("models", models)):
@@ -94,6 +90,8 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
 def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> np.ndarray:
     """Compute the length of the mean direction of a group: 1 if all go one way, about 0 in disorder.
 
+    Source: Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized velocity.
+
     Parameters
     ----------
     directions : (..., A, 2)
@@ -105,10 +103,6 @@ def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> n
     -------
     (moments,)
         0 to 1, of the moments in which at least two individuals have a direction.
-
-    Source
-    ------
-    Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized velocity.
     """
     length = np.hypot(directions[..., 0], directions[..., 1])
     counted = (length > 0) if present is None else present & (length > 0)
@@ -142,9 +136,7 @@ class Jury:
 def competence(genuine: np.ndarray, counterfeit: np.ndarray) -> np.ndarray:
     """Return Youden's J (N,) = specificity + sensitivity - 1 of votes (N, ...) on both kinds of samples.
 
-    Source
-    ------
-    Youden, Index for rating diagnostic tests (1950).
+    Source: Youden, Index for rating diagnostic tests (1950).
     """
     axes = tuple(range(1, genuine.ndim))
     return genuine.mean(axis=axes) - counterfeit.mean(axis=axes)

@@ -37,6 +37,8 @@ class ElmanClassifier:
     where the largest input of a step or the largest weight of a neuron (W, U and b together; v and c) exceeds 1e8 in
     magnitude, all of that step's inputs or that neuron's weights are shortened by one factor, to 1e8.
 
+    Source: paper, section "Classifiers"; the scale is explained in the method notes on classifier inputs.
+
     Parameters
     ----------
     inputs
@@ -48,10 +50,6 @@ class ElmanClassifier:
         What the signals are divided by, in their units, each between 1e-50 and 1e50; None divides by nothing.
     threads
         Number of threads, >= 1; None takes every processor. The outputs do not depend on it.
-
-    Source
-    ------
-    Paper, section "Classifiers"; the scale is explained in the method notes on classifier inputs.
 
     Examples
     --------

@@ -28,6 +28,9 @@ class PooledClassifier:
 
     A genome holds the number of taps, the gap, b, and 16 D weights, step by step; those beyond the taps are without effect.
 
+    Source: Rahimi and Recht, Random features for large-scale kernel machines (2007); Dempster, Schmidt and Webb,
+    MiniRocket (2021).
+
     Parameters
     ----------
     inputs
@@ -37,10 +40,6 @@ class PooledClassifier:
     threads
         Number of threads, >= 1; None takes every processor. The outputs do not depend on it, nor on which
         samples are judged together.
-
-    Source
-    ------
-    Rahimi and Recht, Random features for large-scale kernel machines (2007); Dempster, Schmidt and Webb, MiniRocket (2021).
     """
 
     inputs: int = 2

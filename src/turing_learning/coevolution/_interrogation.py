@@ -10,16 +10,14 @@ from ._rewards import Judgments
 class PassiveInterrogation:
     """All classifiers judge the same samples: they do not influence what they observe.
 
+    Source: paper, section 3.1.
+
     Parameters
     ----------
     source
         Yields the samples of a generation.
     classifier
         Judges them.
-
-    Source
-    ------
-    Paper, section 3.1.
     """
 
     def __init__(self, source: SampleSource, classifier: Classifier) -> None:
@@ -54,6 +52,8 @@ class PassiveInterrogation:
 class InteractiveInterrogation:
     """Each classifier meets the system and some models alone, and influences what it sees of them.
 
+    Source: paper, section 3.1, footnote 1; docs/decisions/0032-interaction.md.
+
     Parameters
     ----------
     source
@@ -61,10 +61,6 @@ class InteractiveInterrogation:
     opponents
         Models that each classifier meets in a generation, and as many genuine samples; all models if there are fewer. Every
         model is met by as many classifiers, or by one more. The trials are (N + B) x opponents of models, N x opponents genuine.
-
-    Source
-    ------
-    Paper, section 3.1, footnote 1; docs/decisions/0032-interaction.md.
     """
 
     def __init__(self, source: InteractiveSource, opponents: int) -> None:

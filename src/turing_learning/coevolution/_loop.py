@@ -53,6 +53,8 @@ class Generation:
 class Coevolution:
     """Coevolve models that imitate a system with classifiers that tell system and models apart.
 
+    Source: paper, section 3.1, algorithm 1.
+
     Parameters
     ----------
     interrogation
@@ -73,10 +75,6 @@ class Coevolution:
     ----------
     generation
         Number of completed generations.
-
-    Source
-    ------
-    Paper, section 3.1, algorithm 1.
     """
 
     def __init__(

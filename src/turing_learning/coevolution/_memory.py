@@ -17,6 +17,9 @@ class ClassifierArchive:
     they had left. Archived classifiers judge the models beside the present ones. They cost no simulation,
     earn nothing, and do not change the fitness of the present classifiers.
 
+    Source: Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random sampling
+    with a reservoir (1985).
+
     Parameters
     ----------
     capacity
@@ -31,11 +34,6 @@ class ClassifierArchive:
     specificity : (B,)
         Share of genuine samples that each judged genuine in its own generation. It stays true, because the
         system does not change.
-
-    Source
-    ------
-    Rosin and Belew, New methods for competitive coevolution (1997), the hall of fame; Vitter, Random sampling with a
-    reservoir (1985).
     """
 
     def __init__(self, capacity: int, *, seed: Seed) -> None:

@@ -78,16 +78,10 @@ Reward = Callable[[Judgments], np.ndarray]
 
 
 def model_reward(judgments: Judgments) -> np.ndarray:
-    """Compute the quality of each model: how often it misleads the classifiers.
+    """Compute the quality (M,) of each model, 0 to 1: how often it misleads the classifiers.
 
-    Returns
-    -------
-    (M,)
-        Share of the judgments, over all N classifiers (that have met it) and C samples of a model, that are "genuine"; 0 to 1.
-
-    Source
-    ------
-    Paper, equation 1; with several samples of each model, each has equal weight.
+    It is the share of the judgments, over all N classifiers (that have met it) and C samples of a model, that are "genuine".
+    Source: paper, equation 1; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
     asked = misled.shape[0] if judgments.met is None else np.count_nonzero(judgments.met, axis=0)
@@ -95,21 +89,12 @@ def model_reward(judgments: Judgments) -> np.ndarray:
 
 
 def jury_reward(judgments: Judgments) -> np.ndarray:
-    """Compute the quality of each model before a jury of present and archived classifiers, weighted by competence.
+    """Compute the quality (M,) of each model, 0 to 1, before a jury of present and archived classifiers, weighted by competence.
 
     A juror's weight is Youden's J = specificity + sensitivity - 1 where positive: how well it tells the system
     from the present models. One that guesses has no vote. The sensitivity of archived classifiers is that
     against the present models, their specificity that of their own generation. Where nobody can tell anything,
-    the reward is that of `model_reward`.
-
-    Returns
-    -------
-    (M,)
-        Weighted share of the judgments of a model's samples that are "genuine"; 0 to 1.
-
-    Source
-    ------
-    docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
+    the reward is that of `model_reward`. Source: docs/decisions/0011; Youden, Index for rating diagnostic tests (1950).
     """
     accepted, met = _shares(judgments.counterfeit), judgments.met
     competence = specificity(judgments) - _means(accepted, met)
@@ -137,46 +122,25 @@ def _shares(misled: np.ndarray) -> np.ndarray:
 
 
 def classifier_reward(judgments: Judgments) -> np.ndarray:
-    """Compute the quality of each classifier: the mean of its specificity and its sensitivity.
+    """Compute the quality (N,) of each classifier: the mean of its specificity and its sensitivity, 0 to 1.
 
-    Returns
-    -------
-    (N,)
-        0 to 1; 0.5 for a classifier that gives all samples the same answer.
-
-    Source
-    ------
-    Paper, equation 2.
+    It is 0.5 for a classifier that gives all samples the same answer. Source: paper, equation 2.
     """
     return 0.5 * (specificity(judgments) + sensitivity(judgments))
 
 
 def specificity(judgments: Judgments) -> np.ndarray:
-    """Compute the share of the genuine samples that each classifier judges genuine.
+    """Compute the share (N,) of the genuine samples that each classifier judges genuine, its true-negative rate, 0 to 1.
 
-    Returns
-    -------
-    (N,)
-        True-negative rate, 0 to 1.
-
-    Source
-    ------
-    Paper, equation 3.
+    Source: paper, equation 3.
     """
     return np.count_nonzero(judgments.genuine, axis=1) / judgments.genuine.shape[1]
 
 
 def sensitivity(judgments: Judgments) -> np.ndarray:
-    """Compute the share of the counterfeit samples that each classifier judges counterfeit.
+    """Compute the share (N,) of the counterfeit samples that each classifier judges counterfeit, its true-positive rate, 0 to 1.
 
-    Returns
-    -------
-    (N,)
-        True-positive rate, 0 to 1.
-
-    Source
-    ------
-    Paper, equation 4; with several samples of each model, each has equal weight.
+    Source: paper, equation 4; with several samples of each model, each has equal weight.
     """
     misled = judgments.counterfeit
     models = misled.shape[1] if judgments.met is None else np.count_nonzero(judgments.met, axis=1)

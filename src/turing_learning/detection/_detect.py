@@ -127,6 +127,8 @@ def detect(
 ) -> Detection:  # fmt: skip
     """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines.
 
+    Source: docs/decisions/0031-judged-alike.md.
+
     Parameters
     ----------
     run
@@ -150,10 +152,6 @@ def detect(
     -------
     Detection
         The first of its rankings is the one to read.
-
-    Source
-    ------
-    docs/decisions/0031-judged-alike.md.
     """
     everybody = (motion, *genuine, *abnormal)
     beside = bool(genuine) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)

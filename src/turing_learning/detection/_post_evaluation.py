@@ -78,6 +78,8 @@ def post_evaluate(
     models and classifiers. A classifier judges each individual once a trial, and decides that it is a model
     only if all judgments say so.
 
+    Source: paper, section 4.4.
+
     Parameters
     ----------
     classifier
@@ -94,10 +96,6 @@ def post_evaluate(
         Of initial poses and noise, >= 0. The result depends on nothing else.
     threads
         Number of threads of the simulation; None takes every processor.
-
-    Source
-    ------
-    Paper, section 4.4.
     """
     counts = count_agents(classifier, genomes, scenario, models, trials=trials, seed=seed, threads=threads)
     assert counts is not None  # nobody asks for a stop
@@ -200,6 +198,8 @@ def accuracy_over_generations(
 ) -> GenerationAccuracies:  # fmt: skip
     """Post-evaluate the classifiers of some generations of a run, all in the same trials.
 
+    Source: paper, section 4.4, figure 7.
+
     Parameters
     ----------
     classifier
@@ -214,10 +214,6 @@ def accuracy_over_generations(
         Which generations; None takes `sampled_generations`.
     trials, seed, threads
         As in `post_evaluate`.
-
-    Source
-    ------
-    Paper, section 4.4, figure 7.
     """
     total = len(populations)
     chosen = sampled_generations(total) if generations is None else np.asarray(generations, dtype=np.int64)

@@ -71,16 +71,14 @@ def simulate_behaviors(
 ) -> SimulatedBehaviors:  # fmt: skip
     """Simulate agents among whom the scenario's replicas execute something else, one swarm for each controller.
 
+    Source: paper, sections 4.2 and 4.4.
+
     Parameters
     ----------
     controllers : (M, P)
         What the replicas execute.
     trials
         Number of trials of each swarm, >= 1, each from new initial poses: the samples of an individual.
-
-    Source
-    ------
-    Paper, sections 4.2 and 4.4.
     """
     integer("trials", trials, 1, error=ConfigurationError)
     controllers = array("controllers", controllers, "M P", error=ConfigurationError, P=len(scenario.controller))

@@ -68,6 +68,8 @@ class Detector:
     counts for less, and who hardly ever errs for more. Chance is measured on genuine individuals that had no
     part in the weights, see `p_values`.
 
+    Source: paper, section 4.4; docs/decisions/0014, 0019 and 0031.
+
     Parameters
     ----------
     jury
@@ -80,10 +82,6 @@ class Detector:
         Scores of single samples, by which p-values and the beginning of abnormal motion are found.
     steps, signals
         Steps T and signals D of a sample.
-
-    Source
-    ------
-    Paper, section 4.4; docs/decisions/0014, 0019 and 0031.
     """
 
     jury: Jury

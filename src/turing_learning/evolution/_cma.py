@@ -35,6 +35,8 @@ class CMAEvolutionStrategy(Turns):
     Random numbers come from this object alone: numpy's global random state is neither read nor changed. `cma`
     writes no files here and prints nothing.
 
+    Source: N. Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772.
+
     Parameters
     ----------
     dimension
@@ -53,10 +55,6 @@ class CMAEvolutionStrategy(Turns):
     ------
     ImportError
         If `cma` is not installed.
-
-    Source
-    ------
-    N. Hansen, "The CMA evolution strategy: a tutorial", arXiv 1604.00772.
     """
 
     def __init__(

@@ -36,6 +36,8 @@ class TrialDesign:
     nothing has been tried. Where only a product of two parameters shows, many models are equally good; without
     explorers, trials gather in the part of them that is known best.
 
+    Source: ter Braak, A Markov chain Monte Carlo version of the genetic algorithm differential evolution (2006).
+
     Parameters
     ----------
     dimension
@@ -61,10 +63,6 @@ class TrialDesign:
         See `limits`.
     explorers
         Share of explorers in the last batch of a run; it grows from 0 in proportion to the trials spent.
-
-    Source
-    ------
-    ter Braak, A Markov chain Monte Carlo version of the genetic algorithm differential evolution (2006).
     """
 
     def __init__(

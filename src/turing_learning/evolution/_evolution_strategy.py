@@ -38,6 +38,9 @@ class EvolutionStrategy(Turns):
     with n parameters, one N(0, 1) for all parameters of a child and one N_i(0, 1) for each. Among equally fit
     individuals the older come first; a population in which all are equally fit keeps its parents and does not drift.
 
+    Source: paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those used
+    here are the ones published in follow-up work.
+
     Parameters
     ----------
     dimension
@@ -58,11 +61,6 @@ class EvolutionStrategy(Turns):
         Lets some children jump; None: none.
     memory
         What selection remembers of fitness; None: only the present counts, as in the paper.
-
-    Source
-    ------
-    Paper, section 3.2.4. The paper leaves recombination, learning rates and initial values open; those used here are
-    the ones published in follow-up work.
     """
 
     def __init__(

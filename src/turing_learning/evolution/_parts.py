@@ -21,6 +21,8 @@ class PhasedMating:
     Two good parents from different regions have bad children: a few good individuals are lost in a majority that has settled
     elsewhere. In the means of the refinement noise averages out, and the population stays close together.
 
+    Source: docs/decisions/0011.
+
     Parameters
     ----------
     recombination
@@ -29,10 +31,6 @@ class PhasedMating:
         Whether from then on a child has the means of its parents' parameters.
     refinement
         Generation that ends the search for the right region, >= 0.
-
-    Source
-    ------
-    docs/decisions/0011.
     """
 
     recombination: float = 1.0
@@ -62,6 +60,8 @@ class PhasedMating:
 class Jumper:
     """Jumps of children out of a local optimum, which small steps do not leave.
 
+    Source: docs/decisions/0011.
+
     Parameters
     ----------
     low, high : (n,)
@@ -79,10 +79,6 @@ class Jumper:
         Indices, in no group, of parameters that mean nothing any more when groups have exchanged their values: they are drawn anew.
     refinement, settled
         Up to the generation `refinement` jumps are as frequent as that; then they become rarer, until they end at `settled`.
-
-    Source
-    ------
-    docs/decisions/0011.
     """
 
     def __init__(
@@ -140,6 +136,8 @@ class FitnessMemory:
     worse. That slows the search down, and against opponents that change all the time the steadiness is wanted;
     shifting the past to make up for it was worse.
 
+    Source: docs/decisions/0011, where the variants were compared.
+
     Parameters
     ----------
     size
@@ -148,10 +146,6 @@ class FitnessMemory:
         Weight of a generation relative to the next one, from 0 (nothing is remembered) to 1.
     start
         Generation from which on fitness is remembered, >= 0.
-
-    Source
-    ------
-    docs/decisions/0011, where the variants were compared.
     """
 
     def __init__(self, size: int, decay: float, start: int = 0) -> None:

@@ -53,6 +53,9 @@ def sides_rejected(
     for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
     sides are rejected: beside an end of its range, where there is no value on one side, it never is.
 
+    Source: Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and
+    acceptance sampling (1982), for two sides that both must be rejected.
+
     Parameters
     ----------
     differences : (V, G)
@@ -69,11 +72,6 @@ def sides_rejected(
     -------
     (bool, bool)
         Below, above.
-
-    Source
-    ------
-    Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and acceptance
-    sampling (1982), for two sides that both must be rejected.
     """
     differences = array("differences", differences, "V G")
     above = array("above", above, "V", dtype=bool, V=len(differences))

@@ -114,6 +114,8 @@ def two_sample_test(
 ) -> TwoSampleTest:  # fmt: skip
     """Train fresh classifiers on genuine samples and samples of one model; test them on held-out samples.
 
+    Source: Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; docs/decisions/0022.
+
     Parameters
     ----------
     evidence
@@ -128,10 +130,6 @@ def two_sample_test(
         Tells the random numbers of several tests apart.
     generations, population
         Instead of those of `effort`.
-
-    Source
-    ------
-    Lopez-Paz and Oquab, Revisiting classifier two-sample tests, ICLR 2017; docs/decisions/0022.
     """
     effort = replace(effort, generations=generations or effort.generations, population=population or effort.population)
     return paired_test(evidence, values, effort, seed, use)[0]
