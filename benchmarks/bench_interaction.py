@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 from turing_learning.config import load_configuration
-from turing_learning.runs._loops import generations_of
+from turing_learning.runs._loops import Generations
 from turing_learning.systems import Given
 
 FORMS = {"watching": (1, "constant"), "10 opponents": (10, ""), "all 100": (100, "")}
@@ -22,7 +22,7 @@ def seconds(opponents: int, passive: str, generations: int = 15) -> float:
     """Return the median processor time of a generation (s)."""
     settings = {"scenario.opponents": opponents, "scenario.stimulus.passive": passive, "coevolution.archive": 0}
     configuration = load_configuration(scenario="light-response", overrides=settings | {"run.threads": 1})
-    loop, found = generations_of(configuration, configuration.system.open(Given())), []
+    loop, found = Generations(configuration, configuration.system.open(Given())), []
     for _ in range(generations):
         begun = time.process_time()
         loop.step()

@@ -58,53 +58,51 @@ _LOOKED_AT = 4  # batches after which a run with a tolerance looks at its interv
 
 
 class Generations(Coevolution):
-    """A coevolution as the loop of a run, as `TrialsLoop`: its history is all that is stored and read off."""
+    """The coevolution that a configuration describes, as the loop of a run: its history is all that is stored and read off."""
 
     tolerated = False
+
+    def __init__(self, configuration: Configuration, source: Source) -> None:
+        classifier, run, archive = classifier_of(configuration), configuration.run, configuration.coevolution.archive
+        models, classifiers = configuration.models, configuration.classifiers
+        dimension, jumps = len(configuration.parameter_names), configuration.representation.jumps
+        jumper = Jumper(
+            np.full(dimension, models.initial_low),
+            np.full(dimension, models.initial_high),
+            redraw=models.redraw,
+            reach=jumps.reach,
+            exchange=models.exchange,
+            groups=jumps.groups,
+            dependent=jumps.dependent,
+            refinement=run.halfway,
+            settled=run.settled,
+        )
+        size = models.parents + models.offspring
+        imitators = optimizer_of(
+            models,
+            dimension,
+            (MODELS, run.seed),
+            "models",
+            mating=PhasedMating(models.recombination, models.intermediate, run.halfway),
+            jumper=jumper,
+            memory=FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
+        )
+
+        def judges(*number: int) -> Optimizer:
+            return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number), "classifiers")
+
+        # renewed in the first half of the run only
+        renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
+        known = ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
+        reward = {"reward_models": jury_reward} if archive else {}
+        interrogation, seed = source.interrogation(classifier), (INTERROGATION, run.seed)
+        super().__init__(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
 
     def rows(self) -> dict[str, np.ndarray]:
         """Return nothing."""
         return {}
 
     readout = rows
-
-
-def generations_of(configuration: Configuration, source: Source) -> Generations:
-    """Build the coevolution that a configuration describes, with its samples."""
-    classifier, run, archive = classifier_of(configuration), configuration.run, configuration.coevolution.archive
-    models, classifiers = configuration.models, configuration.classifiers
-    dimension, jumps = len(configuration.parameter_names), configuration.representation.jumps
-    jumper = Jumper(
-        np.full(dimension, models.initial_low),
-        np.full(dimension, models.initial_high),
-        redraw=models.redraw,
-        reach=jumps.reach,
-        exchange=models.exchange,
-        groups=jumps.groups,
-        dependent=jumps.dependent,
-        refinement=run.halfway,
-        settled=run.settled,
-    )
-    size = models.parents + models.offspring
-    imitators = optimizer_of(
-        models,
-        dimension,
-        (MODELS, run.seed),
-        "models",
-        mating=PhasedMating(models.recombination, models.intermediate, run.halfway),
-        jumper=jumper,
-        memory=FitnessMemory(size, models.memory, run.halfway) if models.memory else None,
-    )
-
-    def judges(*number: int) -> Optimizer:
-        return optimizer_of(classifiers, classifier.parameters, (CLASSIFIERS, run.seed, *number), "classifiers")
-
-    # renewed in the first half of the run only
-    renewed = RenewedOptimizer(judges, classifiers.renewal, last=run.halfway) if classifiers.renewal else judges()
-    known = ClassifierArchive(archive, seed=(ARCHIVE, run.seed)) if archive else None
-    reward = {"reward_models": jury_reward} if archive else {}
-    interrogation, seed = source.interrogation(classifier), (INTERROGATION, run.seed)
-    return Generations(interrogation, imitators, renewed, seed=seed, archive=known, **reward)
 
 
 def optimizer_of(
@@ -340,3 +338,11 @@ class TrialsLoop:
         self._counts = self.trials.buffer.counts
         extended = self.trials.spent in self._earlier
         self.tolerated = bool(state.get("tolerated", False)) and not extended
+
+
+Loop = Generations | TrialsLoop
+
+
+def loop_of(configuration: Configuration, source: Source) -> Loop:
+    """Return the loop of a run, with its samples."""
+    return (TrialsLoop if configuration.run.trials else Generations)(configuration, source)

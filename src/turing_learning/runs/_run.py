@@ -41,7 +41,7 @@ from turing_learning.store import RunFolderError, storage, writable
 from turing_learning.systems import Given, Source, SystemFailedError
 from turing_learning.systems._system import FailureLog
 
-from ._loops import Generations, TrialsLoop, generations_of, jury_of
+from ._loops import Loop, jury_of, loop_of
 from ._progress import Observer, Progress
 
 if TYPE_CHECKING:
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     from turing_learning.identifiability import Check
     from turing_learning.results._plots import Plots
 
-Loop = Generations | TrialsLoop
 _LOGGER = logging.getLogger("turing_learning")
 _FAILURES = "failures/"  # of simulations, among the arrays of a checkpoint
 GIVEN = "given"  # in the manifest: the source of samples came from the caller
@@ -85,19 +84,16 @@ class Run:
 
     def __init__(self, configuration: Configuration, source: Source, loop: Loop, folder: RunFolder | None) -> None:
         self.configuration, self.folder = configuration, folder
-        self._source, self._loop, self._held = source, loop, ExitStack()
-        self._closed = False
+        self._source, self._loop, self._held, self._closed = source, loop, ExitStack(), False
         self._result: Result | None = None
         self._layout = layout_of(configuration)
         self._traces = histories.Traces(configuration.length, len(self._layout.parameters))
         self._seconds = self._seconds_before = 0.0
         self._saved = self._blocks = 0  # generations, and blocks of traces, that are stored
-        self._readout: dict[str, np.ndarray] = {}
-        self._dialogues: dict[str, np.ndarray] = {}
+        self._readout, self._dialogues = dict[str, np.ndarray](), dict[str, np.ndarray]()
         self._begun = time.perf_counter()
-        self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else None
+        self._manifest = new_manifest(to_toml(configuration), configuration.run.seed) if folder is None else {}
         seals = None if folder is None else self._restored(folder)
-        self._arrays: Mapping[str, np.ndarray] = {}
         self._recorder: histories.HistoryRecorder | None = None
         if not configuration.run.thin:
             path = None if folder is None else folder.history_path
@@ -140,7 +136,7 @@ class Run:
                 source = configuration.system.open(Given())
         elif not configuration.system.resuming:  # else `resume` asks for samples and simulator anyway
             more["source"] = GIVEN
-        loop = _loop_of(configuration, source)
+        loop = loop_of(configuration, source)
         if out is None:
             return cls(configuration, source, loop, None)
         folder = RunFolder(out)
@@ -193,7 +189,17 @@ class Run:
         here = configuration if threads is None else resolved(None, "default", configuration, {"run.threads": threads})
         with ExitStack() as held, writable("run", folder.path):
             held.enter_context(folder.locked())
-            if found := _stored_result(folder, configuration) or _restored_result(folder, configuration):
+            found, manifest = _stored_result(folder, configuration), folder.manifest()
+            if found is None and manifest["state"] == FINISHED and (last := folder.checkpoint().checkpoint):
+                if folder.result_path.exists():
+                    aside, text = (
+                        folder.set_aside("result.json"),
+                        "%s is damaged; it is made again. The damaged file is %s.",
+                    )
+                    _LOGGER.warning(text, folder.result_path, aside.name)
+                found = _result_of(last, folder, configuration)
+                folder.write("result.json", found.to_json())
+            if found is not None:
                 return FinishedRun(found)
             with refusing_as(RunFolderError):
                 if reopen is None:
@@ -201,9 +207,9 @@ class Run:
                 source = here.system.open(Given()) if reopen is None else reopen(here)
             held.enter_context(source)
             with refusing_as(RunFolderError, place=str(folder.path)):
-                loop = _loop_of(here, source)
+                loop = loop_of(here, source)
             remove_partial(folder.path)
-            folder.update_manifest(state=RUNNING, **resumed(folder.manifest(), folder.path))
+            folder.update_manifest(state=RUNNING, **resumed(manifest, folder.path))
             run = cls(here, source, loop, folder)
             run._held = held.pop_all()
         return run
@@ -243,7 +249,7 @@ class Run:
         configuration, spent = self.configuration, self.configuration.trials_after
         try:
             while not self.complete:
-                generation = self._guarded_step() if self._source.fallible else self._step()
+                generation = self._step()
                 if self.completed % configuration.run.save_every == 0 or self.complete:
                     self._save()
                 yield Progress(
@@ -266,12 +272,9 @@ class Run:
     def result(self) -> Result:
         """What the completed generations have inferred; at least one must be completed."""
         if self._result is None or self._result.generations != self.completed:
-            if self.folder is None:
-                kept = self._traces if self.configuration.run.thin else self._arrays
-                held: dict[str, Any] = {"matched": self._readout.get("draws"), "spoken": self._dialogues}
-                origin = Origin(self.configuration, self.completed, kept=kept, stored=self._manifest, **held)
-            else:
-                origin = origin_of(self.folder, self.configuration, self.completed)
+            origin = Origin(self.configuration, self.completed, memory=self)
+            if self.folder is not None:
+                origin = Origin.of(self.folder, self.configuration, self.completed)
             failures = self._source.failures
             self._result = summarize(
                 self.configuration,
@@ -306,38 +309,36 @@ class Run:
     # Generations
 
     def _step(self) -> Generation:
-        begun = time.perf_counter()
-        generation = self._loop.step()
-        models = self._source.to_units(generation.models)
-        generation = generation if models is generation.models else replace(generation, models=models)
-        values = histories.generation_values(generation)
-        with self.storage():
-            if self.folder is not None:
-                self.folder.require_here()
-            if self._recorder is not None:
-                self._recorder.record(values)
-        self._traces.record(values, time.perf_counter() - begun)
-        return generation
-
-    def _guarded_step(self) -> Generation:
         """Run a generation; where its system fails, save those before, and say where they are."""
-        before, self._source.generation = self._loop.state(), self._loop.generation
+        folder, before = self.folder, {}
+        if self._source.fallible:
+            before, self._source.generation = self._loop.state(), self._loop.generation
+        begun = time.perf_counter()
         try:
-            return self._step()
+            generation = self._loop.step()
         except SystemFailedError as error:
             self._loop.restore(before)
             if self._saved != self.completed:
                 self._save()
-            if self.folder is not None:
+            where = "Nothing is stored of a run without `out`; give one, to be able to resume."
+            if folder is not None:
                 with self.storage():
-                    self.folder.update_manifest(state=STOPPED, seconds=self._seconds)
+                    folder.update_manifest(state=STOPPED, seconds=self._seconds)
+                ahead = said(how_to_resume(folder.path, self.configuration))
+                where = f"{self.completed} generations are stored; resume with {ahead}."
             if error.explained or not self.completed:
                 raise
-            where = "Nothing is stored of a run without `out`; give one, to be able to resume."
-            if self.folder is not None:
-                ahead = said(how_to_resume(self.folder.path, self.configuration))
-                where = f"{self.completed} generations are stored; resume with {ahead}."
             raise type(error)(f"{error} {where}") from error.__cause__
+        models = self._source.to_units(generation.models)
+        generation = generation if models is generation.models else replace(generation, models=models)
+        values = histories.generation_values(generation)
+        with self.storage():
+            if folder is not None:
+                folder.require_here()
+            if self._recorder is not None:
+                self._recorder.record(values)
+        self._traces.record(values, time.perf_counter() - begun)
+        return generation
 
     # What is stored
 
@@ -381,10 +382,8 @@ class Run:
         if self._saved != self.completed:
             self._save()
         folder, full = self.folder, self.complete and self.configuration.run.history == "full"
-        dialogues = self._held_dialogues() if full else {}
+        self._dialogues = self._seen_dialogues() if full else {}
         if folder is None:
-            assert self._manifest is not None
-            self._dialogues, self._result = dialogues, None
             state = FINISHED if self.complete else STOPPED
             self._manifest |= {"state": state, "finished": now(), "seconds": self._seconds}
             return
@@ -394,11 +393,11 @@ class Run:
             folder.update_manifest(state=RUNNING if self.complete else STOPPED, seconds=self._seconds)
             closed = {"state": FINISHED, "finished": now()}
             if full:
-                shown: dict[str, Any] = {"motion": self._keep_motion(folder, result), "dialogues": dialogues}
-                if dialogues:
-                    folder.write(DIALOGUES, dialogues)
-                manifest = folder.manifest() | closed
-                write_report(result, folder.report_path, manifest, figures=folder.figures_path, **shown)
+                motion = self._keep_motion(folder, result)
+                if self._dialogues:
+                    folder.write(DIALOGUES, self._dialogues)
+                shown: dict[str, Any] = {"motion": motion, "dialogues": self._dialogues, "figures": folder.figures_path}
+                write_report(result, folder.report_path, folder.manifest() | closed, **shown)
             if self.complete:
                 folder.update_manifest(**closed)
             if self.complete and not full:
@@ -407,8 +406,8 @@ class Run:
                     folder.remove(f"buffer/{path.name}")
         self.close()
 
-    def _held_dialogues(self) -> dict[str, np.ndarray]:
-        """Return what the best classifiers of the run do, of the fittest of some of its generations, where there are stimuli."""
+    def _seen_dialogues(self) -> dict[str, np.ndarray]:
+        """Return what the fittest classifiers of some generations do, where there are stimuli."""
         if self._recorder is None or not self.configuration.system.stimulated:
             return {}
         self._source.generation, model = None, np.array(list(self.result.estimate.values()))
@@ -464,19 +463,14 @@ class Run:
         return part(checkpoint.arrays, "history/")
 
 
-class FinishedRun:
-    """A run that is finished: an empty loop with a result."""
+class FinishedRun(ExitStack):
+    """A run that is finished: an empty loop with a result, and nothing to close."""
 
     complete = True
 
     def __init__(self, result: Result) -> None:
+        super().__init__()
         self.result = result
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *stop: object) -> None:
-        """Do nothing."""
 
     def __iter__(self) -> Iterator[Progress]:
         return iter(())
@@ -502,10 +496,6 @@ def refuse_given_source(folder: RunFolder) -> None:
     remedy = "Give it again: turing_learning.runs.Run.open(path, lambda configuration: source)."
     given = folder.manifest().get("source") == GIVEN
     require(not given, "run", "be one that can be resumed without its source", got, remedy, error=RunFolderError)
-
-
-def _loop_of(configuration: Configuration, source: Source) -> Loop:
-    return (TrialsLoop if configuration.run.trials else generations_of)(configuration, source)
 
 
 def give_parts(folder: RunFolder, models: Any, classifier: Any) -> None:
@@ -537,18 +527,19 @@ def part(arrays: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]
 
 @dataclass(frozen=True, eq=False)
 class Origin:
-    """The run that a result belongs to: in its folder, or with its history in memory."""
+    """The run that a result belongs to: in its folder, or in memory."""
 
     configuration: Configuration
     completed: int  # generations
     path: Path | None = None
     begun: tuple[Any, Any] = (None, None)  # which run was in its folder, see `RunFolder.begun`
-    # of a run in memory: history, manifest, draws of its estimate, and dialogues, see `Source.dialogues`
-    kept: "Mapping[str, np.ndarray] | histories.Traces | None" = None
-    stored: Mapping[str, Any] | None = None
-    matched: np.ndarray | None = None
-    spoken: Mapping[str, np.ndarray] = field(default_factory=dict)
+    memory: Run | None = None  # the run, where it has no folder
     given: Given = field(default_factory=Given)  # of a custom system, in the process that had it
+
+    @classmethod
+    def of(cls, folder: RunFolder, configuration: Configuration, completed: int) -> Self:
+        """Return the origin of a result in a folder, which can be opened from wherever the process is by then."""
+        return cls(configuration, completed, folder.path.absolute(), folder.begun())
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Leave a run in memory and a caller's simulator behind, which another process does not have."""
@@ -568,33 +559,36 @@ class Origin:
 
     def history(self) -> "xarray.Dataset":
         """Return the history, with names and units, and trials spent where they are the budget; one on disk is verified."""
-        units = units_of(self.configuration.system, self.configuration.parameter_names)
-        found = histories.with_units(self._stored_history(), list(units.values()))
-        spent = self.configuration.spent(found.sizes["generation"])
-        return found if spent is None else found.assign_coords(trials=("generation", spent))
-
-    def _stored_history(self) -> "xarray.Dataset":
-        names, folder = self.configuration.parameter_names, self.folder
-        if folder is None:
-            assert self.kept is not None
-            return histories.dataset_in_memory(self.kept, names, self.completed)
-        if self.configuration.run.thin:
-            traces = _traces_of(_stored_checkpoint(folder, self.configuration), folder, self.configuration)
-            if traces.completed < self.completed:
-                why = f"one of {traces.completed} generations is left, the result has {self.completed}"
+        configuration, folder, completed = self.configuration, self.folder, self.completed
+        kept: Mapping[str, np.ndarray] | histories.Traces | None = None
+        if self.memory is not None:
+            kept = self.memory._traces if configuration.run.thin else self.memory._arrays
+        elif folder is not None and configuration.run.thin:
+            kept = _traces_of(_stored_checkpoint(folder, configuration), folder, configuration)
+            if kept.completed < completed:
+                why = f"one of {kept.completed} generations is left, the result has {completed}"
                 raise folder.damaged("its last checkpoint", why)
-            return histories.dataset_in_memory(traces, names, self.completed)
-        checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
-        if checkpoint is not None and (seals := part(checkpoint.arrays, "history/")):
-            histories.require_sound(path, layout_of(self.configuration), self.completed, seals)
+        if kept is not None:
+            found = histories.dataset_in_memory(kept, configuration.parameter_names, completed)
         else:
-            _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
-        return histories.dataset_on_disk(path, self.completed)
+            assert folder is not None
+            checkpoint, path = folder.checkpoint().checkpoint, folder.history_path
+            if checkpoint is not None and (seals := part(checkpoint.arrays, "history/")):
+                histories.require_sound(path, layout_of(configuration), completed, seals)
+            else:
+                _LOGGER.warning("%s: not verified, no checkpoint is left.", path)
+            found = histories.dataset_on_disk(path, completed)
+        found = histories.with_units(
+            found, list(units_of(configuration.system, configuration.parameter_names).values())
+        )
+        spent = configuration.spent(completed)
+        return found if spent is None else found.assign_coords(trials=("generation", spent))
 
     def draws(self) -> np.ndarray | None:
         """Return draws (D, P) of the matched estimate; None where there are none."""
-        if self.folder is None:
-            return self.matched
+        if self.memory is not None:
+            return self.memory._readout.get("draws")
+        assert self.folder is not None
         return _stored_checkpoint(self.folder, self.configuration).arrays.get(f"{_READOUT}draws")
 
     def jury(self) -> Jury:
@@ -609,11 +603,13 @@ class Origin:
         from turing_learning.results._check import complete_check
         from turing_learning.results._present import write_report
 
-        folder, check, motion = self.folder, complete_check(result.path), self._motion(result)
-        manifest, held = self.stored or {}, self.spoken
-        if folder is not None:
-            manifest, held = folder.manifest(), folder.find(DIALOGUES) or {}
-        return write_report(result, target, manifest, check=check, motion=motion, dialogues=held)
+        manifest, dialogues = {}, {}
+        if self.memory is not None:
+            manifest, dialogues = self.memory._manifest, self.memory._dialogues
+        elif folder := self.folder:
+            manifest, dialogues = folder.manifest(), folder.find(DIALOGUES) or {}
+        check, motion = complete_check(result.path), self._motion(result)
+        return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
 
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
         """Return recorded motion beside that of replicas, as of `Source.positions`; nothing where it is not known."""
@@ -664,11 +660,6 @@ class Origin:
             return conduct(Run.begin(configuration, path, source=source))
 
 
-def origin_of(folder: RunFolder, configuration: Configuration, completed: int) -> Origin:
-    """Return the origin of a result in a folder, which can be opened from wherever the process is by then."""
-    return Origin(configuration, completed, folder.path.absolute(), folder.begun())
-
-
 # Runs that are stored
 
 
@@ -698,18 +689,6 @@ def load_run(path: str | Path, *, models: Any = None, classifier: Any = None) ->
     return found
 
 
-def _restored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
-    """Write the result of a finished run again, if its checkpoint is left; the caller holds the lock."""
-    if folder.manifest()["state"] != FINISHED or (checkpoint := folder.checkpoint().checkpoint) is None:
-        return None
-    if folder.result_path.exists():
-        aside = folder.set_aside("result.json")
-        _LOGGER.warning("%s is damaged; it is made again. The damaged file is %s.", folder.result_path, aside.name)
-    found = _result_of(checkpoint, folder, configuration)
-    folder.write("result.json", found.to_json())
-    return found
-
-
 def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | None:
     """Return the result of a finished run; None of one that is not, or if it is missing or damaged."""
     if folder.manifest()["state"] != FINISHED:
@@ -721,7 +700,7 @@ def _stored_result(folder: RunFolder, configuration: Configuration) -> Result | 
             with suppress(RunFolderError):  # no checkpoint is left
                 again = _result_of(_stored_checkpoint(folder, configuration), folder, configuration).to_json()
                 content |= {name: again[name] for name in ("interval", "verdicts")}
-        return result_from_json(content, origin=origin_of(folder, configuration, content["generations"]))
+        return result_from_json(content, origin=Origin.of(folder, configuration, content["generations"]))
     except (RunFolderError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
@@ -737,7 +716,7 @@ def _result_of(checkpoint: Checkpoint, folder: RunFolder, configuration: Configu
         configuration,
         traces,
         float(checkpoint.arrays["seconds"]),
-        origin=origin_of(folder, configuration, traces.completed),
+        origin=Origin.of(folder, configuration, traces.completed),
         complete=checkpoint.generation == configuration.length or settled,
         readout=part(checkpoint.arrays, _READOUT),
         failed_simulations=log.summary() if failures else None,
