@@ -20,6 +20,7 @@ from turing_learning.identifiability import Check, Effort, PinnedDown, Profile, 
 from turing_learning.identifiability._check import check_from_json
 from turing_learning.identifiability._evidence import (
     RECOVERING,
+    Evidence,
     Quantity,
     evidence_of,
     recorded_quantities,
@@ -67,36 +68,23 @@ class _Checker:
     result: Result
     source: Source  # the run's, opened again
     given: Given  # of a custom system
-    groups: np.ndarray | None  # which held-out samples belong together, and what a group is
-    grouping: str
+    evidence: Evidence
     effort: Effort
-    seed: int
-    recoveries: int
-    length: int  # of the recoveries
+    settings: dict[str, Any]  # all that decides what a check finds
     recording: Sequence[Trajectories]
     stage: Stage
 
+    def __post_init__(self) -> None:
+        self.configuration, self.seed = self.result.configuration, self.settings["seed"]
+        self.folder = None if self.result.path is None else RunFolder(self.result.path)
+        self.estimate = np.array(list(self.result.estimate.values()))
+
     def run(self, *, force: bool) -> Check:
         """Go through the stages; what a folder holds already is not done again."""
-        self.configuration = self.result.configuration
-        self.folder = None if self.result.path is None else RunFolder(self.result.path)
-        self.estimate, model = np.array(list(self.result.estimate.values())), simulated_model(self.result)
-        self._settings = {
-            "estimate": self.result.estimate,
-            "seed": self.seed,
-            "recoveries": self.recoveries,
-            "recovery_generations": self.length,
-            "recording": bool(self.recording),
-            "groups": None if self.groups is None else self.groups.tolist(),
-        } | asdict(self.effort)
-        known = self._known(force)
-        # refuses what cannot be checked, before anything is written
-        options = (self.effort, self.seed, self.groups, self.grouping)
-        self.evidence = evidence = evidence_of(self.configuration, self.source, *options)
-        content = self._begun() if known is None else known
+        content, model = self._begun(force), simulated_model(self.result)
         if "test" not in content:
             self.stage("fresh classifiers against the estimate")
-            content["test"] = two_sample_test(evidence, model, self.effort, seed=self.seed).to_json()
+            content["test"] = two_sample_test(self.evidence, model, self.effort, seed=self.seed).to_json()
             self._write(content)
         if "quantities" not in content:
             self.stage("distributions, genuine beside simulated")
@@ -109,16 +97,17 @@ class _Checker:
                 continue
             self.stage(f"fresh classifiers where {name} is moved")
             try:
-                beyond = self.configuration.run.trials > 0
-                found = profile(evidence, self.estimate, place, self.effort, seed=self.seed, beyond=beyond)
+                options: dict[str, Any] = {"seed": self.seed, "beyond": self.configuration.run.trials > 0}
+                content["profiles"][name] = profile(
+                    self.evidence, self.estimate, place, self.effort, **options
+                ).to_json()
             except CustomSystemError as error:
-                raise CustomSystemError(
-                    f"{error} Or check without profiles, with points=0 in `effort` and force=True."
-                ) from error
-            content["profiles"][name] = found.to_json()
+                ahead = "Or check without profiles, with points=0 in `effort` and force=True."
+                raise CustomSystemError(f"{error} {ahead}") from error
             self._write(content)
-        for k in range(len(content["recoveries"]), self.recoveries):
-            self.stage(f"a run whose truth is the estimate, {k + 1} of {self.recoveries}")
+        recoveries = self.settings["recoveries"]
+        for k in range(len(content["recoveries"]), recoveries):
+            self.stage(f"a run whose truth is the estimate, {k + 1} of {recoveries}")
             content["recoveries"].append(self._recovery(k))
             self._write(content)
         content["parameters"] = self._pinned_down(content, profiled)
@@ -131,34 +120,32 @@ class _Checker:
             with stored_in(self.folder.path):
                 self.folder.write(CHECK, content)
 
-    def _known(self, force: bool) -> dict[str, Any] | None:
-        """Return what is known already, under these settings; None if all is to be looked at anew."""
-        if self.folder is None or force or (known := stored_check(self.folder.path)) is None:
-            return None
-        settings, place = known["settings"], str(self.folder.path / FOLDER)
-        same, rule = settings["estimate"] == self.result.estimate, "have the estimate that it had when its check began"
-        remedy = "The run has gone on since: replace the check with force=True."
-        got = f"another, after {self.result.length}"
-        require(same, "run", rule, got, remedy, place=place, error=RunFolderError)
-        rule, remedy = "be checked with the settings that its check began with", "Replace it with force=True."
-        require(settings == self._settings, "run", rule, "others", remedy, place=place, error=RunFolderError)
-        return known
-
-    def _begun(self) -> dict[str, Any]:
-        """Return the beginning of a check, in place of one that may be there."""
+    def _begun(self, force: bool) -> dict[str, Any]:
+        """Return what is known already, under these settings; else the beginning of a check, in place of one that is there."""
+        known = None if self.folder is None else stored_check(self.folder.path)
+        if self.folder is not None and known is not None and not force:
+            needed = partial(require, name="run", place=str(self.folder.path / FOLDER), error=RunFolderError)
+            same, rule = (
+                known["settings"]["estimate"] == self.result.estimate,
+                "have the estimate that it had when its check began",
+            )
+            remedy = "The run has gone on since: replace the check with force=True."
+            needed(same, rule=rule, got=f"another, after {self.result.length}", remedy=remedy)
+            rule, remedy = "be checked with the settings that its check began with", "Replace it with force=True."
+            needed(known["settings"] == self.settings, rule=rule, got="others", remedy=remedy)
+            return known
         trials = self.configuration.run.trials
         done = (self.result.trials, trials) if trials else (self.result.generations, self.configuration.length)
         unfinished = None if self.result.complete else done
-        new: dict[str, Any] = {"settings": self._settings, "unfinished": unfinished, "profiles": {}, "recoveries": []}
-        if self.folder is None:
-            return new
-        path = self.folder.path / CHECK
-        with stored_in(self.folder.path):
-            if stored_check(self.folder.path) is not None:
-                shutil.rmtree(path.parent)
-            elif path.exists():
-                aside = self.folder.set_aside(CHECK)
-                _LOGGER.warning("%s is damaged; the check begins anew. The damaged file is %s.", path, aside.name)
+        new: dict[str, Any] = {"settings": self.settings, "unfinished": unfinished, "profiles": {}, "recoveries": []}
+        if self.folder is not None:
+            path = self.folder.path / CHECK
+            with stored_in(self.folder.path):
+                if known is not None:
+                    shutil.rmtree(path.parent)
+                elif path.exists():
+                    aside = self.folder.set_aside(CHECK)
+                    _LOGGER.warning("%s is damaged; the check begins anew. The damaged file is %s.", path, aside.name)
         self._write(new)
         return new
 
@@ -180,7 +167,7 @@ class _Checker:
         seed = self.configuration.run.seed + 1 + k
         overrides: dict[str, Any] = {"run.seed": seed, "run.history": "thin"}
         if not self.configuration.run.trials:
-            overrides["run.generations"] = self.length
+            overrides["run.generations"] = self.settings["recovery_generations"]
         path = None if self.folder is None else self.folder.path / FOLDER / f"recovery-{k + 1}"
         if self.source.genuine is not None:
             scenario, given = self._simulated_system(k)
@@ -208,15 +195,15 @@ class _Checker:
 
     def _told(self, k: int, configuration: Configuration, given: Given, found: Result) -> dict[str, float]:
         """Return how well fresh classifiers tell samples of a recovery's truth from its estimate, and from its truth."""
-        number, evidence = self.seed + 1 + k, self.evidence
+        number, known = self.seed + 1 + k, self.evidence
         with configuration.system.open(given) as source:
-            known = evidence_of(configuration, source, self.effort, number) if source.genuine is None else evidence
-            if source.genuine is not None:
-                rng = stream(self.seed, RECOVERING, k, 1)
-                count, live = len(evidence.testing), source.genuine.live
-                testing = self._simulated(count, rng)
+            if source.genuine is None:
+                known = evidence_of(configuration, source, self.effort, number)
+            else:
+                rng, live = stream(self.seed, RECOVERING, k, 1), source.genuine.live
+                testing = self._simulated(len(known.testing), rng)
                 learning = source.genuine.learning if live is None else source.genuine_samples(self.effort.samples, rng)
-                known = replace(evidence, learning=learning, testing=testing, groups=evidence.groups[: len(testing)])
+                known = replace(known, learning=learning, testing=testing, groups=known.groups[: len(testing)])
             tested = {"accuracy": np.array(list(found.estimate.values())), "attainable": self.estimate}
             return {
                 name: two_sample_test(known, values, self.effort, seed=number, use=(RECOVERING, place)).accuracy
@@ -277,19 +264,8 @@ def stored_check(path: Path) -> dict[str, Any] | None:
     return content if isinstance(content, dict) and "settings" in content else None
 
 
-def complete_check(path: Path | None) -> Check | None:
-    """Return the check of a run folder if it is complete."""
-    content = None if path is None else stored_check(path)
-    if content is None or "parameters" not in content:
-        return None
-    return check_from_json(content)
-
-
 def held_out_groups(genuine: Any, data: Genuine, groups: Any) -> tuple[np.ndarray | None, str]:
-    """Return which held-out samples belong together, and what such a group is.
-
-    By `groups`, labels (K,) of all samples; else windows of recorded motion know individuals and recordings.
-    """
+    """Return which held-out samples belong together, by labels (K,) of all or as windows know it, and what such a group is."""
     if groups is not None:
         labels = np.asarray(groups)
         rule, count = f"be one label for each of the {len(data.samples)} samples", (len(data.samples),)
@@ -405,10 +381,18 @@ def check_run(
             got, remedy = f"{each.fps:.6g}", "Give the recording that the samples are from."
             same = same_time_step(system.interval_s, 1 / each.fps)
             require(same, "recording", rule, got, remedy, error=ConfigurationError)
-        checker = _Checker(
-            result, source, given, labels, grouping, effort or Effort(), seed, recoveries, length, recordings, say
-        )
-        found = checker.run(force=force)
+        effort = effort or Effort()
+        settings = {
+            "estimate": result.estimate,
+            "seed": seed,
+            "recoveries": recoveries,
+            "recovery_generations": length,
+            "recording": bool(recordings),
+            "groups": None if labels is None else labels.tolist(),
+        } | asdict(effort)
+        # refuses what cannot be checked, before anything is written
+        evidence = evidence_of(configuration, source, effort, seed, labels, grouping)
+        found = _Checker(result, source, given, evidence, effort, settings, recordings, say).run(force=force)
         if folder is not None:  # the report again where there is one, and the history that it shows
             with stored_in(folder.path):
                 save_figures(draw_check(found, result), folder.figures_path)

@@ -51,32 +51,20 @@ Jury = tuple[tuple[Classifier, np.ndarray], ...]
 
 
 class Owner(Protocol):
-    """The run that a result belongs to, in its folder, or in memory, where it has none."""
+    """The run that a result belongs to, in its folder, or in memory, where it has none; `recover` runs another one for a check."""
 
     @property
     def configuration(self) -> Configuration: ...
-
     @property
     def folder(self) -> RunFolder | None: ...
-
-    def require_there(self) -> None:
-        """Reject a folder that holds this run no more."""
-
+    def require_there(self) -> None: ...
     def history(self) -> "xarray.Dataset": ...
-
-    def draws(self) -> np.ndarray | None:
-        """Return draws (D, P) of the estimate; None where there are none."""
-
+    def draws(self) -> np.ndarray | None: ...
     def jury(self) -> Jury: ...
-
     def report(self, result: "Result", target: Path) -> Path: ...
-
     def plot(self, result: "Result") -> "Plots": ...
-
     def check(self, result: "Result", /, **options: Any) -> "Check": ...
-
-    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result":
-        """Run another configuration, for a check."""
+    def recover(self, configuration: Configuration, path: Path | None, given: Given) -> "Result": ...
 
 
 @dataclass(frozen=True, repr=False)

@@ -600,7 +600,8 @@ class Origin:
 
     def report(self, result: Result, target: Path) -> Path:
         """Write the report of the run to a file."""
-        from turing_learning.results._check import complete_check
+        from turing_learning.identifiability._check import check_from_json
+        from turing_learning.results._check import stored_check
         from turing_learning.results._present import write_report
 
         manifest, dialogues = {}, {}
@@ -608,7 +609,8 @@ class Origin:
             manifest, dialogues = self.memory._manifest, self.memory._dialogues
         elif folder := self.folder:
             manifest, dialogues = folder.manifest(), folder.find(DIALOGUES) or {}
-        check, motion = complete_check(result.path), self._motion(result)
+        known, motion = {} if result.path is None else stored_check(result.path) or {}, self._motion(result)
+        check = check_from_json(known) if "parameters" in known else None
         return write_report(result, target, manifest, check=check, motion=motion, dialogues=dialogues)
 
     def _motion(self, result: Result) -> Mapping[str, np.ndarray]:
