@@ -9,7 +9,7 @@ CENTERS = 24  # tried along each edge of the lattice's cell; a finer grid finds 
 
 
 def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
-    """Compute the dispersion of disks: the sum of their squared distances from their centroid, over 4 r^2.
+    """Compute the dispersion (...) of disks: the sum of their squared distances from their centroid, over 4 r^2, without unit.
 
     Source: Gauci et al. 2014, Int. J. Robotics Research 33, equation 5, which the paper cites in section 4.3; a sum
     over the disks, not a mean.
@@ -20,11 +20,6 @@ def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
         Centers of S disks (cm); trials, time steps and so on come first.
     radius_cm
         Radius r of a disk (cm), > 0.
-
-    Returns
-    -------
-    (...)
-        Without unit.
     """
     centers = array("positions", positions, "... S 2")
     number("radius_cm", radius_cm, above=0)
@@ -33,7 +28,7 @@ def dispersion(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
 
 
 def least_dispersion(disks: int) -> float:
-    """Return the smallest dispersion of disks that do not overlap, as far as it is known.
+    """Return the smallest dispersion known of disks that do not overlap: 0.5 for 2 disks, 6.0 for 7, 343.5 for 50.
 
     The best packings that are known lie on a hexagonal lattice. A set of lattice points with the smallest second moment
     consists of the points that are nearest to its own centroid, so that it is enough to try centers in one cell.
@@ -44,11 +39,6 @@ def least_dispersion(disks: int) -> float:
     ----------
     disks
         Number of disks S, >= 1.
-
-    Returns
-    -------
-    float
-        For example 0.5 for 2 disks, 6.0 for 7, 343.5 for 50.
     """
     integer("disks", disks, 1)
     reach = int(np.ceil(np.sqrt(disks))) + 2  # of lattice points around one cell: any compact set of disks fits in
@@ -68,7 +58,7 @@ def _lattice(steps: np.ndarray) -> np.ndarray:
 
 
 def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndarray:
-    """Count the disks in the largest cluster.
+    """Count the disks in the largest cluster (...), from 1 to S.
 
     Two disks are neighbors if no other one fits between them, that is, if their centers are less than 4 r
     apart. A cluster is all that is connected through neighbors.
@@ -81,11 +71,6 @@ def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndar
         Centers of S disks (cm); trials, time steps and so on come first.
     radius_cm
         Radius r of a disk (cm), > 0.
-
-    Returns
-    -------
-    (...) int
-        Between 1 and S.
     """
     from scipy.sparse.csgraph import connected_components
 

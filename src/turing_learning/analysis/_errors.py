@@ -22,7 +22,7 @@ DYNAMIC_READINGS = np.repeat((0, 1, 0), 10)
 
 
 def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
-    """Compute the absolute error (AE) in each parameter.
+    """Compute the absolute error (AE) in each parameter (..., P), in its units.
 
     Source: paper, section 4.3, equation 9.
 
@@ -32,11 +32,6 @@ def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) ->
         Inferred parameters, of one model or of many.
     truth : (P,)
         Parameters of the agent.
-
-    Returns
-    -------
-    (..., P)
-        In the units of the parameters.
     """
     inferred, true = np.asarray(estimate, dtype=np.float64), np.asarray(truth, dtype=np.float64)
     fits = true.ndim == 1 and true.size > 0 and inferred.shape[-1:] == true.shape
@@ -45,7 +40,7 @@ def absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) ->
 
 
 def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLike) -> np.ndarray:
-    """Compute the mean absolute error (MAE) over all parameters.
+    """Compute the mean absolute error (MAE) over all parameters (...), in their units.
 
     Source: paper, section 4.3, equation 10.
 
@@ -55,11 +50,6 @@ def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLik
         Inferred parameters, of one model or of many.
     truth : (P,)
         Parameters of the agent.
-
-    Returns
-    -------
-    (...)
-        In the units of the parameters.
     """
     return absolute_error(estimate, truth).mean(axis=-1)
 
@@ -115,7 +105,9 @@ def dynamic_outputs(model: "ElmanModel", networks: np.ndarray) -> np.ndarray:
 
 
 def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.ArrayLike) -> np.ndarray:
-    """Compute how far the outputs of networks are from the agents' parameters over 20 steps of each constant reading.
+    """Compute how far the outputs of networks are from the agents' parameters over 20 steps of each constant reading (...).
+
+    It is the sum of the squared differences over all parameters and steps.
 
     Source: paper, section 4.6.2: the metric by which the network of median performance is chosen.
 
@@ -125,11 +117,6 @@ def response_error(model: "ElmanModel", networks: np.ndarray, truth: np.typing.A
         Weights; finite.
     truth : (2 n,)
         Parameters of the agent.
-
-    Returns
-    -------
-    (...)
-        Sum of the squared differences over all parameters and steps.
     """
     true = array("truth", truth, "P", finite=False, P=2 * model.states)
     return np.square(model.constant_responses(networks) - true).sum(axis=(-2, -1))

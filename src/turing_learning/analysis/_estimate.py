@@ -49,7 +49,7 @@ def known_or(instead: float | None, interval: Mapping[str, Sequence[float | None
 
 
 def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
-    """Estimate the agent's parameters from the last generations of a run.
+    """Estimate the agent's parameters (P,): the median over the last generations of a run, parameter by parameter.
 
     The subjectively best model of the last generation is a noisy estimate: its fitness rests on a single trial,
     so it is drawn almost at random from a converged population. The typical model of a generation, the median
@@ -63,17 +63,12 @@ def estimate(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
         Typical model of each generation, see `coevolution.Generation.typical_model`.
     window
         Number of generations taken, counted from the last, >= 1; all if there are fewer.
-
-    Returns
-    -------
-    (P,)
-        Median over the generations, parameter by parameter.
     """
     return np.median(_last(typical_models, window), axis=0)
 
 
 def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
-    """State the uncertainty of the estimate: an interval for each parameter that holds the truth nine times of ten.
+    """State the uncertainty of the estimate: an interval for each parameter (P, 2) that holds the truth nine times of ten.
 
     Near the truth the models wander where no classifier tells them apart; the range that they wander over is
     what the data leave open. It is read off the central 90 % of the typical models over the generations that
@@ -83,8 +78,8 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and the
     normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
-    Where the models have not moved, nothing is known of the range, and so nothing of the interval: not that it is a point. That is
-    so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
+    Where the models have not moved, nothing is known of the range, and so nothing of the interval, whose ends are NaN: not that it is a point.
+    That is so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
 
     That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
     docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.
@@ -96,11 +91,6 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     ----------
     typical_models, window
         As for `estimate`.
-
-    Returns
-    -------
-    (P, 2)
-        Lower and upper end for each parameter; both NaN where they are not known.
     """
     last = _last(typical_models, window)
     middle, ends = np.median(last, axis=0), np.percentile(last, CENTRAL, axis=0)
@@ -136,23 +126,18 @@ def _last(typical_models: np.ndarray, window: int) -> np.ndarray:
 
 
 def pooled_estimate(typical_models: np.ndarray) -> np.ndarray:
-    """Estimate the agent's parameters from several runs: the median of the estimates of the runs.
+    """Estimate the agent's parameters (P,) from several runs: the median of the estimates of the runs, one by one.
 
     Parameters
     ----------
     typical_models : (runs, W, P)
         Typical models of the W generations that make the estimate of each of at least 2 runs.
-
-    Returns
-    -------
-    (P,)
-        Parameter by parameter.
     """
     return np.median(np.median(_checked_runs(typical_models), axis=1), axis=0)
 
 
 def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
-    """State the uncertainty of the pooled estimate: an interval for each parameter that holds the truth nine times of ten.
+    """State the uncertainty of the pooled estimate: an interval for each parameter (P, 2) that holds the truth nine times of ten.
 
     Two things keep an estimate from the truth. The models of a run wander: that is read off the central 90 %
     of their distances from the estimate of their run, all runs together, widened as in `interval` by the
@@ -166,7 +151,7 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
 
     A run that has not moved (see `interval`) says where it has settled, and nothing of wandering: it counts
     in the scatter alone. Where no run has moved, each is one value of whatever scatters, and the scatter of
-    the runs is all of it. Where neither a run has moved nor two differ, the interval is not known.
+    the runs is all of it. Where neither a run has moved nor two differ, the interval is not known, and its ends are NaN.
 
     Source: docs/decisions/0026. The prediction interval of normally distributed regions: Higgins, Thompson and
     Spiegelhalter, A re-evaluation of random-effects meta-analysis (2009). Squares of two limits added: Graybill and
@@ -176,11 +161,6 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
     ----------
     typical_models
         As for `pooled_estimate`.
-
-    Returns
-    -------
-    (P, 2)
-        Lower and upper end for each parameter; both NaN where they are not known.
     """
     typical = _checked_runs(typical_models)
     estimates, count = np.median(typical, axis=1), len(typical)
@@ -193,12 +173,12 @@ def pooled_interval(typical_models: np.ndarray) -> np.ndarray:
 
 
 def r_hat(typical_models: np.ndarray) -> np.ndarray:
-    """Say how far the runs agree: the potential scale reduction of the ranks, known from Markov chains.
+    """Say how far the runs agree (P,): the potential scale reduction of the ranks, known from Markov chains.
 
     It compares the scatter of all values with the scatter within the runs. It is about 1 where runs cannot be
     told apart. Where no two share a value it is 2.1 for 2 runs, 3.1 for 4 and 4.6 for 8, however far apart they
     are. Ranks make it the same on any scale, and let no excursion of a run hide that the others disagree. The
-    scatter within is that of the runs that have moved (see `interval`).
+    scatter within is that of the runs that have moved (see `interval`); NaN where none has.
 
     Source: Gelman and Rubin, Inference from iterative simulation using multiple sequences (1992); with normal scores of
     the ranks: Vehtari et al., Rank-normalization, folding, and localization: an improved R-hat (2021). Runs are not
@@ -208,11 +188,6 @@ def r_hat(typical_models: np.ndarray) -> np.ndarray:
     ----------
     typical_models
         As for `pooled_estimate`.
-
-    Returns
-    -------
-    (P,)
-        At least about 1, for each parameter; NaN where no run has moved, so that nothing is known of the scatter within.
     """
     from scipy.stats import rankdata
 
@@ -276,7 +251,7 @@ def ordered(verdicts: Iterable[str]) -> tuple[Verdict, ...]:
 
 
 def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None = None) -> np.ndarray:
-    """Say whether the models of a run have settled, parameter by parameter.
+    """Say whether the models of a run have settled, parameter by parameter (P,) bool.
 
     A parameter has settled if the halves of the generations that make the estimate agree within its interval,
     and if the population has contracted, or its typical model has been through all that the population still
@@ -292,11 +267,6 @@ def settled(typical_models: np.ndarray, window: int, spreads: np.ndarray | None 
         Number of generations that make the estimate, as for `estimate`.
     spreads : (G, P)
         Standard deviation of the models of each generation, in the same units; None where that is not known.
-
-    Returns
-    -------
-    (P,) bool
-        Whether each parameter has settled.
     """
     last = np.asarray(typical_models, dtype=float)[-window:]
     half = np.diff(interval(last, window), axis=1)[:, 0] / 2

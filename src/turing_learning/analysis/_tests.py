@@ -58,7 +58,7 @@ def compare(
 
 
 def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) -> np.ndarray:
-    """Compute the decision accuracy of classifiers.
+    """Compute the decision accuracy of classifiers (...), in [0, 1].
 
     An individual counts as a model only if it is judged counterfeit in all of its trials. Agents and models
     have half of the weight each.
@@ -71,11 +71,6 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
         Whether each of S agents was judged genuine in each of R trials; classifiers come first.
     models : (..., M, R) bool
         Whether each of M models was judged genuine.
-
-    Returns
-    -------
-    (...)
-        In [0, 1].
     """
     shares = []
     for name, judgments in (("agents", agents), ("models", models)):
@@ -90,6 +85,8 @@ def decision_accuracy(agents: np.typing.ArrayLike, models: np.typing.ArrayLike) 
 def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> np.ndarray:
     """Compute the length of the mean direction of a group: 1 if all go one way, about 0 in disorder.
 
+    Returns those (moments,) of the moments in which at least two individuals have a direction.
+
     Source: Vicsek and others, Phys. Rev. Lett. 75 (1995), the absolute value of the average normalized velocity.
 
     Parameters
@@ -98,11 +95,6 @@ def polarization(directions: np.ndarray, present: np.ndarray | None = None) -> n
         Displacements or headings as vectors of any length; those of length 0 have no direction and do not count.
     present : (..., A)
         Which of them are known; None for all.
-
-    Returns
-    -------
-    (moments,)
-        0 to 1, of the moments in which at least two individuals have a direction.
     """
     length = np.hypot(directions[..., 0], directions[..., 1])
     counted = (length > 0) if present is None else present & (length > 0)

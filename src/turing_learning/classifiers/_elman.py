@@ -81,7 +81,9 @@ class ElmanClassifier:
         return (self.inputs + 1) * self.hidden + self.hidden**2 + self.hidden + 1
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return the output of every classifier for every sample.
+        """Return the output of every classifier for every sample (N, S) float32; empty if there is no genome or no sample.
+
+        Outputs are between 1e-7 and 1 - 1e-7; 0.5 and above means judged genuine.
 
         Parameters
         ----------
@@ -89,11 +91,6 @@ class ElmanClassifier:
             Finite, laid out as described for the class.
         samples : (S, T, D)
             Finite, T >= 1, in the units of `scale`.
-
-        Returns
-        -------
-        (N, S) float32
-            Between 1e-7 and 1 - 1e-7; 0.5 and above means judged genuine. Empty if there is no genome or no sample.
         """
         genomes = _as_float64("genomes", genomes, "N Q", self.parameters)
         samples = _as_float64("samples", samples, "S T D", self.inputs)

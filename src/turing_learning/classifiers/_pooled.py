@@ -85,7 +85,7 @@ class PooledClassifier:
         return genomes
 
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
-        """Return the output of every classifier for every sample.
+        """Return the output (N, S) float32, 0 to 1, of every classifier for every sample; empty if there is none of either.
 
         Parameters
         ----------
@@ -93,11 +93,6 @@ class PooledClassifier:
             As `draw` returns them.
         samples : (S, T, D)
             In the units of `scale`; T at least as long as the windows.
-
-        Returns
-        -------
-        (N, S) float32
-            From 0 to 1. Empty if there is no genome or no sample.
         """
         genomes = array("genomes", genomes, "N Q", empty=True, Q=self.parameters)
         inputs = self._inputs(samples)

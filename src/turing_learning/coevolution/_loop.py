@@ -88,12 +88,7 @@ class Coevolution:
         self._seed, self._archive = check_seed(seed), archive
 
     def step(self) -> Generation:
-        """Run one generation: let the classifiers judge, reward both populations, improve both.
-
-        Returns
-        -------
-        Generation
-            Both populations as they were judged.
+        """Run one generation: let the classifiers judge, reward both populations as they were judged, improve both.
 
         Raises
         ------

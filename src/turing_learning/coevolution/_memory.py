@@ -123,10 +123,7 @@ class SampleBuffer:
     ) -> np.ndarray:  # fmt: skip
         """Take over trials of models (M, P): samples (M, C, T, D), genuine ones (K, T, D) met beside them, and which are usable.
 
-        Returns
-        -------
-        (k, T, D)
-            The genuine samples that were kept.
+        Returns the genuine samples (k, T, D) that were kept.
         """
         parameters = array("parameters", parameters, "M P")
         samples = array("samples", samples, "M C T D", M=len(parameters))

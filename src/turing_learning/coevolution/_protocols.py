@@ -40,7 +40,7 @@ class SampleSource(Protocol):
     """Anything that yields genuine samples of a system and counterfeit samples of models of it."""
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        """Collect the samples of one generation.
+        """Collect the samples of one generation, in the order of the models.
 
         Parameters
         ----------
@@ -48,11 +48,6 @@ class SampleSource(Protocol):
             Parameters of each model.
         rng
             The only source of randomness: the same models and generator state give the same samples.
-
-        Returns
-        -------
-        Samples
-            Genuine (K, T, D) and counterfeit (M, C, T, D), in the order of the models.
         """
 
 
@@ -63,6 +58,8 @@ class InteractiveSource(Protocol):
         self, models: np.ndarray, classifiers: np.ndarray, met: np.ndarray, genuine: int, rng: np.random.Generator
     ) -> tuple[np.ndarray, np.ndarray]:
         """Let each classifier observe the system and models, each time alone, and judge what it has seen.
+
+        Returns outputs (N, genuine) and (N, k) from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
 
         Parameters
         ----------
@@ -76,11 +73,6 @@ class InteractiveSource(Protocol):
             How often each meets the system.
         rng
             The only source of randomness.
-
-        Returns
-        -------
-        (N, genuine), (N, k)
-            Outputs from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
         """
 
 
@@ -95,17 +87,14 @@ class Classifier(Protocol):
     def judge(self, genomes: np.ndarray, samples: np.ndarray) -> np.ndarray:
         """Let each of N classifiers judge each of S samples.
 
+        Returns outputs (N, S) from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
+
         Parameters
         ----------
         genomes : (N, Q)
             Parameters of each classifier.
         samples : (S, T, D)
             Genuine or counterfeit; the classifier is not told which.
-
-        Returns
-        -------
-        (N, S)
-            Outputs from 0 (counterfeit) to 1 (genuine), the decision lying at 0.5; never NaN.
         """
 
 

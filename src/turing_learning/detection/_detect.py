@@ -125,7 +125,7 @@ def detect(
     run: RunClassifiers, motion: Moved, *, genuine: Sequence[Moved] = (), abnormal: Sequence[Moved] = (),
     false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
 ) -> Detection:  # fmt: skip
-    """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines.
+    """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines; the first ranking is the one to read.
 
     Source: docs/decisions/0031-judged-alike.md.
 
@@ -147,11 +147,6 @@ def detect(
         Of all that is drawn or simulated, >= 0.
     threads
         Number of threads of a simulation; None takes every processor.
-
-    Returns
-    -------
-    Detection
-        The first of its rankings is the one to read.
     """
     everybody = (motion, *genuine, *abnormal)
     beside = bool(genuine) and all(isinstance(each, RecordedMotion) and each.company for each in everybody)

@@ -106,7 +106,7 @@ def count_agents(
     classifier: Classifier, genomes: np.ndarray, scenario: Scenario, models: np.ndarray, *, part: slice = WHOLE,
     trials: int = 10, seed: int = 0, threads: int | None = None, should_stop: Callable[[], bool] | None = None,
 ) -> np.ndarray | None:  # fmt: skip
-    """Count the individuals that classifiers decide to be agents: what `post_evaluate` does, in parts.
+    """Count the agents, and the replicas, that classifiers decide to be agents (N, 2): what `post_evaluate` does, in parts.
 
     Parameters
     ----------
@@ -115,12 +115,7 @@ def count_agents(
     part
         Which of the models; the counts of parts that cover all add up to those of all.
     should_stop
-        Asked before every 500 classifiers.
-
-    Returns
-    -------
-    (N, 2) or None
-        Of the agents and of the replicas; None if it was stopped.
+        Asked before every 500 classifiers; None is returned if it was stopped.
     """
     integer("trials", trials, 1, error=ConfigurationError)
     models = array("models", models, "M P", error=ConfigurationError, P=len(scenario.controller))

@@ -39,17 +39,12 @@ def stream(seed: int, use: int) -> np.random.Generator:
 
 
 def random_controllers(scenario: Scenario, count: int, rng: np.random.Generator, *, near: float = NEAR) -> np.ndarray:
-    """Draw controllers uniformly from [-1, 1], without those that are nearly the agents'.
+    """Draw controllers (count, P), fractions of the maximum, uniformly from [-1, 1], without those that are nearly the agents'.
 
     Parameters
     ----------
     near
         Least mean absolute difference from the agents' controller, in [0, 0.5].
-
-    Returns
-    -------
-    (count, P)
-        Wheel speeds for each sensor state, as fractions of the maximum.
     """
     integer("count", count, 1, error=ConfigurationError)
     number("near", near, least=0, most=0.5, error=ConfigurationError)

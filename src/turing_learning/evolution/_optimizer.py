@@ -39,12 +39,7 @@ class Optimizer(Protocol):
         """
 
     def ask(self) -> np.ndarray:
-        """Return the population to be scored.
-
-        Returns
-        -------
-        (size, dimension)
-            A copy, float64, finite.
+        """Return the population to be scored (size, dimension): a copy, float64, finite.
 
         Raises
         ------
@@ -55,15 +50,12 @@ class Optimizer(Protocol):
     def tell(self, fitness: np.ndarray) -> np.ndarray:
         """Take the fitness of the population last asked for, and form the next one.
 
+        Returns what the candidates were ranked by (size,), a new array: the fitness, or what the optimizer made of it.
+
         Parameters
         ----------
         fitness : (size,)
             Larger is better.
-
-        Returns
-        -------
-        (size,)
-            What the candidates were ranked by, a new array: the fitness, or what the optimizer made of it.
 
         Raises
         ------

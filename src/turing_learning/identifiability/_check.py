@@ -51,7 +51,7 @@ def sides_rejected(
 
     Per side the largest t statistic over its values is held against the same for random signs of the groups, the same signs
     for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
-    sides are rejected: beside an end of its range, where there is no value on one side, it never is.
+    sides are rejected: beside an end of its range, where there is no value on one side, it never is. Returns whether below, and above, is rejected.
 
     Source: Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and
     acceptance sampling (1982), for two sides that both must be rejected.
@@ -67,11 +67,6 @@ def sides_rejected(
         For the signs.
     level
         How often a side may be rejected where no value of it is told apart.
-
-    Returns
-    -------
-    (bool, bool)
-        Below, above.
     """
     differences = array("differences", differences, "V G")
     above = array("above", above, "V", dtype=bool, V=len(differences))
@@ -101,7 +96,7 @@ def fault(
     accuracy: float, recovered: np.typing.ArrayLike, attainable: np.typing.ArrayLike,
     others: np.typing.ArrayLike = (), *, level: float = LEVEL,
 ) -> str:  # fmt: skip
-    """Say whether an estimate is fine, its model is wrong, or its search has failed: a parametric bootstrap.
+    """Say whether an estimate is `FINE`, `WRONG_MODEL` or `FAILED_SEARCH`: a parametric bootstrap.
 
     Recoveries are runs whose truth is the estimate. They show how well fresh classifiers tell the samples from
     a model that a search has found where the model is right. Where they tell the run's own estimate better than
@@ -120,11 +115,6 @@ def fault(
         The same as `accuracy` for estimates of other searches on the genuine samples.
     level
         How often a right model with searches that succeed may be called something else.
-
-    Returns
-    -------
-    str
-        `FINE`, `FAILED_SEARCH` or `WRONG_MODEL`.
     """
     found = array("recovered", recovered, "B")
     best = array("attainable", attainable, "B", B=len(found))
