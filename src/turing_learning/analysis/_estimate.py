@@ -78,8 +78,8 @@ def interval(typical_models: np.ndarray, window: int = 100) -> np.ndarray:
     known, is less certain: t(n - 1) sqrt(1 + 1 / n) / z, with the 95th percentiles of Student's t and the
     normal distribution. It is 1.1 for n = 15, 1.4 for 5, and 4.7 for 2.
 
-    Where the models have not moved, nothing is known of the range, and so nothing of the interval, whose ends are NaN: not that it is a point.
-    That is so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
+    Where the models have not moved, nothing is known of the range, and so nothing of the interval, whose ends are NaN. That is
+    so where the central 90 % are one and the same value: in very short runs, and where an output is saturated.
 
     That this range is about as wide as the errors is an observation, not a theorem: its coverage was measured, see
     docs/results.md. It says nothing of runs that settle in another region; `pooled_interval` of several runs does.

@@ -88,7 +88,7 @@ class Coevolution:
         self._seed, self._archive = check_seed(seed), archive
 
     def step(self) -> Generation:
-        """Run one generation: let the classifiers judge, reward both populations as they were judged, improve both.
+        """Run one generation: let the classifiers judge, reward and improve both populations; return them as they were judged.
 
         Raises
         ------

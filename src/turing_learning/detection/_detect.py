@@ -125,7 +125,7 @@ def detect(
     run: RunClassifiers, motion: Moved, *, genuine: Sequence[Moved] = (), abnormal: Sequence[Moved] = (),
     false_alarms: float = 0.01, seed: int = 0, threads: int | None = None,
 ) -> Detection:  # fmt: skip
-    """Rank individuals by how unlike normal ones the classifiers of a run judge them, beside baselines; the first ranking is the one to read.
+    """Rank individuals by how unlike normal ones a run's classifiers judge them, beside baselines; read the first ranking.
 
     Source: docs/decisions/0031-judged-alike.md.
 

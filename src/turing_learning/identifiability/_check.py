@@ -51,7 +51,8 @@ def sides_rejected(
 
     Per side the largest t statistic over its values is held against the same for random signs of the groups, the same signs
     for all values: so many values are no more likely to be rejected by chance than one. A parameter is pinned down only if both
-    sides are rejected: beside an end of its range, where there is no value on one side, it never is. Returns whether below, and above, is rejected.
+    sides are rejected: beside an end of its range, where there is no value on one side, it never is. Returns
+    whether the values below, and those above, are rejected.
 
     Source: Westfall and Young, Resampling-based multiple testing (1993); Berger, Multiparameter hypothesis testing and
     acceptance sampling (1982), for two sides that both must be rejected.
