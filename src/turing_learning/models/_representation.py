@@ -21,42 +21,24 @@ VIEW_REACH = 5.0
 
 @dataclass(frozen=True, eq=False)
 class Behavior:
-    """What robots with these models execute.
+    """What robots with these models execute."""
 
-    Attributes
-    ----------
-    wheel_speeds : (..., 2 n)
-        Left and right wheel speed for each sensor state, as fractions of the maximum; of a network the largest that it may give.
-    field_of_view : (...)
-        Of the sensor (rad), from 0 to 2 pi; None where it is that of the scenario.
-    weights : (..., Q)
-        Networks that drive the robots; None for reactive ones.
-    hidden
-        Hidden neurons H of the networks; 0 for none.
-    """
-
+    #: (..., 2 n): Left and right wheel speed for each sensor state, fractions of the maximum; the largest of a network
     wheel_speeds: np.ndarray
-    field_of_view: np.ndarray | None = None
-    weights: np.ndarray | None = None
-    hidden: int = 0
+    field_of_view: np.ndarray | None = None  #: (...): Of the sensor (rad), from 0 to 2 pi; None: that of the scenario
+    weights: np.ndarray | None = None  #: (..., Q): Networks that drive the robots; None for reactive ones
+    hidden: int = 0  #: Hidden neurons H of the networks; 0 for none
 
 
 @dataclass(frozen=True)
 class Jumps:
-    """What jumps of the optimizer may do to genomes of P numbers, beside drawing one of them anew.
+    """What jumps of the optimizer may do to genomes of P numbers, beside drawing one of them anew."""
 
-    Attributes
-    ----------
-    groups
-        Indices of the numbers of each sensor state: models with exchanged groups are models too. Empty if there are none.
-    dependent
-        Indices of the numbers that depend on which group is whose: they mean nothing any more when groups are exchanged.
-    reach : () or (P,)
-        How many times wider than the range of first genomes that is from which numbers are drawn anew.
-    """
-
+    #: Indices of the numbers of each sensor state: models with exchanged groups are models too; empty if there are none
     groups: tuple[tuple[int, ...], ...] = ()
+    #: Indices of the numbers that depend on which group is whose: they mean nothing any more when groups are exchanged
     dependent: tuple[int, ...] = ()
+    #: () or (P,): How many times wider than the range of first genomes that is from which numbers are drawn anew
     reach: float | tuple[float, ...] = 1.0
 
 

@@ -18,6 +18,7 @@ from ._system import CustomSystemError
 
 _RULE = 'be "module:function", or a function of a module, which another process can import'
 _REMEDY = "Define it at the top level of a module, and have the module's folder in PYTHONPATH."
+_HERE = "Define it at the top level of a module, or leave `workers` out."
 
 Simulator = Callable[[np.ndarray, np.random.Generator], Any]
 """(parameters (M, P), rng) -> samples (M, T, D) or (M, C, T, D); of one model: (P,) -> (T, D) or (C, T, D)."""
@@ -85,12 +86,10 @@ def answer(
     samples = samples if vectorized else samples[None]
     if samples.ndim in (3, 4) and samples.size and (len(samples), *samples.shape[-2:]) == (len(parameters), *shape):
         return samples.reshape(len(samples), -1, *shape)
-    rule = (
-        f"(M, T, D) = {(len(parameters), *shape)} or (M, C, T, D)" if vectorized else f"(T, D) = {shape} or (C, T, D)"
-    )
-    return Failed(
-        f"it returned shape {samples.shape if vectorized else samples.shape[1:]} instead of {rule}", misshapen=True
-    )
+    got, rule = samples.shape, f"(M, T, D) = {(len(parameters), *shape)} or (M, C, T, D)"
+    if not vectorized:
+        got, rule = samples.shape[1:], f"(T, D) = {shape} or (C, T, D)"
+    return Failed(f"it returned shape {got} instead of {rule}", misshapen=True)
 
 
 def _place(error: Exception) -> str:
@@ -129,9 +128,7 @@ class Runner:
         try:
             self._function = packed(self._answer)
         except Exception as error:  # pickle raises what the object's own methods raise
-            rule = "be a function that another process can import"
-            remedy = "Define it at the top level of a module, or leave `workers` out."
-            refuse("simulate", rule, f"{simulate!r} ({error})", remedy)
+            refuse("simulate", "be a function that another process can import", f"{simulate!r} ({error})", _HERE)
 
     def run(self, calls: Sequence[tuple[np.ndarray, np.random.Generator]]) -> Iterator[Answer]:
         """Yield the answers in the order of the calls; raise CustomSystemError if a worker cannot load the simulator."""
@@ -148,11 +145,8 @@ class Runner:
             except WorkerDied:
                 yield Failed("its worker process died")
             except NotImportable as error:
-                rule, remedy = (
-                    "be importable by a worker process",
-                    "Define it at the top level of a module, or leave `workers` out.",
-                )
-                raise CustomSystemError(f"`simulate` must {rule}; got {error}. {remedy}") from error
+                rule = "be importable by a worker process"
+                raise CustomSystemError(f"`simulate` must {rule}; got {error}. {_HERE}") from error
 
     def close(self) -> None:
         """End all workers at once."""

@@ -31,41 +31,23 @@ def same_time_step(one_s: float, other_s: float) -> bool:
 
 @dataclass(frozen=True)
 class CustomSystem(System, Settings):
-    """A system that was observed, and how models of it are simulated.
+    """A system that was observed, and how models of it are simulated; for what is not described here see `System`."""
 
-    Parameters
-    ----------
-    name, title, signals, steps, interval_s, headings, smooth_frames
-        See `System`. A name is of 1 to 60 letters, digits, _ and -.
-    parameters
-        Name -> parameter, in the order of the simulator's columns; P >= 1. They have such names, too.
-    center, input_scale : (D,)
-        The classifiers see (signal - center) / input_scale: median, and 99th percentile of the distance from
-        it, of the genuine data; see `read_genuine`.
-    samples
-        Number of genuine samples; 0 if they come from a live source.
-    samples_per_generation
-        How many of them the classifiers judge in a generation, drawn anew each time; 0 for as many as there are models.
-    held_out
-        Which samples (from 0) are never learned from.
-    batches
-        Number of calls of a vectorized simulator in a generation; the models are split evenly. 0 if it takes one model.
-    digest
-        SHA-256 of the genuine data; empty for a live source.
-    """
-
-    name: str
+    name: str  #: Of 1 to 60 letters, digits, _ and -
     title: str
-    parameters: dict[str, Parameter]
+    parameters: dict[str, Parameter]  #: In the order of the simulator's columns; P >= 1, with names like `name`
     signals: tuple[str, ...]
     steps: int
+    #: (D,): The classifiers see (signal - center) / input_scale: here the median of the genuine data
     center: tuple[float, ...]
-    input_scale: tuple[float, ...]
-    samples: int
+    input_scale: tuple[float, ...]  #: (D,): 99th percentile of the distance from the median; see `read_genuine`
+    samples: int  #: Number of genuine samples; 0 if they come from a live source
+    #: How many of them the classifiers judge in a generation, drawn anew each time; 0 for as many as there are models
     samples_per_generation: int
-    held_out: tuple[int, ...] = ()
+    held_out: tuple[int, ...] = ()  #: Which samples (from 0) are never learned from
+    #: Number of calls of a vectorized simulator in a generation; the models are split evenly. 0 if it takes one model
     batches: int = 1
-    digest: str = ""
+    digest: str = ""  #: SHA-256 of the genuine data; empty for a live source
     interval_s: float = 0.0
     headings: Literal["", "with", "without"] = ""
     smooth_frames: int = 1

@@ -35,24 +35,12 @@ class SplitSamples(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Genuine:
-    """Genuine samples of a system.
+    """Genuine samples of a system."""
 
-    Attributes
-    ----------
-    samples : (K, T, D)
-        All of them, or the first observation of a live source.
-    held_out : (H,) int
-        Which of them are held out for testing, ascending.
-    live
-        Where further samples come from, None for data.
-    excerpt : (F, A, 2)
-        Positions in the beginning of a recording, see `Windows.excerpt`; None where there is none.
-    """
-
-    samples: np.ndarray
-    held_out: np.ndarray
-    live: LiveSource | None = None
-    excerpt: np.ndarray | None = None
+    samples: np.ndarray  #: (K, T, D): All of them, or the first observation of a live source
+    held_out: np.ndarray  #: (H,) int: Which of them are held out for testing, ascending
+    live: LiveSource | None = None  #: Where further samples come from, None for data
+    excerpt: np.ndarray | None = None  #: (F, A, 2): Positions in the beginning of a recording, see `Windows.excerpt`
 
     @property
     def learning(self) -> np.ndarray:
@@ -154,9 +142,8 @@ def _as_series(sample: Any, number: int) -> np.ndarray:
         remedy = "Give real and imaginary part as two signals, or what you want to compare of them, such as the absolute value."
         refuse("genuine", rule, got, remedy, place=place)
     if array.dtype.kind not in "fiu" or array.ndim != 2 or array.size == 0:
-        remedy = (
-            "Add an axis for a single signal: samples[..., None]." if array.ndim == 1 else "Give arrays of numbers."
-        )
+        one = "Add an axis for a single signal: samples[..., None]."
+        remedy = one if array.ndim == 1 else "Give arrays of numbers."
         refuse("genuine", f"{rule}, time steps T and signals D at least 1", got, remedy, place=place)
     return array.astype(np.float64)
 

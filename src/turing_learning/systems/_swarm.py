@@ -37,24 +37,12 @@ def system_of(
 
 @dataclass
 class Swarm(System):
-    """Simulated robots: agents that execute the scenario's controller, and replicas that execute models.
+    """Simulated robots: agents that execute the scenario's controller, and replicas that execute models."""
 
-    Parameters
-    ----------
-    scenario
-        What moves and what it senses.
-    model
-        What a model is: the agents' parameters, or a network.
-    threads
-        Number of threads; None takes every processor. It changes no sample.
-    initial
-        Range of the first models in each parameter.
-    """
-
-    scenario: Scenario
-    model: Representation
-    threads: int | None = None
-    initial: tuple[float, float] = (-1.0, 1.0)
+    scenario: Scenario  #: What moves and what it senses
+    model: Representation  #: What a model is: the agents' parameters, or a network
+    threads: int | None = None  #: Number of threads; None takes every processor. It changes no sample
+    initial: tuple[float, float] = (-1.0, 1.0)  #: Range of the first models in each parameter
 
     signals = SPEEDS
     signal_units = SIGNALS

@@ -36,28 +36,14 @@ class CustomSystemError(SystemFailedError):
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """What a caller hands over of a custom system, beyond what a run stores.
+    """What a caller hands over of a custom system, beyond what a run stores."""
 
-    Attributes
-    ----------
-    genuine
-        Samples, in any form that `describe` takes, or `Genuine` once they are checked.
-    simulate
-        The simulator.
-    workers, timeout_s
-        Number of processes that call it, None for this one, and the longest duration of a call (s).
-    groups : (K,)
-        Of a check: labels of the samples.
-    more
-        Other options, which only a new run takes.
-    """
-
-    genuine: Any = None
-    simulate: Any = None
-    workers: int | None = None
-    timeout_s: float | None = None
-    groups: Any = None
-    more: Mapping[str, Any] | None = None
+    genuine: Any = None  #: Samples, in any form that `describe` takes, or `Genuine` once they are checked
+    simulate: Any = None  #: The simulator
+    workers: int | None = None  #: Number of processes that call it, None for this one
+    timeout_s: float | None = None  #: The longest duration of a call (s)
+    groups: Any = None  #: (K,): Of a check: labels of the samples
+    more: Mapping[str, Any] | None = None  #: Other options, which only a new run takes
 
     @property
     def named(self) -> dict[str, Any]:
@@ -66,47 +52,22 @@ class Given:
 
 
 class System:
-    """What is observed, and what imitates it: `Swarm`, `CustomSystem`, `Laboratory`.
+    """What is observed, and what imitates it: `Swarm`, `CustomSystem`, `Laboratory`."""
 
-    Attributes
-    ----------
-    name, title
-        A word for folders and tables; heading of the report.
-    kind
-        What a run of it is, in messages: "one in a laboratory".
-    parameters
-        Name -> parameter, in which results state models, with units and the range of the first models.
-    signals
-        Names of the D signals per time step.
-    steps, interval_s
-        Time steps of a sample, T; duration of one (s), 0 if it is not known.
-    headings
-        Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference.
-    smooth_frames
-        Frames over which recorded positions were averaged; 1 for none.
-    model
-        From the optimizer's numbers to the parameters of models, and to those that results state.
-    simulated
-        The scenario, where the computer can simulate swarms of its individuals.
-    stimulated
-        Whether something is done to it while it is observed, see `Source.dialogues`.
-    step_unit
-        What a caption adds on the unit of the models' step sizes.
-    """
-
-    name: str
-    title: str
-    kind: str
-    parameters: Mapping[str, Parameter]
-    signals: tuple[str, ...]
-    steps: int
-    interval_s: float
+    name: str  #: A word for folders and tables
+    title: str  #: Heading of the report
+    kind: str  #: What a run of it is, in messages: "one in a laboratory"
+    parameters: Mapping[str, Parameter]  #: In which results state models, with units and the range of the first models
+    signals: tuple[str, ...]  #: Names of the D signals per time step
+    steps: int  #: Time steps of a sample, T
+    interval_s: float  #: Duration of a step (s), 0 if it is not known
+    #: Whether signals are measured "with" headings or "without"; empty if that is not known, or makes no difference
     headings: Literal["", "with", "without"] = ""
-    smooth_frames: int = 1
-    model: Representation
-    simulated: Scenario | None = None
-    stimulated: bool = False
-    step_unit: str = ""
+    smooth_frames: int = 1  #: Frames over which recorded positions were averaged; 1 for none
+    model: Representation  #: From the optimizer's numbers to the parameters of models, and to those that results state
+    simulated: Scenario | None = None  #: The scenario, where the computer can simulate swarms of its individuals
+    stimulated: bool = False  #: Whether something is done to it while it is observed, see `Source.dialogues`
+    step_unit: str = ""  #: What a caption adds on the unit of the models' step sizes
 
     @property
     def parameter_labels(self) -> tuple[str, ...]:
@@ -189,32 +150,17 @@ class Source:
 
     What derives from it implements `collect`, and `simulate` and `genuine_samples` where the computer can do that alone; also
     `to_units` where it has no `system`.
-
-    Attributes
-    ----------
-    system
-        Whose samples these are.
-    generation
-        Number of the generation that is collected next; whoever runs the generations sets it. None after a run, as in a check.
-    fallible
-        Whether collecting may raise a `SystemFailedError`, so that the run returns to the beginning of the generation.
-    failures
-        Failed simulations; None where none can fail alone.
-    genuine
-        The samples that the run was given; None where individuals are observed anew.
-    together
-        Number of models that a trial executes.
-    ends
-        In the optimizer's numbers, lowest and highest value of each parameter, beyond which a model is that at
-        the end; None without such ends.
     """
 
-    system: System
+    system: System  #: Whose samples these are
+    #: Number of the generation that is collected next; whoever runs the generations sets it. None after a run, as in a check
     generation: int | None = 0
+    #: Whether collecting may raise a `SystemFailedError`, so that the run returns to the beginning of the generation
     fallible: bool = True
-    failures: "FailureLog | None" = None
-    genuine: "Genuine | None" = None
-    together: int = 1
+    failures: "FailureLog | None" = None  #: Failed simulations; None where none can fail alone
+    genuine: "Genuine | None" = None  #: The samples that the run was given; None where individuals are observed anew
+    together: int = 1  #: Number of models that a trial executes
+    #: In the optimizer's numbers: lowest and highest value of each parameter, beyond which a model is that at the end
     ends: tuple[float, float] | None = None
 
     def __enter__(self) -> Self:
@@ -351,16 +297,9 @@ class GuardedInterrogation(PassiveInterrogation):
 
     Its samples stand for nothing; its reward is 0, the worst that there is. All classifiers gain the same by
     it, so that their ranks stay as they are.
-
-    Parameters
-    ----------
-    source
-        Yields the samples, and says which models failed.
-    classifier
-        Judges them.
     """
 
-    source: FallibleSource
+    source: FallibleSource  #: Yields the samples, and says which models failed
 
     def __call__(
         self, models: np.ndarray, classifiers: np.ndarray, rng: np.random.Generator, referees: np.ndarray | None = None
@@ -370,9 +309,6 @@ class GuardedInterrogation(PassiveInterrogation):
         failed = self.source.failed
         if not failed.any():
             return judgments
-        outputs, referees_outputs = judgments.counterfeit_outputs, judgments.referee_outputs
-        return replace(
-            judgments,
-            counterfeit_outputs=np.where(failed[:, None], 0.0, outputs),
-            referee_outputs=None if referees_outputs is None else np.where(failed[:, None], 0.0, referees_outputs),
-        )
+        outputs, archived = np.where(failed[:, None], 0.0, judgments.counterfeit_outputs), judgments.referee_outputs
+        archived = None if archived is None else np.where(failed[:, None], 0.0, archived)
+        return replace(judgments, counterfeit_outputs=outputs, referee_outputs=archived)

@@ -194,46 +194,23 @@ class Jump:
 
 @dataclass(frozen=True)
 class Problems:
-    """What `Trajectories.check` finds.
+    """What `Trajectories.check` finds."""
 
-    Attributes
-    ----------
-    missing, gaps, longest_gap
-        For each individual: frames without a position, runs of such frames, frames in the longest.
-    jumps
-        Steps that are too long, in order of time. Displacements over a gap are no steps.
-    repeated_frames
-        Numbers of frames in which everybody is exactly where everybody was in the frame before: the video stood still.
-    empty_frames
-        Numbers of frames without anybody, whether the file has them or not.
-    typical_step
-        Median length of the steps that are not 0, in the unit of the recording.
-    remarks
-        What the reader and later steps have to say, among it the direction of y.
-    still
-        Names of the individuals that are in the same place in all of their frames, two or more: a track that
-        was lost, a dead animal, or a mark on the ground.
-    every
-        Only one frame in so many is there, evenly; 1 otherwise.
-    unit
-        Of lengths, that of the recording.
-    headings
-        Why headings may not be in rad or not of the head, in words: in much of the motion they point
-        backwards, or they look like degrees.
-    """
-
-    missing: dict[str, int]
-    gaps: dict[str, int]
-    longest_gap: dict[str, int]
-    jumps: tuple[Jump, ...]
+    missing: dict[str, int]  #: For each individual: frames without a position
+    gaps: dict[str, int]  #: Runs of such frames
+    longest_gap: dict[str, int]  #: Frames in the longest
+    jumps: tuple[Jump, ...]  #: Steps that are too long, in order of time; displacements over a gap are no steps
+    #: Numbers of frames in which everybody is exactly where everybody was in the frame before: the video stood still
     repeated_frames: tuple[int, ...]
-    empty_frames: tuple[int, ...]
-    typical_step: float
-    frames: int
-    remarks: tuple[str, ...] = ()
+    empty_frames: tuple[int, ...]  #: Numbers of frames without anybody, whether the file has them or not
+    typical_step: float  #: Median length of the steps that are not 0, in the unit of the recording
+    frames: int  #: Their number
+    remarks: tuple[str, ...] = ()  #: What the reader and later steps have to say, among it the direction of y
+    #: Names of those in the same place in all of their frames, two or more: a lost track, a dead animal, a mark on the ground
     still: tuple[str, ...] = ()
-    every: int = 1
-    unit: str = "cm"
+    every: int = 1  #: Only one frame in so many is there, evenly; 1 otherwise
+    unit: str = "cm"  #: Of lengths, that of the recording
+    #: Why headings may not be in rad or not of the head: in much of the motion they point backwards, or look like degrees
     headings: tuple[str, ...] = ()
 
     @property

@@ -16,21 +16,11 @@ DIRECTED = ("speed", "turn", "neighbor_bearing")
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """Signals of individuals over time.
+    """Signals of individuals over time: step s leads from frame s to frame s + 1."""
 
-    Attributes
-    ----------
-    values : (..., F - 1, A, D)
-        Step s leads from frame s to frame s + 1; 0 where not valid. In the units that `SIGNALS` names.
-    valid : (..., F - 1, A)
-        Whether all D signals of the step exist.
-    names
-        Of the D signals.
-    """
-
-    values: np.ndarray
-    valid: np.ndarray
-    names: tuple[str, ...]
+    values: np.ndarray  #: (..., F - 1, A, D): In the units that `SIGNALS` names; 0 where not valid
+    valid: np.ndarray  #: (..., F - 1, A): Whether all D signals of the step exist
+    names: tuple[str, ...]  #: Of the D signals
 
 
 def compute_signals(

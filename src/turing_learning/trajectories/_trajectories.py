@@ -23,46 +23,20 @@ _ARRAYS = ("positions", "present", "headings", "confidence", "interpolated")
 
 @dataclass(frozen=True, eq=False)
 class Trajectories:
-    """Positions of individuals over time, y upwards.
+    """Positions of individuals over time, y upwards."""
 
-    Attributes
-    ----------
-    positions : (F, A, 2)
-        x, y in `unit`; 0 where an individual is absent.
-    present : (F, A)
-        Whether the position is known.
-    fps
-        Frame rate (1/s).
-    individuals
-        Names (A,).
-    unit
-        "cm", or "px" where the scale is unknown.
-    first_frame
-        Number of the first frame in the file.
-    headings : (F, A), optional
-        rad, anticlockwise from the x axis.
-    confidence : (F, A), optional
-        The tracker's own, usually in [0, 1].
-    interpolated : (F, A), optional
-        Where positions were interpolated by `bridged`.
-    source, format
-        Where it comes from.
-    remarks
-        What was done on the way here, in words.
-    """
-
-    positions: np.ndarray
-    present: np.ndarray
-    fps: float
-    individuals: tuple[str, ...]
-    unit: Literal["cm", "px"] = "cm"
-    first_frame: int = 0
-    headings: np.ndarray | None = None
-    confidence: np.ndarray | None = None
-    interpolated: np.ndarray | None = None
-    source: str = ""
-    format: str = ""
-    remarks: tuple[str, ...] = ()
+    positions: np.ndarray  #: (F, A, 2): x, y in `unit`; 0 where an individual is absent
+    present: np.ndarray  #: (F, A): Whether the position is known
+    fps: float  #: Frame rate (1/s)
+    individuals: tuple[str, ...]  #: Names (A,)
+    unit: Literal["cm", "px"] = "cm"  #: "px" where the scale is unknown
+    first_frame: int = 0  #: Its number in the file
+    headings: np.ndarray | None = None  #: (F, A), optional: rad, anticlockwise from the x axis
+    confidence: np.ndarray | None = None  #: (F, A), optional: The tracker's own, usually in [0, 1]
+    interpolated: np.ndarray | None = None  #: (F, A), optional: Where positions were interpolated by `bridged`
+    source: str = ""  #: Where it comes from
+    format: str = ""  #: The tracker's, one of `FORMATS`
+    remarks: tuple[str, ...] = ()  #: What was done on the way here, in words
 
     def __post_init__(self) -> None:
         if self.positions.ndim != 3 or self.positions.shape[2] != 2 or 0 in self.positions.shape:

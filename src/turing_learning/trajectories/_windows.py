@@ -36,49 +36,26 @@ class Cut:
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Samples for learning and for testing.
+    """Samples for learning and for testing, in the units that `SIGNALS` names: cm/s and rad/s for "speed" and "turn"."""
 
-    Attributes
-    ----------
-    learning, held_out : (K, T, D)
-        Samples, in order of time; signals in the units that `SIGNALS` names, cm/s and rad/s for "speed" and "turn".
-    learning_index, held_out_index : (K, 2)
-        Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first
-        step; of several recordings individuals and rows are counted on, from one recording to the next.
-    names
-        Of the D signals.
-    interval_s
-        Duration of a step (s).
-    headings
-        Whether the signals are measured with headings: speeds are negative backwards, and turns those of the
-        body. Models have to be measured alike.
-    steps_without_signal, steps_with_jump
-        Steps of the chosen individuals that no window may contain: because of gaps, and because of jumps.
-    blocks
-        (first row, row after the last, "learning" or "held out") of each block of frames; "learning and held
-        out" where only individuals are held out.
-    recordings : (R, 2)
-        Number of individuals and of rows of each recording.
-    excerpt : (F, A, 2)
-        Positions (cm) in the first `EXCERPT_S` of the first recording, a frame each step, NaN where somebody is
-        absent; None where there are none.
-    smooth_frames
-        Frames over which positions were averaged.
-    """
-
-    learning: np.ndarray
-    held_out: np.ndarray
+    learning: np.ndarray  #: (K, T, D): Samples, in order of time
+    held_out: np.ndarray  #: (K, T, D)
+    #: (K, 2): Place of the individual in `Trajectories.individuals`, and row in `positions` of the window's first step; of
+    #: several recordings individuals and rows are counted on, from one recording to the next
     learning_index: np.ndarray
-    held_out_index: np.ndarray
-    names: tuple[str, ...]
-    interval_s: float
+    held_out_index: np.ndarray  #: (K, 2)
+    names: tuple[str, ...]  #: Of the D signals
+    interval_s: float  #: Duration of a step (s)
+    #: Whether the signals are measured with headings, speeds negative backwards, turns of the body; models have to be alike
     headings: bool
-    steps_without_signal: int
-    steps_with_jump: int
+    steps_without_signal: int  #: Steps of the chosen individuals that no window may contain because of gaps
+    steps_with_jump: int  #: Because of jumps
+    #: (first row, row after the last, "learning" or "held out", or "learning and held out" if individuals are) of each block
     blocks: tuple[tuple[int, int, str], ...]
-    recordings: np.ndarray
+    recordings: np.ndarray  #: (R, 2): Number of individuals and of rows of each recording
+    #: (F, A, 2): Positions (cm) in the first `EXCERPT_S` of the first recording, NaN where somebody is absent, if there are some
     excerpt: np.ndarray | None = None
-    smooth_frames: int = 1
+    smooth_frames: int = 1  #: Frames over which positions were averaged
 
     def __str__(self) -> str:
         counts = f"{len(self.learning)} windows for learning and {len(self.held_out)} held out"
