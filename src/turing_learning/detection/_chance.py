@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import combinations
-from math import comb
+from itertools import combinations, count
+from math import ceil, comb
 
 import numpy as np
 from scipy.special import ndtri
@@ -43,6 +43,13 @@ def p_values(genuine: np.ndarray, scores: np.ndarray) -> np.ndarray:
     tied = (scores[below] == lowest).sum(axis=1).tolist()
     found[below] = [comb(ties + k, k) / choices for k in tied]
     return found
+
+
+def known_needed(share: float, samples: int) -> int:
+    """Return how many genuine samples are enough for a p-value as small as a share."""
+    if samples == 1:
+        return ceil(1 / share) - 1
+    return next(known for known in count(1) if 1 / comb(known + samples, samples) <= share)
 
 
 @lru_cache(maxsize=2)

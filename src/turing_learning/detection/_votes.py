@@ -2,8 +2,6 @@
 
 import logging
 from dataclasses import dataclass, replace
-from itertools import count
-from math import ceil, comb
 from typing import Any
 
 import numpy as np
@@ -15,7 +13,7 @@ from turing_learning.errors import integer, nearest, number
 from turing_learning.report import counted
 
 from ._alike import split
-from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, p_values
+from ._chance import DIGITS, DRAWS, Scan, TimedVerdict, known_needed, p_values
 from ._motion import Motion, RecordedMotion, check, checked_motion
 from ._post_evaluation import decide
 from ._run import StoredRun, motion_to_calibrate, run_classifiers
@@ -272,9 +270,7 @@ class Detector:
         least = float(p_values(self.genuine_scores, np.zeros((1, samples)))[0])
         if self.rule == "unanimous" or least <= self.false_alarms:
             return
-        known, needed = len(self.genuine_scores), ceil(1 / self.false_alarms) - 1
-        if samples > 1:
-            needed = next(n for n in count(1) if 1 / comb(n + samples, samples) <= self.false_alarms)
+        known, needed = len(self.genuine_scores), known_needed(self.false_alarms, samples)
         remedy = "Take more samples of each, another rule"
         reason = f"{np.mean(self.genuine_scores <= 0):.3g} of {counted(known, 'genuine sample')} have that score"
         if known < needed:
