@@ -58,12 +58,8 @@ class Family(ABC):
     def __post_init__(self) -> None:
         for name, least in (("individuals", 1), ("steps", 1), ("observed", 1), ("settling_steps", 0)):
             integer(name, getattr(self, name), least)
-        require(
-            self.observed <= self.individuals,
-            "observed",
-            f"be at most `individuals`, {self.individuals}",
-            self.observed,
-        )
+        rule = f"be at most `individuals`, {self.individuals}"
+        require(self.observed <= self.individuals, "observed", rule, self.observed)
         self._check_above_zero("interval_s", "start_side_cm")
         names = self.signals
         if not isinstance(names, tuple) or not names or len(set(names)) < len(names) or not set(names) <= set(SIGNALS):
@@ -228,15 +224,15 @@ def reflected(positions: np.ndarray, vectors: np.ndarray, size: tuple[float, flo
 
     `size` is width and height of the tank (cm), one corner of which is the origin.
     """
-    x, along = _folded(positions.real, vectors.real, size[0])
-    y, across = _folded(positions.imag, vectors.imag, size[1])
+
+    def folded(places: np.ndarray, along: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+        tanks, rest = np.divmod(places, length)
+        mirrored = tanks % 2 == 1
+        return np.where(mirrored, length - rest, rest), np.where(mirrored, -along, along)
+
+    x, along = folded(positions.real, vectors.real, size[0])
+    y, across = folded(positions.imag, vectors.imag, size[1])
     return x + 1j * y, along + 1j * across
-
-
-def _folded(places: np.ndarray, vectors: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
-    tanks, rest = np.divmod(places, length)
-    mirrored = tanks % 2 == 1
-    return np.where(mirrored, length - rest, rest), np.where(mirrored, -vectors, vectors)
 
 
 def draw(rngs: Sequence[np.random.Generator], sample: Callable[[np.random.Generator], np.ndarray]) -> np.ndarray:

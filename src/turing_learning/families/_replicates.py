@@ -22,17 +22,14 @@ class Robots(Family):
     """Robots with wheels and a sensor that sees what is ahead; every robot of a group executes the model.
 
     Parameters: wheel speeds for each sensor state, as fractions of the maximum (vl0, vr0, vl1, vr1, ...); the
-    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models.
+    field of view of the sensor as well, theta (rad), if that is the scenario's representation of models. Speeds are
+    signed, as the robots' headings are known. Source: paper, sections 3.2 and 4.1; docs/physics.md.
 
     Parameters
     ----------
     scenario
         Robots, objects, sensor and walls; what it says of the agents' controller and of numbers of robots does not
         matter. Where there are walls, robots and objects start anywhere within them instead of in the square.
-
-    Source
-    ------
-    Paper, sections 3.2 and 4.1; docs/physics.md. Speeds are signed, as the robots' headings are known.
     """
 
     individuals: int = 11
@@ -78,18 +75,10 @@ class Robots(Family):
 
 @dataclass(frozen=True)
 class Replicates:
-    """A simulator of one family for several recordings: each model is executed by one of the groups, drawn at random.
+    """A simulator of one family for several recordings: each model is executed by one of the groups, drawn at random."""
 
-    Parameters
-    ----------
-    groups
-        Families that differ in individuals and tank alone.
-    shares
-        How often each group is drawn; they sum to 1.
-    """
-
-    groups: tuple[Family, ...]
-    shares: tuple[float, ...]
+    groups: tuple[Family, ...]  #: Families that differ in individuals and tank alone
+    shares: tuple[float, ...]  #: How often each group is drawn; they sum to 1
 
     parameters = property(lambda self: self.groups[0].parameters)
     """The P parameters with suggested ranges."""
@@ -118,13 +107,9 @@ class Replicates:
 
 
 def as_recorded(
-    family: type[Family],
-    recordings: Trajectories | Sequence[Trajectories],
-    windows: Windows,
-    *,
-    tanks: Sequence[tuple[float, float] | None] = (),
-    **settings: Any,
-) -> Family | Replicates:
+    family: type[Family], recordings: Trajectories | Sequence[Trajectories], windows: Windows, *,
+    tanks: Sequence[tuple[float, float] | None] = (), **settings: Any,
+) -> Family | Replicates:  # fmt: skip
     """Return a simulator of groups as large as those that windows are learned from, with their steps, rate and signals.
 
     Parameters

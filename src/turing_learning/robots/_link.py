@@ -252,24 +252,11 @@ it stops, and waits for a command of either kind: after an end of line alone it 
 
 
 class EPuck(Replica):
-    """The driver of an e-puck, a `Replica`.
+    """The driver of an e-puck, a `Replica`: docs/robots/protocol.md; GCtronic wiki, "Advanced sercom protocol".
 
-    A command without a valid answer in time is repeated; a link that breaks meanwhile is reopened. All
-    commands may be repeated without harm. Every method raises `LinkError` if the robot does not answer.
-
-    Parameters
-    ----------
-    link
-        The line to it.
-    timeout_s, retries
-        How long to wait for an answer, and how often a command is repeated.
-
-    Attributes
-    ----------
-    garbled, reconnections
-        Number of invalid lines received, and of times that the link was reopened.
-
-    Source: GCtronic wiki, "Advanced sercom protocol"; docs/robots/protocol.md.
+    A command without a valid answer within `timeout_s` is repeated, up to `retries` times; a link that breaks
+    meanwhile is reopened. All commands may be repeated without harm. Every method raises `LinkError` if the robot
+    does not answer. `garbled` counts the invalid lines received, `reconnections` how often the link was reopened.
     """
 
     def __init__(self, link: Link, *, timeout_s: float = 0.5, retries: int = 3) -> None:

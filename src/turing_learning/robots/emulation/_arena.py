@@ -26,10 +26,9 @@ LARGEST_READING = 4095
 def read_infrared(
     poses: np.ndarray, arena_cm: tuple[float, float], radius_cm: float, rng: np.random.Generator
 ) -> np.ndarray:
-    """Return the readings (A, 8) of robots at poses (A, 3), with noise.
+    """Return the readings (A, 8) of robots at poses (A, 3), with noise: of all surfaces the strongest counts.
 
-    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 / (1 + (d / h)^2); of
-    all surfaces the strongest counts.
+    A surface at a distance d whose nearest point lies at an angle a from the sensor's axis gives b cos(a)^2 / (1 + (d / h)^2).
     """
     angles, everybody = poses[:, 2, None] + SENSOR_ANGLES, np.arange(len(poses))
     axes = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
@@ -65,10 +64,8 @@ def move_for_a_cycle(
 def move_alone(
     scenario: Scenario, controller: np.ndarray, start: np.ndarray, *, cycles: int, seed: int
 ) -> Iterator[np.ndarray]:
-    """Let robots execute a controller (2 n,) among walls without a PC, as in state R5 (paper, section 5.4): they avoid walls.
-
-    Yields the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle. Of the scenario the robot, its sensor and
-    the walls count.
+    """Yield the poses (A, 3), x, y (cm), heading (rad), at the start and after each cycle, of robots that execute a controller
+    (2 n,) among walls without a PC, as in state R5 (paper, section 5.4). Of the scenario robot, sensor and walls count.
     """
     arena, rng, table = sides_cm(scenario), np.random.default_rng(seed), np.reshape(controller, (-1, 2))
     poses, sight = start, np.zeros(len(start), int)
@@ -249,16 +246,10 @@ def _enlarged(pixels: np.ndarray, times: int) -> np.ndarray:
 
 
 LABORATORY = replace(
-    AGGREGATION,
-    name="laboratory",
-    title="Physical aggregation",
-    description="As aggregation, in an arena with walls (paper, section 5).",
-    agents=8,
-    replicas=2,
-    robot=Robot(clamp_wheel_speeds=True),
-    arena=Arena(200.0, 225.0),
-    trial=Trial(duration_s=5.0),
-)
+    AGGREGATION, name="laboratory", title="Physical aggregation",
+    description="As aggregation, in an arena with walls (paper, section 5).", agents=8, replicas=2,
+    robot=Robot(clamp_wheel_speeds=True), arena=Arena(200.0, 225.0), trial=Trial(duration_s=5.0),
+)  # fmt: skip
 """The paper's laboratory, section 5: walls, and motors whose speed is limited."""
 
 

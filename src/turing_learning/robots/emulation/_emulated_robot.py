@@ -72,9 +72,8 @@ class EmulatedRobot:
             self.executing: Model | None = None
             self._waiting: Model | None = None
             self.state, self._entered, self._trial, self.called = "R0", self._clock(), 0, False
-            self._alive_at = self._asked_at = (
-                math.inf
-            )  # when the PC was heard that says that it is there; when it asked anything
+            self._alive_at = math.inf  # when the PC was heard that says that it is there
+            self._asked_at = math.inf  # when it asked anything
 
     def receive(self, data: bytes) -> bytes:
         with self._lock:
@@ -158,11 +157,9 @@ class EmulatedRobot:
             return b""
         match letter:
             case "\x08":  # all sensors
-                moving, near, heard, rest = (
-                    b"".join(map(self._obey_binary, letters)) for letters in ("aAg", "tNO", "\x0d\x0c", "Qb")
-                )
+                moving, rest = (b"".join(map(self._obey_binary, letters)) for letters in ("aAg", "tNO\x0d\x0cQb"))
                 floor = self._obey_binary("M")[:6]
-                return moving + bytes(12) + near + heard + rest + bytes([0, 0, 0, 0, self._selector]) + floor + bytes(7)
+                return moving + bytes(12) + rest + bytes([0, 0, 0, 0, self._selector]) + floor + bytes(7)
             case "\x09":  # all actuators: behaviors, wheels, lights, colors, sound
                 self._obey_binary("P" if arguments[0] & 4 else "D", arguments[1:5])
                 for k, light in enumerate((0, 2, 4, 6, 8, 9)):

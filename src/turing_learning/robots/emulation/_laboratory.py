@@ -261,10 +261,8 @@ class EmulatedLaboratory:
 
     @cached_property
     def _eye(self) -> EmulatedCamera:
-        optics, arena = self.conditions.optics, self.arena_cm
-        return EmulatedCamera(
-            self.calibration, self.markers, self.labels, arena_cm=arena, optics=optics, seed=self._seed
-        )
+        given: dict[str, Any] = {"arena_cm": self.arena_cm, "optics": self.conditions.optics, "seed": self._seed}
+        return EmulatedCamera(self.calibration, self.markers, self.labels, **given)
 
     def _render(self, at_s: float | None) -> np.ndarray:
         return self._eye.render(self.poses(at_s), tuple(self.covered))
@@ -374,9 +372,8 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
     tracker = laboratory_tracker(setup, configuration.swarm.robot)
     with refusing_as(ConfigurationError):
         scenario, seed = configuration.swarm, configuration.run.seed if seed is None else seed
-        emulated = EmulatedLaboratory(
-            scenario, seed=seed, calibration=tracker.calibration, markers=tracker.markers, labels=setup.labels
-        )
+        seen: dict[str, Any] = {"calibration": tracker.calibration, "markers": tracker.markers, "labels": setup.labels}
+        emulated = EmulatedLaboratory(scenario, seed=seed, **seen)
     robots = zip((*setup.agents, *setup.replicas), emulated.names, strict=True)
     names = {str(robot.address): name for robot, name in robots if robot.address}
     poses = CameraPoses(emulated.camera, tracker, emulated.clock)
@@ -385,9 +382,8 @@ def rehearse(laboratory: Laboratory, seed: int | None = None) -> Equipment:
 
 
 class SimulatedLaboratory(Source):
-    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images, dispersal and sensors.
-
-    The robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
+    """The counterpart of `LaboratorySource` in plain simulation (paper, section 5.4), without links, images, dispersal and sensors:
+    the robots begin each trial at places drawn uniformly; a wall only stops them. The seed is that of `observe`.
     """
 
     def __init__(self, scenario: Scenario, seed: int = 0, *, of_trials: bool = False) -> None:
@@ -398,14 +394,11 @@ class SimulatedLaboratory(Source):
         return models if self.ends else np.tanh(models)
 
     def collect(self, models: np.ndarray, rng: np.random.Generator) -> Samples:
-        return self._samples(self.to_units(models), rng)
+        return self.observe(self.to_units(models), rng=rng)
 
-    def observe(self, speeds: np.ndarray, stage: str) -> Samples:
+    def observe(self, speeds: np.ndarray, stage: str = "", rng: np.random.Generator | None = None) -> Samples:
         """Return samples of models (M, P) in wheel speeds; see `collect`. Each stage has its own random numbers."""
-        return self._samples(speeds, np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]))
-
-    def _samples(self, speeds: np.ndarray, rng: np.random.Generator) -> Samples:
-        scenario = self._scenario
+        rng, scenario = rng or np.random.default_rng([REHEARSAL, self._seed, *stage.encode()]), self._scenario
         trials, rest = divmod(len(speeds), scenario.replicas)
         require(trials and not rest, "models", f"be a multiple of {scenario.replicas} replicas, not 0", len(speeds))
         executed = alone(scenario, trials)

@@ -18,9 +18,8 @@ from ._lines import Line, TcpServer
 LOOP = {"R1": 1.0, "R2": 8.0, "R3": 1.0, "R4": 1.0, "R5": 7.0}  #: States and how long they last (s)
 _AFTER = dict(zip(LOOP, (*tuple(LOOP)[1:], "R1"), strict=True))
 _SIGNALS = {"R1": "STOP", "R4": "START"}
-SENSOR_ANGLES = np.radians(
-    [-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0]
-)  #: Of the infrared sensors, from the heading
+#: Of the infrared sensors, from the heading
+SENSOR_ANGLES = np.radians([-17.0, -47.0, -90.0, -151.0, 151.0, 90.0, 47.0, 17.0])
 OBSTACLE = 120  #: Least infrared reading at which a dispersing robot turns: walls at about 5 cm, black skirts at 1 cm
 WALL = 400  #: Infrared reading that only a wall causes, nearer than 2 cm: a black skirt does not, even when it touches
 _AHEAD, _ALONG = math.cos(math.radians(75)), math.cos(math.radians(100))

@@ -14,21 +14,13 @@ import numpy as np
 from turing_learning._files import whole
 from turing_learning.config import ConfigurationError, part_of
 from turing_learning.errors import refuse, refusing_as, require
-from turing_learning.robots._clock import Clock, RealClock
-from turing_learning.robots._link import EPuck, Replica, open_link
-from turing_learning.robots.tracking._camera import (
-    SETTINGS,
-    Calibration,
-    CameraError,
-    Capture,
-    LiveCapture,
-    aruco_centers,
-    cv2,
-)
-from turing_learning.robots.tracking._markers import ArucoMarkers, Detections, Markers, TriangleMarkers
-from turing_learning.robots.tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
 from turing_learning.swarm import Robot, Scenario
 
+from .._clock import Clock, RealClock
+from .._link import EPuck, Replica, open_link
+from ..tracking._camera import SETTINGS, Calibration, CameraError, Capture, LiveCapture, aruco_centers, cv2
+from ..tracking._markers import ArucoMarkers, Detections, Markers, TriangleMarkers
+from ..tracking._tracker import IRREGULAR, Fault, Track, Tracker, compare_labels, impossible
 from ._setup import Laboratory, LaboratoryError, LaboratorySetup, RobotSection
 
 _MOST_OLD = 200  # images that a camera may have kept for later
@@ -213,13 +205,9 @@ def laboratory_tracker(setup: LaboratorySetup, robot: Robot) -> Tracker:
         if camera.markers == "aruco":
             markers = ArucoMarkers(camera.marker_cm or 4.8, height_cm=height, dictionary=camera.dictionary)
         return Tracker(
-            markers,
-            laboratory_calibration(setup),
-            setup.labels,
-            interval_s=1 / camera.fps,
-            maximum_speed_cm_s=robot.maximum_speed_cm_s,
-            maximum_turn_rad_s=fastest_turn(robot),
-        )
+            markers, laboratory_calibration(setup), setup.labels, interval_s=1 / camera.fps,
+            maximum_speed_cm_s=robot.maximum_speed_cm_s, maximum_turn_rad_s=fastest_turn(robot),
+        )  # fmt: skip
 
 
 def laboratory_calibration(setup: LaboratorySetup) -> Calibration:

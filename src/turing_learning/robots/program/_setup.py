@@ -24,17 +24,11 @@ RUN_SECTIONS = ("preset", "scenario", "models", "classifiers", "coevolution", "r
 """Sections of a laboratory's file that configure the run, as in the configuration of any run."""
 
 _BASE = {
-    "models.parents": 10,
-    "models.offspring": 10,
-    "models.redraw": 0.0,
-    "models.exchange": 0.0,
-    "run.generations": 100,
-    "run.checkpoint_every": 1,
-    "scenario.arena.width_cm": 200.0,
-    "scenario.arena.height_cm": 225.0,
-    "scenario.robot.clamp_wheel_speeds": True,
-    "scenario.trial.duration_s": 5.0,
-}
+    "models.parents": 10, "models.offspring": 10, "models.redraw": 0.0, "models.exchange": 0.0,
+    "run.generations": 100, "run.checkpoint_every": 1,
+    "scenario.arena.width_cm": 200.0, "scenario.arena.height_cm": 225.0,
+    "scenario.robot.clamp_wheel_speeds": True, "scenario.trial.duration_s": 5.0,
+}  # fmt: skip
 """The paper's setup (sections 5.1 and 5.3), for what the file leaves out; no jumps (decision 0025); each generation is saved."""
 TRIALS = 300  #: Of a run that nothing is said of: an afternoon with robots (decision 0028)
 _SIZES = {"models.population", "models.parents", "models.offspring"}
@@ -101,15 +95,12 @@ class CameraSection(Section):
 
 
 class TimingSection(Section):
-    """Durations of a replica's states (s), as in its firmware: R1, R3 and R4 wait; R2 disperses; R5 executes (paper, section 5.2).
-
-    `tolerance_s` is how late a signal may be, and how far apart those of two replicas.
-    """
+    """Durations of a replica's states (s), as in its firmware (paper, section 5.2): R1, R3, R4 wait; R2 disperses; R5 executes."""
 
     wait_s: Positive = 1.0
     disperse_s: Positive = 8.0
     execute_s: Positive = 7.0
-    tolerance_s: Positive = 1.0
+    tolerance_s: Positive = 1.0  #: How late a signal may be, and how far apart those of two replicas
 
     @property
     def loop_s(self) -> float:
@@ -118,14 +109,10 @@ class TimingSection(Section):
 
 
 class InterventionsSection(Section):
-    """When a human has to come (paper, section 5.3); 0 for never.
+    """When a human has to come (paper, section 5.3); 0 for never."""
 
-    All batteries are replaced every `batteries_every` generations, or ten times as many trials. A robot that
-    moves less than `stuck_cm` in a trial, and does not turn, is stuck.
-    """
-
-    batteries_every: Count = 25
-    stuck_cm: NotNegative = 0.2
+    batteries_every: Count = 25  #: Generations, or tens of trials, after which all batteries are replaced
+    stuck_cm: NotNegative = 0.2  #: A robot that moves less in a trial, and does not turn, is stuck
 
 
 class EvaluationSection(Section):

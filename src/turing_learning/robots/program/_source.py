@@ -38,7 +38,7 @@ class Event:
 
 
 class LaboratorySource(Source):
-    """Samples of real agents and of the replicas among them, observed in trials of all models.
+    """Samples of real agents and of the replicas among them, observed in trials of all models (paper, sections 5.2 and 5.3).
 
     A disturbed trial is not used but repeated: at once where only images were lost; else after links and camera
     have been reopened. The operator is asked where an intervention is needed, or what may pass does not. A
@@ -54,16 +54,9 @@ class LaboratorySource(Source):
         Stage -> number of its attempts in earlier sessions, and trials of the last one: they are not executed again.
     spent
         Of a run of trials: number of its batches -> trials that these spend.
-
-    Attributes
-    ----------
-    generation
-        Number of the generation, or batch, that is collected next; set by the run.
-
-    Source: paper, sections 5.2 and 5.3.
     """
 
-    generation: int = 0
+    generation: int = 0  #: Number of the generation, or batch, that is collected next; set by the run
 
     def __init__(
         self, setup: LaboratorySetup, scenario: Scenario, equipment: Equipment, *,
