@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import array
 from ..classifiers import ElmanClassifier
-from ..errors import choice, integer, require
+from ..errors import choice, integer, refuse, require
 from ..models._parameters import Settings
 
 PASSIVE = ("random", "constant", "recorded")
@@ -52,11 +52,9 @@ class Stimulus(Settings):
         require(given == (self.passive == "recorded"), "recorded", 'be given with passive = "recorded"', given, remedy)
         if given:
             series = array("recorded", self.recorded, "R T S", S=len(self.ranges))
-            outside = np.argwhere((series < self.low) | (series > self.high))
-            if len(outside):
-                r, t, s = (int(k) for k in outside[0])
-                rule = f"be from {self.low[s]:g} to {self.high[s]:g}"
-                require(False, "recorded", rule, series[r, t, s], place=f"series {r}, step {t}, {self.names[s]}")
+            for r, t, s in np.argwhere((series < self.low) | (series > self.high))[:1].tolist():
+                rule, place = f"be from {self.low[s]:g} to {self.high[s]:g}", f"series {r}, step {t}, {self.names[s]}"
+                refuse("recorded", rule, series[r, t, s], place=place)
 
     @property
     def names(self) -> tuple[str, ...]:

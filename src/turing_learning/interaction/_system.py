@@ -41,27 +41,16 @@ class StimulatedSystem(CustomSystem):
     """A system that answers to stimuli, and how models of it do.
 
     Signals are what is observed, and then the stimuli: classifiers that only watch see both.
-
-    Parameters
-    ----------
-    stimulus
-        What can be done to it, and who chooses.
-    behavior_name
-        One of `BEHAVIORS`, which are built in; empty where the caller has a function.
-    true
-        The system's parameters (P,), by which it is simulated; empty where the caller has a function of the system.
-    opponents
-        Models that each classifier meets alone in a generation, and as often the system. Where classifiers only watch, samples
-        of each model; there are as many genuine ones. With as many classifiers as models these are as many trials.
-    states
-        Numbers that a function without `initial` keeps of each trial.
     """
 
-    stimulus: Stimulus
-    behavior_name: str = ""
+    stimulus: Stimulus  #: What can be done to it, and who chooses
+    behavior_name: str = ""  #: One of `BEHAVIORS`, which are built in; empty where the caller has a function
+    #: The system's parameters (P,), by which it is simulated; empty where the caller has a function of the system
     true: tuple[float, ...] = ()
+    #: Models that each classifier meets alone in a generation, and as often the system. Where classifiers only watch, samples
+    #: of each model; there are as many genuine ones. With as many classifiers as models these are as many trials
     opponents: int = 10
-    states: int = 1
+    states: int = 1  #: Numbers that a function without `initial` keeps of each trial
 
     kind = "one on a system with stimuli"
     stimulated = True

@@ -122,9 +122,7 @@ def cut_samples(given: Any, length: int | Literal["shortest"] | None) -> np.ndar
     widths = {array.shape[1] for array in arrays}
     require(len(widths) == 1, "genuine", "have the same signals in all samples", f"{sorted(widths)} signals")
     samples = np.stack([array[:steps] for array in arrays])
-    fine = np.abs(samples) <= LARGEST  # so that NaN, too, is refused
-    if not fine.all():
-        k, t, d = (int(place) for place in np.argwhere(~fine)[0])
+    for k, t, d in np.argwhere(~(np.abs(samples) <= LARGEST))[:1].tolist():  # so that NaN, too, is refused
         rule, place = f"be finite and at most {LARGEST:g} in size", f"sample {k}, step {t}, signal {d}"
         refuse("genuine", rule, shown(samples[k, t, d]), "Cut the gap out, or change the unit.", place=place)
     return samples

@@ -172,9 +172,12 @@ class EmulatedOperator:
 
 
 class EmulatedLaboratory:
-    """Everything that a PC program finds in a laboratory, and an operator; faults happen on demand.
+    """Everything that a PC program finds in a laboratory (paper, section 5), and an operator; faults happen on demand.
 
-    Time passes while somebody waits by its clock: for a line, an image, or nothing.
+    Time passes while somebody waits by its `clock`: for a line, an image, or nothing. `faults` are what goes wrong,
+    `operator` is who helps, `camera` the one overhead; `names` are those of all robots, agents first, then replicas. Numbers of
+    the robots that do not move are `stuck`, of those whose marker is hidden `covered`; sizes are `arena_cm` (width, height), and
+    `interval_s`, the duration of a control cycle and the time between images.
 
     Parameters
     ----------
@@ -188,19 +191,6 @@ class EmulatedLaboratory:
         What the robots wear, agents first; by default triangles, blue ones, and one of another color for each replica.
     make_line
         Robot and its name -> the robot's end of a line; by default one in this process, in virtual time.
-
-    Attributes
-    ----------
-    clock, camera, faults, operator
-        Its time, the overhead camera, what goes wrong, and who helps.
-    arena_cm, interval_s
-        Width and height of the arena; duration of a control cycle, and time between images.
-    names, labels
-        Of all robots, agents first, then replicas; of their markers.
-    stuck, covered
-        Numbers of the robots that do not move, and of those whose marker is hidden.
-
-    Source: paper, section 5.
     """
 
     def __init__(

@@ -30,7 +30,7 @@ _FRAME_POLL_S = 0.002
 
 
 class ArenaService(AbstractContextManager["ArenaService"]):
-    """Serve a laboratory until closed. A context manager.
+    """Serve a `laboratory`, to be used under its `lock`, and images at `camera_url`, until closed. A context manager.
 
     Parameters
     ----------
@@ -38,11 +38,6 @@ class ArenaService(AbstractContextManager["ArenaService"]):
         As of `EmulatedLaboratory`; the latency is that of the lines.
     lines, speed
         "terminal" for pseudo-terminals, "tcp" for TCP ports; seconds of the laboratory in one second.
-
-    Attributes
-    ----------
-    laboratory, camera_url
-        What is served, to be used under its `lock`; the address of the images.
     """
 
     def __init__(

@@ -67,11 +67,7 @@ class Capture(AbstractContextManager["Capture"]):
     settings
         What a camera is asked for: `fourcc` (four letters), `width`, `height` (pixels), `fps`, `exposure` and
         `white_balance` (the units of its driver; both switch the automatic off). None leaves a setting alone.
-
-    Attributes
-    ----------
-    granted
-        What a camera with settings has granted, in words; empty without settings.
+        What it has granted says `granted`, in words.
     """
 
     def __init__(self, source: int | str | Path, settings: Mapping[str, Any] | None = None) -> None:
@@ -129,17 +125,9 @@ class Capture(AbstractContextManager["Capture"]):
 class LiveCapture(Capture):
     """Take images from a camera as they come: a thread takes and stamps them while the program is busy.
 
-    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others.
-
-    Parameters
-    ----------
-    source, settings, clock
-        See `Capture`; the clock is for the time stamps, the computer's by default.
-
-    Attributes
-    ----------
-    taken_s
-        When the image came that `take` returned last, by the clock.
+    So no image waits in a buffer of the driver, and an image that was lost shows in the time stamps of the others. `source` and
+    `settings` are those of `Capture`, `clock` is for the time stamps, the computer's by default; `taken_s` is when the image came
+    that `take` returned last.
     """
 
     def __init__(
