@@ -67,10 +67,8 @@ def largest_cluster(positions: np.typing.ArrayLike, radius_cm: float) -> np.ndar
 
     Parameters
     ----------
-    positions : (..., S, 2)
-        Centers of S disks (cm); trials, time steps and so on come first.
-    radius_cm
-        Radius r of a disk (cm), > 0.
+    positions, radius_cm
+        As for `dispersion`.
     """
     from scipy.sparse.csgraph import connected_components
 

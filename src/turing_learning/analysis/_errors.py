@@ -46,10 +46,8 @@ def mean_absolute_error(estimate: np.typing.ArrayLike, truth: np.typing.ArrayLik
 
     Parameters
     ----------
-    estimate : (..., P)
-        Inferred parameters, of one model or of many.
-    truth : (P,)
-        Parameters of the agent.
+    estimate, truth
+        As for `absolute_error`.
     """
     return absolute_error(estimate, truth).mean(axis=-1)
 

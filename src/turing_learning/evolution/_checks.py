@@ -7,6 +7,9 @@ import numpy as np
 from ..arrays import array
 from ..errors import brief, is_integer, refuse, require
 
+PARAMETER_LIMIT = 1e12
+"""Largest magnitude of a parameter: nothing becomes infinite where selection has stopped or rewards growth."""
+
 Seed = int | Sequence[int]
 """Entropy for `numpy.random.SeedSequence`: a non-negative integer, or several."""
 
@@ -61,10 +64,12 @@ def check_vector(name: str, value: np.typing.ArrayLike, dimension: int) -> np.nd
     return np.broadcast_to(vector, dimension).copy()
 
 
-def check_range(low: np.ndarray, high: np.ndarray) -> None:
-    """Check that the initial range of every parameter has its bounds in order."""
+def check_range(low: np.typing.ArrayLike, high: np.typing.ArrayLike, dimension: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the initial range of every parameter, two (dimension,) arrays, if its bounds are in order."""
+    low, high = check_vector("initial_low", low, dimension), check_vector("initial_high", high, dimension)
     k = int(np.argmin(low < high))
     require((low < high).all(), "initial_low", "be below `initial_high`", f"{low[k]} and {high[k]} for parameter {k}")
+    return low, high
 
 
 def state_arrays(state: Mapping[str, np.ndarray], shapes: Mapping[str, str], **sizes: int) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ import numpy as np
 from ..arrays import array
 from ..errors import integer, optional, require
 from ._checks import (
+    PARAMETER_LIMIT,
     Seed,
     Turns,
     check_generation,
@@ -17,9 +18,6 @@ from ._checks import (
     generation_rng,
     state_arrays,
 )
-
-PARAMETER_LIMIT = 1e12
-"""Largest magnitude of a parameter that `ask` returns."""
 
 SPREAD_LIMIT = 1e6
 """Largest standard deviation, in units of the initial one."""
@@ -64,9 +62,7 @@ class CMAEvolutionStrategy(Turns):
         self.dimension = integer("dimension", dimension, 2)
         self.size = integer("size", size, 4)
         self._seed = check_seed(seed)
-        low = check_vector("initial_low", initial_low, dimension)
-        high = check_vector("initial_high", initial_high, dimension)
-        check_range(low, high)
+        low, high = check_range(initial_low, initial_high, dimension)
         minimum = check_vector("minimum_step_size", minimum_step_size, dimension)
         require((minimum >= 0).all(), "minimum_step_size", "not be negative", minimum.min())
         self._center = low / 2 + high / 2

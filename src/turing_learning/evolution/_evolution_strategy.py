@@ -7,6 +7,7 @@ import numpy as np
 from ..arrays import array
 from ..errors import integer, require
 from ._checks import (
+    PARAMETER_LIMIT,
     Seed,
     Turns,
     check_generation,
@@ -18,11 +19,8 @@ from ._checks import (
 )
 from ._parts import FitnessMemory, Jumper, PhasedMating
 
-PARAMETER_LIMIT = 1e12
-"""Largest magnitude of a parameter: nothing becomes infinite where selection has stopped or rewards growth."""
-
 STEP_SIZE_LIMIT = 1e6
-"""Largest step size, for the same reason; far above all that a useful search reaches."""
+"""Largest step size, as of `PARAMETER_LIMIT`; far above all that a useful search reaches."""
 
 
 class EvolutionStrategy(Turns):
@@ -80,9 +78,7 @@ class EvolutionStrategy(Turns):
         fits = ((steps >= self._minimum) & (steps > 0) & (steps <= STEP_SIZE_LIMIT)).all()
         rule = f"be above 0, at least `minimum_step_size`, and at most {STEP_SIZE_LIMIT:g}"
         require(fits, "initial_step_size", rule, f"{steps.min()} to {steps.max()}")
-        low = check_vector("initial_low", initial_low, dimension)
-        high = check_vector("initial_high", initial_high, dimension)
-        check_range(low, high)
+        low, high = check_range(initial_low, initial_high, dimension)
         self._common_rate = 1 / (2 * np.sqrt(2 * dimension))
         self._own_rate = 1 / (2 * np.sqrt(2 * np.sqrt(dimension)))
         self._population = generation_rng(self._seed, 0).uniform(low, high, (self.size, dimension))
